@@ -1,0 +1,149 @@
+//! Findings as text for a person, as one line each, or as JSON lines.
+
+use crate::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use serde_json::json;
+
+/// How findings are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// With the lines of the text, for a person.
+    #[default]
+    Human,
+    /// `file:line:column: error[code]: message`, one line each, for editors and scripts.
+    Short,
+    /// One JSON object a line: `code`, `severity`, `message`, `file`, `start` and `end` (`line`, `column`),
+    /// `labels` (places with a `message`), `help`.
+    Json,
+}
+
+impl std::str::FromStr for Format {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "human" => Ok(Self::Human),
+            "short" => Ok(Self::Short),
+            "json" => Ok(Self::Json),
+            other => Err(format!("`{other}` is not a format; there are human, short and json")),
+        }
+    }
+}
+
+/// All findings in the order of their places, each ending in a line feed; nothing for none.
+pub fn render(sources: &SourceMap, diagnostics: &Diagnostics, format: Format) -> String {
+    let mut out = String::new();
+    for diagnostic in diagnostics.sorted() {
+        match format {
+            Format::Human => out.push_str(&human(sources, diagnostic)),
+            Format::Short => out.push_str(&short(sources, diagnostic)),
+            Format::Json => out.push_str(&json_line(sources, diagnostic)),
+        }
+        out.push('\n');
+    }
+    out
+}
+
+fn human(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+        Severity::Note => Level::NOTE,
+    };
+    let mut group = Group::with_title(level.primary_title(&diagnostic.message).id(diagnostic.code));
+    group = group.element(snippet(sources, diagnostic, diagnostic.span.source));
+    let mut others: Vec<_> =
+        diagnostic.labels.iter().map(|l| l.span.source).filter(|s| *s != diagnostic.span.source).collect();
+    others.dedup();
+    for other in others {
+        group = group.element(snippet(sources, diagnostic, other));
+    }
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(help.as_str()));
+    }
+    Renderer::plain().render(&[group])
+}
+
+fn snippet<'a>(
+    sources: &'a SourceMap,
+    diagnostic: &'a Diagnostic,
+    source: crate::SourceId,
+) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
+    let text = sources.text(source);
+    let range = |span: Span| span.start.min(text.len())..span.end.min(text.len());
+    let mut snippet = Snippet::source(text).path(sources.path(source).to_string_lossy().into_owned());
+    if source == diagnostic.span.source {
+        snippet = snippet.annotation(AnnotationKind::Primary.span(range(diagnostic.span)));
+    }
+    for label in diagnostic.labels.iter().filter(|l| l.span.source == source) {
+        let kind = if source == diagnostic.span.source { AnnotationKind::Context } else { AnnotationKind::Primary };
+        snippet = snippet.annotation(kind.span(range(label.span)).label(label.message.as_str()));
+    }
+    snippet
+}
+
+fn place(sources: &SourceMap, span: Span) -> String {
+    let at = sources.position(span.source, span.start);
+    format!("{}:{}:{}", sources.path(span.source).display(), at.line, at.column)
+}
+
+fn short(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
+    let Diagnostic { code, severity, message, .. } = diagnostic;
+    let mut line = format!("{}: {}[{code}]: {message}", place(sources, diagnostic.span), severity.name());
+    for label in &diagnostic.labels {
+        line.push_str(&format!("; {} at {}", label.message, place(sources, label.span)));
+    }
+    if let Some(help) = &diagnostic.help {
+        line.push_str(&format!(" ({help})"));
+    }
+    line
+}
+
+fn json_line(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
+    let range = |span: Span| {
+        let (start, end) = (sources.position(span.source, span.start), sources.position(span.source, span.end));
+        json!({
+            "file": sources.path(span.source).to_string_lossy(),
+            "start": { "line": start.line, "column": start.column },
+            "end": { "line": end.line, "column": end.column },
+        })
+    };
+    let mut object = range(diagnostic.span);
+    object["code"] = json!(diagnostic.code);
+    object["severity"] = json!(diagnostic.severity.name());
+    object["message"] = json!(diagnostic.message);
+    object["help"] = json!(diagnostic.help);
+    object["labels"] = diagnostic
+        .labels
+        .iter()
+        .map(|label| {
+            let mut place = range(label.span);
+            place["message"] = json!(label.message);
+            place
+        })
+        .collect();
+    object.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_three_forms_name_the_same_place() {
+        let mut sources = SourceMap::new();
+        let a = sources.add("a.cdsl", "Component C {\n\tlanguage rsut;\n};\n");
+        let mut found = Diagnostics::new();
+        let span = Span::new(a, 24, 28);
+        found.push(Diagnostic::error("unknown-language", span, "unknown language `rsut`").suggest("rsut", ["rust"]));
+        assert_eq!(
+            render(&sources, &found, Format::Short),
+            "a.cdsl:2:11: error[unknown-language]: unknown language `rsut` (did you mean `rust`?)\n"
+        );
+        let value: serde_json::Value =
+            serde_json::from_str(&render(&sources, &found, Format::Json)).expect("one JSON object a line");
+        assert_eq!(value["start"], json!({"line": 2, "column": 11}));
+        let human = render(&sources, &found, Format::Human);
+        assert!(human.contains("a.cdsl:2:11") && human.contains("did you mean"), "{human}");
+    }
+}

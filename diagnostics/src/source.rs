@@ -1,0 +1,120 @@
+//! The texts that were read, and places in them.
+
+use std::path::{Path, PathBuf};
+
+/// One text of a [`SourceMap`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SourceId(u32);
+
+/// A range of bytes, `start..end`, in one text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Span {
+    /// The text.
+    pub source: SourceId,
+    /// First byte.
+    pub start: usize,
+    /// One past the last byte; equal to `start` for a place between two characters.
+    pub end: usize,
+}
+
+impl Span {
+    /// The range `start..end` of `source`.
+    pub fn new(source: SourceId, start: usize, end: usize) -> Self {
+        Self { source, start, end }
+    }
+
+    /// The empty range at the end of this one: where a missing `;` belongs.
+    #[must_use]
+    pub fn after(self) -> Self {
+        Self { start: self.end, ..self }
+    }
+
+    /// The smallest range that holds this one and `other`, which must be of the same text.
+    #[must_use]
+    pub fn to(self, other: Self) -> Self {
+        Self { start: self.start.min(other.start), end: self.end.max(other.end), ..self }
+    }
+}
+
+/// A place as people count: both numbers start at 1, a column is a character, and a tab is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Position {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+#[derive(Debug)]
+struct Source {
+    path: PathBuf,
+    text: String,
+    line_starts: Vec<usize>,
+}
+
+/// All texts of one run of a tool.
+#[derive(Debug, Default)]
+pub struct SourceMap {
+    sources: Vec<Source>,
+}
+
+impl SourceMap {
+    /// A map without texts.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes a text in. A byte order mark at its start is dropped.
+    pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<String>) -> SourceId {
+        let mut text = text.into();
+        if text.starts_with('\u{feff}') {
+            text.drain(..'\u{feff}'.len_utf8());
+        }
+        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        self.sources.push(Source { path: path.into(), text, line_starts });
+        SourceId((self.sources.len() - 1) as u32)
+    }
+
+    /// The text itself.
+    pub fn text(&self, source: SourceId) -> &str {
+        &self.sources[source.0 as usize].text
+    }
+
+    /// The path as the user named it or as it was found.
+    pub fn path(&self, source: SourceId) -> &Path {
+        &self.sources[source.0 as usize].path
+    }
+
+    /// The text that was read from `path`, if it was.
+    pub fn find(&self, path: &Path) -> Option<SourceId> {
+        self.sources.iter().position(|s| s.path == path).map(|at| SourceId(at as u32))
+    }
+
+    /// Every text, in the order in which they were added.
+    pub fn ids(&self) -> impl Iterator<Item = SourceId> {
+        (0..self.sources.len() as u32).map(SourceId)
+    }
+
+    /// Line and column of a byte.
+    pub fn position(&self, source: SourceId, at: usize) -> Position {
+        let source = &self.sources[source.0 as usize];
+        let line = source.line_starts.partition_point(|start| *start <= at);
+        let start = source.line_starts[line - 1];
+        let before = source.text.get(start..at.min(source.text.len())).unwrap_or_default();
+        Position { line, column: before.chars().count() + 1 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_counts_characters_and_a_tab_is_one() {
+        let mut map = SourceMap::new();
+        let id = map.add("a", "\u{feff}x\n\té;\n");
+        assert_eq!(map.position(id, 0), Position { line: 1, column: 1 });
+        assert_eq!(map.position(id, 5), Position { line: 2, column: 3 });
+        assert_eq!(map.position(id, map.text(id).len()), Position { line: 3, column: 1 });
+    }
+}

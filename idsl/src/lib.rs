@@ -1,0 +1,16 @@
+//! IDSL: the interfaces of components and the types of their data.
+//!
+//! [`parse`] turns one text into a tree ([`ast`]); [`Library::import`] loads a text and all that it imports,
+//! and resolves every name into the [`model`]; [`canonical`] gives two equal things one hash.
+//! The language is described in `README.md` of this folder.
+
+pub mod ast;
+pub mod canonical;
+mod check;
+pub mod model;
+mod parse;
+mod resolve;
+
+pub use model::Library;
+pub use parse::parse;
+pub use resolve::Session;

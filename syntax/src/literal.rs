@@ -1,0 +1,149 @@
+//! Values as they are written.
+
+use rc_diagnostics::Span;
+
+/// A value in a text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Literal {
+    /// What it is.
+    pub kind: LiteralKind,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// The value itself.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LiteralKind {
+    /// A number without fraction and exponent.
+    Int(i64),
+    /// Any other number.
+    Float(f64),
+    /// A text in quotes.
+    Text(String),
+    /// `true` or `false`.
+    Bool(bool),
+    /// A number with a unit of time, in nanoseconds.
+    Duration(u64),
+    /// Any other word: an enumerator, a constant, a choice.
+    Name(String),
+}
+
+impl Literal {
+    /// Reads the text of the grammar's `literal`.
+    pub fn parse(text: &str, span: Span) -> Self {
+        Self { kind: parse_kind(text.trim()), span }
+    }
+
+    /// The value as a floating-point number, if it is a number.
+    pub fn as_f64(&self) -> Option<f64> {
+        match self.kind {
+            LiteralKind::Int(value) => Some(value as f64),
+            LiteralKind::Float(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The value as an integer, if it is one.
+    pub fn as_i64(&self) -> Option<i64> {
+        match self.kind {
+            LiteralKind::Int(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The value in nanoseconds, if it is a time; a plain number counts milliseconds.
+    pub fn as_nanoseconds(&self) -> Option<u64> {
+        match self.kind {
+            LiteralKind::Duration(value) => Some(value),
+            _ => self.as_f64().filter(|v| *v >= 0.0).map(|ms| (ms * 1e6).round() as u64),
+        }
+    }
+
+    /// "a number", "a text" …, for messages.
+    pub fn described(&self) -> String {
+        match &self.kind {
+            LiteralKind::Int(value) => format!("the number {value}"),
+            LiteralKind::Float(value) => format!("the number {value}"),
+            LiteralKind::Text(value) => format!("the text \"{value}\""),
+            LiteralKind::Bool(value) => format!("`{value}`"),
+            LiteralKind::Duration(_) => "a time".to_owned(),
+            LiteralKind::Name(value) => format!("`{value}`"),
+        }
+    }
+}
+
+fn parse_kind(text: &str) -> LiteralKind {
+    if text.starts_with('"') {
+        return LiteralKind::Text(unescape(text));
+    }
+    match text {
+        "true" => return LiteralKind::Bool(true),
+        "false" => return LiteralKind::Bool(false),
+        _ => {}
+    }
+    let hex = text.strip_prefix("0x").map(|digits| (digits, false));
+    let hex = hex.or_else(|| text.strip_prefix("-0x").map(|digits| (digits, true)));
+    if let Some((digits, negative)) = hex
+        && let Ok(value) = i64::from_str_radix(digits, 16)
+    {
+        return LiteralKind::Int(if negative { -value } else { value });
+    }
+    if let Ok(value) = text.parse() {
+        return LiteralKind::Int(value);
+    }
+    if text.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
+        if let Ok(value) = text.parse() {
+            return LiteralKind::Float(value);
+        }
+        if let Some(value) = duration_nanoseconds(text) {
+            return LiteralKind::Duration(value);
+        }
+    }
+    LiteralKind::Name(text.to_owned())
+}
+
+/// A time as it is written (`50ms`, `1.5 s`, `2min`, `10us`), in nanoseconds.
+pub fn duration_nanoseconds(text: &str) -> Option<u64> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E')?;
+    let value: f64 = text[..split].trim().parse().ok()?;
+    let unit = match text[split..].trim() {
+        "us" => 1e3,
+        "ms" => 1e6,
+        "s" => 1e9,
+        "min" => 60e9,
+        _ => return None,
+    };
+    (value >= 0.0).then(|| (value * unit).round() as u64)
+}
+
+/// The content of a text in quotes, with `\n`, `\t`, `\"` and `\\` replaced.
+pub fn unescape(quoted: &str) -> String {
+    let inner = quoted.strip_prefix('"').unwrap_or(quoted);
+    let inner = inner.strip_suffix('"').unwrap_or(inner);
+    let mut out = String::with_capacity(inner.len());
+    let mut chars = inner.chars();
+    while let Some(c) = chars.next() {
+        match (c, if c == '\\' { chars.next() } else { None }) {
+            ('\\', Some('n')) => out.push('\n'),
+            ('\\', Some('t')) => out.push('\t'),
+            ('\\', Some(other)) => out.push(other),
+            (other, _) => out.push(other),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn literals_are_what_they_look_like() {
+        assert_eq!(parse_kind("-12"), LiteralKind::Int(-12));
+        assert_eq!(parse_kind("0x1F"), LiteralKind::Int(31));
+        assert_eq!(parse_kind("1e3"), LiteralKind::Float(1000.0));
+        assert_eq!(parse_kind("\"a\\\"b\""), LiteralKind::Text("a\"b".to_owned()));
+        assert_eq!(parse_kind("1.5 s"), LiteralKind::Duration(1_500_000_000));
+        assert_eq!(parse_kind("best_effort"), LiteralKind::Name("best_effort".to_owned()));
+    }
+}

@@ -1,0 +1,134 @@
+//! Comments: where they are, and which of them document what.
+
+/// The comments of one text, kept beside the tree instead of in the grammar.
+#[derive(Clone, Debug)]
+pub struct Trivia<'a> {
+    text: &'a str,
+    comments: Vec<(usize, usize)>,
+}
+
+impl<'a> Trivia<'a> {
+    /// Finds the comments of `text`; `//` inside a string is no comment.
+    pub fn new(text: &'a str) -> Self {
+        let bytes = text.as_bytes();
+        let mut comments = Vec::new();
+        let mut at = 0;
+        while at < bytes.len() {
+            let rest = &text.as_bytes()[at..];
+            let length = if rest.starts_with(b"//") {
+                rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())
+            } else if rest.starts_with(b"/*") {
+                rest[2..].windows(2).position(|w| w == b"*/").map_or(rest.len(), |end| end + 4)
+            } else if rest[0] == b'"' {
+                at += string_length(rest);
+                continue;
+            } else {
+                at += 1;
+                continue;
+            };
+            comments.push((at, at + length));
+            at += length;
+        }
+        Self { text, comments }
+    }
+
+    /// Where the last token before `at` ends: back over white space and comments.
+    pub fn end_of_token_before(&self, at: usize) -> usize {
+        let mut end = at;
+        loop {
+            let trimmed = self.text[..end].trim_end().len();
+            match self.comments.iter().rev().find(|(_, stop)| *stop == trimmed) {
+                Some((start, _)) => end = *start,
+                None => return trimmed,
+            }
+        }
+    }
+
+    /// The documentation directly before the declaration that starts at `at`: `/// …` lines or one `/** … */`,
+    /// without the marks, or nothing.
+    pub fn documentation(&self, at: usize) -> Vec<String> {
+        let mut blocks: Vec<&str> = Vec::new();
+        let mut end = self.text[..at].trim_end().len();
+        while let Some((start, stop)) = self.comments.iter().rev().find(|(_, stop)| *stop == end) {
+            let comment = &self.text[*start..*stop];
+            let is_line = comment.starts_with("///") && !comment.starts_with("////");
+            let is_block = comment.starts_with("/**") && comment.len() > 4;
+            // A comment that follows code on its own line documents nothing below it.
+            let line = self.text[..*start].rsplit('\n').next().unwrap_or_default();
+            if !(is_line || is_block) || !line.trim().is_empty() {
+                break;
+            }
+            blocks.push(comment);
+            end = self.text[..*start].trim_end().len();
+            if is_block {
+                break;
+            }
+        }
+        blocks.iter().rev().flat_map(|block| lines_of(block)).collect()
+    }
+
+    /// The text without comments and with white space folded: equal for two texts that mean the same.
+    pub fn significant(&self) -> String {
+        let mut out = String::with_capacity(self.text.len());
+        let mut at = 0;
+        for (start, stop) in self.comments.iter().copied().chain([(self.text.len(), self.text.len())]) {
+            for word in self.text[at..start].split_whitespace() {
+                out.push_str(word);
+                out.push(' ');
+            }
+            at = stop;
+        }
+        out
+    }
+}
+
+fn string_length(rest: &[u8]) -> usize {
+    let mut at = 1;
+    while at < rest.len() && rest[at] != b'\n' {
+        match rest[at] {
+            b'"' => return at + 1,
+            b'\\' => at += 2,
+            _ => at += 1,
+        }
+    }
+    at.min(rest.len())
+}
+
+fn lines_of(comment: &str) -> Vec<String> {
+    if let Some(line) = comment.strip_prefix("///") {
+        return vec![line.trim_end().strip_prefix(' ').unwrap_or(line.trim_end()).to_owned()];
+    }
+    let inner = comment.trim_start_matches("/**").trim_end_matches("*/");
+    let mut lines: Vec<String> = inner
+        .lines()
+        .map(|line| line.trim().trim_start_matches('*').trim().to_owned())
+        .skip_while(String::is_empty)
+        .collect();
+    while lines.last().is_some_and(String::is_empty) {
+        lines.pop();
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Trivia;
+
+    #[test]
+    fn comments_are_found_outside_strings_only() {
+        let text = "import \"../..//x.idsl\"; // one\n/* two */ module";
+        let trivia = Trivia::new(text);
+        assert_eq!(trivia.significant(), "import \"../..//x.idsl\"; module ");
+        assert_eq!(trivia.end_of_token_before(text.find("module").unwrap_or(0)), 23);
+    }
+
+    #[test]
+    fn documentation_is_what_stands_directly_before() {
+        let text = "int a; /// not of b\n/// about b\n///  indented\nint b;\n\n/**\n * about c\n */\nint c;";
+        let trivia = Trivia::new(text);
+        let doc = |what: &str| trivia.documentation(text.find(what).unwrap_or(0));
+        assert_eq!(doc("int b"), ["about b", " indented"]);
+        assert_eq!(doc("int c"), ["about c"]);
+        assert!(doc("int a").is_empty());
+    }
+}
