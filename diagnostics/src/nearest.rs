@@ -21,7 +21,10 @@ mod tests {
     #[test]
     fn case_and_swapped_letters_are_near_and_other_words_are_not() {
         assert_eq!(nearest("laser", ["Laser", "Lasso"]), Some("Laser"));
-        assert_eq!(nearest("GenericBsae", ["GenericBase", "Laser"]), Some("GenericBase"));
+        assert_eq!(
+            nearest("GenericBsae", ["GenericBase", "Laser"]),
+            Some("GenericBase")
+        );
         assert_eq!(nearest("Speech", ["Laser"]), None);
     }
 }

@@ -25,7 +25,9 @@ impl std::str::FromStr for Format {
             "human" => Ok(Self::Human),
             "short" => Ok(Self::Short),
             "json" => Ok(Self::Json),
-            other => Err(format!("`{other}` is not a format; there are human, short and json")),
+            other => Err(format!(
+                "`{other}` is not a format; there are human, short and json"
+            )),
         }
     }
 }
@@ -52,8 +54,12 @@ fn human(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
     };
     let mut group = Group::with_title(level.primary_title(&diagnostic.message).id(diagnostic.code));
     group = group.element(snippet(sources, diagnostic, diagnostic.span.source));
-    let mut others: Vec<_> =
-        diagnostic.labels.iter().map(|l| l.span.source).filter(|s| *s != diagnostic.span.source).collect();
+    let mut others: Vec<_> = diagnostic
+        .labels
+        .iter()
+        .map(|l| l.span.source)
+        .filter(|s| *s != diagnostic.span.source)
+        .collect();
     others.dedup();
     for other in others {
         group = group.element(snippet(sources, diagnostic, other));
@@ -71,12 +77,17 @@ fn snippet<'a>(
 ) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
     let text = sources.text(source);
     let range = |span: Span| span.start.min(text.len())..span.end.min(text.len());
-    let mut snippet = Snippet::source(text).path(sources.path(source).to_string_lossy().into_owned());
+    let mut snippet =
+        Snippet::source(text).path(sources.path(source).to_string_lossy().into_owned());
     if source == diagnostic.span.source {
         snippet = snippet.annotation(AnnotationKind::Primary.span(range(diagnostic.span)));
     }
     for label in diagnostic.labels.iter().filter(|l| l.span.source == source) {
-        let kind = if source == diagnostic.span.source { AnnotationKind::Context } else { AnnotationKind::Primary };
+        let kind = if source == diagnostic.span.source {
+            AnnotationKind::Context
+        } else {
+            AnnotationKind::Primary
+        };
         snippet = snippet.annotation(kind.span(range(label.span)).label(label.message.as_str()));
     }
     snippet
@@ -84,14 +95,32 @@ fn snippet<'a>(
 
 fn place(sources: &SourceMap, span: Span) -> String {
     let at = sources.position(span.source, span.start);
-    format!("{}:{}:{}", sources.path(span.source).display(), at.line, at.column)
+    format!(
+        "{}:{}:{}",
+        sources.path(span.source).display(),
+        at.line,
+        at.column
+    )
 }
 
 fn short(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
-    let Diagnostic { code, severity, message, .. } = diagnostic;
-    let mut line = format!("{}: {}[{code}]: {message}", place(sources, diagnostic.span), severity.name());
+    let Diagnostic {
+        code,
+        severity,
+        message,
+        ..
+    } = diagnostic;
+    let mut line = format!(
+        "{}: {}[{code}]: {message}",
+        place(sources, diagnostic.span),
+        severity.name()
+    );
     for label in &diagnostic.labels {
-        line.push_str(&format!("; {} at {}", label.message, place(sources, label.span)));
+        line.push_str(&format!(
+            "; {} at {}",
+            label.message,
+            place(sources, label.span)
+        ));
     }
     if let Some(help) = &diagnostic.help {
         line.push_str(&format!(" ({help})"));
@@ -101,7 +130,10 @@ fn short(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
 
 fn json_line(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
     let range = |span: Span| {
-        let (start, end) = (sources.position(span.source, span.start), sources.position(span.source, span.end));
+        let (start, end) = (
+            sources.position(span.source, span.start),
+            sources.position(span.source, span.end),
+        );
         json!({
             "file": sources.path(span.source).to_string_lossy(),
             "start": { "line": start.line, "column": start.column },
@@ -135,15 +167,22 @@ mod tests {
         let a = sources.add("a.cdsl", "Component C {\n\tlanguage rsut;\n};\n");
         let mut found = Diagnostics::new();
         let span = Span::new(a, 24, 28);
-        found.push(Diagnostic::error("unknown-language", span, "unknown language `rsut`").suggest("rsut", ["rust"]));
+        found.push(
+            Diagnostic::error("unknown-language", span, "unknown language `rsut`")
+                .suggest("rsut", ["rust"]),
+        );
         assert_eq!(
             render(&sources, &found, Format::Short),
             "a.cdsl:2:11: error[unknown-language]: unknown language `rsut` (did you mean `rust`?)\n"
         );
         let value: serde_json::Value =
-            serde_json::from_str(&render(&sources, &found, Format::Json)).expect("one JSON object a line");
+            serde_json::from_str(&render(&sources, &found, Format::Json))
+                .expect("one JSON object a line");
         assert_eq!(value["start"], json!({"line": 2, "column": 11}));
         let human = render(&sources, &found, Format::Human);
-        assert!(human.contains("a.cdsl:2:11") && human.contains("did you mean"), "{human}");
+        assert!(
+            human.contains("a.cdsl:2:11") && human.contains("did you mean"),
+            "{human}"
+        );
     }
 }

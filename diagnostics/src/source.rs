@@ -26,13 +26,20 @@ impl Span {
     /// The empty range at the end of this one: where a missing `;` belongs.
     #[must_use]
     pub fn after(self) -> Self {
-        Self { start: self.end, ..self }
+        Self {
+            start: self.end,
+            ..self
+        }
     }
 
     /// The smallest range that holds this one and `other`, which must be of the same text.
     #[must_use]
     pub fn to(self, other: Self) -> Self {
-        Self { start: self.start.min(other.start), end: self.end.max(other.end), ..self }
+        Self {
+            start: self.start.min(other.start),
+            end: self.end.max(other.end),
+            ..self
+        }
     }
 }
 
@@ -70,8 +77,14 @@ impl SourceMap {
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
         }
-        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-        self.sources.push(Source { path: path.into(), text, line_starts });
+        let line_starts = std::iter::once(0)
+            .chain(text.match_indices('\n').map(|(at, _)| at + 1))
+            .collect();
+        self.sources.push(Source {
+            path: path.into(),
+            text,
+            line_starts,
+        });
         SourceId((self.sources.len() - 1) as u32)
     }
 
@@ -87,7 +100,10 @@ impl SourceMap {
 
     /// The text that was read from `path`, if it was.
     pub fn find(&self, path: &Path) -> Option<SourceId> {
-        self.sources.iter().position(|s| s.path == path).map(|at| SourceId(at as u32))
+        self.sources
+            .iter()
+            .position(|s| s.path == path)
+            .map(|at| SourceId(at as u32))
     }
 
     /// Every text, in the order in which they were added.
@@ -100,8 +116,14 @@ impl SourceMap {
         let source = &self.sources[source.0 as usize];
         let line = source.line_starts.partition_point(|start| *start <= at);
         let start = source.line_starts[line - 1];
-        let before = source.text.get(start..at.min(source.text.len())).unwrap_or_default();
-        Position { line, column: before.chars().count() + 1 }
+        let before = source
+            .text
+            .get(start..at.min(source.text.len()))
+            .unwrap_or_default();
+        Position {
+            line,
+            column: before.chars().count() + 1,
+        }
     }
 }
 
@@ -115,6 +137,9 @@ mod tests {
         let id = map.add("a", "\u{feff}x\n\té;\n");
         assert_eq!(map.position(id, 0), Position { line: 1, column: 1 });
         assert_eq!(map.position(id, 5), Position { line: 2, column: 3 });
-        assert_eq!(map.position(id, map.text(id).len()), Position { line: 3, column: 1 });
+        assert_eq!(
+            map.position(id, map.text(id).len()),
+            Position { line: 3, column: 1 }
+        );
     }
 }

@@ -158,7 +158,9 @@ pub struct Scoped {
 impl Scoped {
     /// The whole place.
     pub fn span(&self) -> Span {
-        self.module.as_ref().map_or(self.name.span, |m| m.span.to(self.name.span))
+        self.module
+            .as_ref()
+            .map_or(self.name.span, |m| m.span.to(self.name.span))
     }
 
     /// As it was written.

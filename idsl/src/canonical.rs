@@ -10,7 +10,10 @@ use sha2::{Digest, Sha256};
 /// The first eight bytes of the SHA-256 of `text`, as a number.
 pub fn hash(text: &str) -> u64 {
     let digest = Sha256::digest(text.as_bytes());
-    digest.iter().take(8).fold(0, |value, byte| value << 8 | u64::from(*byte))
+    digest
+        .iter()
+        .take(8)
+        .fold(0, |value, byte| value << 8 | u64::from(*byte))
 }
 
 /// The hash of one operation's types, which is the same for every interface that spells it so.
@@ -20,7 +23,11 @@ pub fn operation_hash(library: &Library, interface: InterfaceId, operation: &Ope
 
 /// The canonical text of an operation.
 pub fn operation_text(library: &Library, interface: InterfaceId, operation: &Operation) -> String {
-    let mut out = format!("{}/{}(", library.interface_path(interface), operation.name.text);
+    let mut out = format!(
+        "{}/{}(",
+        library.interface_path(interface),
+        operation.name.text
+    );
     members(library, &operation.inputs, &mut out);
     out.push_str(")->(");
     members(library, &operation.outputs, &mut out);
@@ -72,9 +79,13 @@ fn ty(library: &Library, used: &Type, out: &mut String) {
             out.push('{');
             match &library.ty(*id).kind {
                 TypeDeclKind::Enum(values) => {
-                    values.iter().for_each(|v| out.push_str(&format!("{}={};", v.name.text, v.value)));
+                    values
+                        .iter()
+                        .for_each(|v| out.push_str(&format!("{}={};", v.name.text, v.value)));
                 }
-                TypeDeclKind::Struct(parts) | TypeDeclKind::Exception(parts) => members(library, parts, out),
+                TypeDeclKind::Struct(parts) | TypeDeclKind::Exception(parts) => {
+                    members(library, parts, out)
+                }
                 TypeDeclKind::Alias(_) => {}
             }
             out.push('}');

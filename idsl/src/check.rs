@@ -6,17 +6,28 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
 
 /// Names that differ only in case would become one name in some language.
-pub(crate) fn duplicates<'a>(names: impl Iterator<Item = &'a Name>, what: &str, found: &mut Diagnostics) {
+pub(crate) fn duplicates<'a>(
+    names: impl Iterator<Item = &'a Name>,
+    what: &str,
+    found: &mut Diagnostics,
+) {
     let mut seen: Vec<&Name> = Vec::new();
     for name in names {
-        if let Some(first) = seen.iter().find(|s| s.text.eq_ignore_ascii_case(&name.text)) {
+        if let Some(first) = seen
+            .iter()
+            .find(|s| s.text.eq_ignore_ascii_case(&name.text))
+        {
             let message = if first.text == name.text {
                 format!("{what} `{}` is declared twice", name.text)
             } else {
-                format!("{what} `{}` differs from `{}` only in case", name.text, first.text)
+                format!(
+                    "{what} `{}` differs from `{}` only in case",
+                    name.text, first.text
+                )
             };
             found.push(
-                Diagnostic::error("duplicate-name", name.span, message).label(first.span, "first declared here"),
+                Diagnostic::error("duplicate-name", name.span, message)
+                    .label(first.span, "first declared here"),
             );
         } else {
             seen.push(name);
@@ -31,9 +42,17 @@ pub(crate) fn recursion(library: &Library, types: &[TypeId], found: &mut Diagnos
         if let Some(cycle) = cycle_from(library, *id, &mut Vec::new())
             && !cycle.iter().any(|t| reported.contains(t))
         {
-            let names: Vec<&str> = cycle.iter().chain(cycle.first()).map(|t| library.ty(*t).name.text.as_str()).collect();
+            let names: Vec<&str> = cycle
+                .iter()
+                .chain(cycle.first())
+                .map(|t| library.ty(*t).name.text.as_str())
+                .collect();
             let message = format!("type `{}` contains itself: {}", names[0], names.join(" → "));
-            found.push(Diagnostic::error("recursive-type", library.ty(*id).name.span, message));
+            found.push(Diagnostic::error(
+                "recursive-type",
+                library.ty(*id).name.span,
+                message,
+            ));
             reported.extend(cycle);
         }
     }
@@ -46,12 +65,16 @@ fn cycle_from(library: &Library, id: TypeId, path: &mut Vec<TypeId>) -> Option<V
     path.push(id);
     let parts: Vec<&Type> = match &library.ty(id).kind {
         TypeDeclKind::Enum(_) => Vec::new(),
-        TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => members.iter().map(|m| &m.ty).collect(),
+        TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
+            members.iter().map(|m| &m.ty).collect()
+        }
         TypeDeclKind::Alias(ty) => vec![ty],
     };
     let mut named = Vec::new();
     parts.into_iter().for_each(|ty| names_in(ty, &mut named));
-    let cycle = named.into_iter().find_map(|next| cycle_from(library, next, path));
+    let cycle = named
+        .into_iter()
+        .find_map(|next| cycle_from(library, next, path));
     path.pop();
     cycle
 }
@@ -83,14 +106,21 @@ pub(crate) fn dictionary_key(library: &Library, key: &Type, span: Span, found: &
 }
 
 /// Whether `value` is a value of `ty`; says so where it is not.
-pub(crate) fn value_fits(library: &Library, ty: &Type, value: &Literal, found: &mut Diagnostics) -> bool {
+pub(crate) fn value_fits(
+    library: &Library,
+    ty: &Type,
+    value: &Literal,
+    found: &mut Diagnostics,
+) -> bool {
     let what = match library.resolved(ty) {
         Type::Primitive(Primitive::Bool) => match value.kind {
             LiteralKind::Bool(_) => return true,
             _ => "`true` or `false`".to_owned(),
         },
         Type::Primitive(primitive) => match (primitive.integer_limits(), &value.kind) {
-            (Some((min, max)), LiteralKind::Int(v)) if (min..=max).contains(&i128::from(*v)) => return true,
+            (Some((min, max)), LiteralKind::Int(v)) if (min..=max).contains(&i128::from(*v)) => {
+                return true;
+            }
             (None, LiteralKind::Int(_) | LiteralKind::Float(_)) => return true,
             (Some((min, max)), _) => format!("a whole number from {min} to {max}"),
             (None, _) => "a number".to_owned(),
@@ -105,22 +135,38 @@ pub(crate) fn value_fits(library: &Library, ty: &Type, value: &Literal, found: &
             if let TypeDeclKind::Enum(values) = &library.ty(*id).kind {
                 let names = values.iter().map(|v| v.name.text.as_str());
                 let LiteralKind::Name(written) = &value.kind else {
-                    let message = format!("{} is not a value of enum `{}`", value.described(), library.ty(*id).name.text);
-                    found.push(Diagnostic::error("bad-default", value.span, message).suggest("", names));
+                    let message = format!(
+                        "{} is not a value of enum `{}`",
+                        value.described(),
+                        library.ty(*id).name.text
+                    );
+                    found.push(
+                        Diagnostic::error("bad-default", value.span, message).suggest("", names),
+                    );
                     return false;
                 };
                 if values.iter().any(|v| v.name.text == *written) {
                     return true;
                 }
-                let message = format!("`{written}` is not a value of enum `{}`", library.ty(*id).name.text);
-                found.push(Diagnostic::error("bad-default", value.span, message).suggest(written, names));
+                let message = format!(
+                    "`{written}` is not a value of enum `{}`",
+                    library.ty(*id).name.text
+                );
+                found.push(
+                    Diagnostic::error("bad-default", value.span, message).suggest(written, names),
+                );
                 return false;
             }
             "nothing: a structure has no default of its own".to_owned()
         }
-        Type::Sequence(..) | Type::Array(..) | Type::Dictionary(..) => "nothing: only single values have one".to_owned(),
+        Type::Sequence(..) | Type::Array(..) | Type::Dictionary(..) => {
+            "nothing: only single values have one".to_owned()
+        }
     };
-    let message = format!("{} cannot be the value here; allowed is {what}", value.described());
+    let message = format!(
+        "{} cannot be the value here; allowed is {what}",
+        value.described()
+    );
     found.push(Diagnostic::error("bad-default", value.span, message));
     false
 }
@@ -134,7 +180,11 @@ pub(crate) fn range(
     found: &mut Diagnostics,
 ) -> bool {
     let mut report = |message: &str| {
-        found.push(Diagnostic::error("bad-range", annotation.name.span, message));
+        found.push(Diagnostic::error(
+            "bad-range",
+            annotation.name.span,
+            message,
+        ));
         false
     };
     let Type::Primitive(primitive) = library.resolved(ty) else {
@@ -144,7 +194,9 @@ pub(crate) fn range(
         return report("`@range` is only possible on a number");
     }
     let ends = [&range.min, &range.max];
-    if ends.iter().all(|end| end.is_none()) || annotation.args.len() != ends.iter().flat_map(|e| e.iter()).count() {
+    if ends.iter().all(|end| end.is_none())
+        || annotation.args.len() != ends.iter().flat_map(|e| e.iter()).count()
+    {
         return report("`@range` takes `min=` and `max=`: `@range(min=0, max=100)`");
     }
     for end in ends.into_iter().flatten() {
@@ -152,7 +204,10 @@ pub(crate) fn range(
             return report("the ends of `@range` are numbers of the member's type");
         }
     }
-    let (min, max) = (range.min.as_ref().and_then(Literal::as_f64), range.max.as_ref().and_then(Literal::as_f64));
+    let (min, max) = (
+        range.min.as_ref().and_then(Literal::as_f64),
+        range.max.as_ref().and_then(Literal::as_f64),
+    );
     if let (Some(min), Some(max)) = (min, max)
         && min > max
     {
@@ -163,10 +218,25 @@ pub(crate) fn range(
 
 pub(crate) fn value_in_range(range: &Range, value: &Literal, name: &Name, found: &mut Diagnostics) {
     let Some(number) = value.as_f64() else { return };
-    let below = range.min.as_ref().and_then(Literal::as_f64).is_some_and(|min| number < min);
-    let above = range.max.as_ref().and_then(Literal::as_f64).is_some_and(|max| number > max);
+    let below = range
+        .min
+        .as_ref()
+        .and_then(Literal::as_f64)
+        .is_some_and(|min| number < min);
+    let above = range
+        .max
+        .as_ref()
+        .and_then(Literal::as_f64)
+        .is_some_and(|max| number > max);
     if below || above {
-        let message = format!("the default {number} of `{}` is outside its own range", name.text);
-        found.push(Diagnostic::error("default-out-of-range", value.span, message));
+        let message = format!(
+            "the default {number} of `{}` is outside its own range",
+            name.text
+        );
+        found.push(Diagnostic::error(
+            "default-out-of-range",
+            value.span,
+            message,
+        ));
     }
 }

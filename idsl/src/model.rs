@@ -191,7 +191,10 @@ impl Primitive {
 
     /// The primitive that `word` names.
     pub fn from_word(word: &str) -> Option<Self> {
-        Self::WORDS.iter().find(|(name, _)| *name == word).map(|(_, primitive)| *primitive)
+        Self::WORDS
+            .iter()
+            .find(|(name, _)| *name == word)
+            .map(|(_, primitive)| *primitive)
     }
 
     /// Size on the wire and in memory, in bytes.
@@ -322,7 +325,11 @@ impl Library {
     /// `Module::Name` of an interface.
     pub fn interface_path(&self, id: InterfaceId) -> String {
         let interface = self.interface(id);
-        format!("{}::{}", self.module(interface.module).name.text, interface.name.text)
+        format!(
+            "{}::{}",
+            self.module(interface.module).name.text,
+            interface.name.text
+        )
     }
 
     /// The type behind aliases.

@@ -1,7 +1,8 @@
 //! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
 
 use crate::ast::{
-    Annotation, Decl, DeclKind, Enumerator, File, Import, Member, Module, Operation, Param, Scoped, Type, TypeKind,
+    Annotation, Decl, DeclKind, Enumerator, File, Import, Member, Module, Operation, Param, Scoped,
+    Type, TypeKind,
 };
 use pest::Parser;
 use pest::iterators::Pair;
@@ -16,7 +17,12 @@ struct Grammar;
 /// Reads one `.idsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let text = sources.text(source);
-    let mut reader = Reader { source, text, trivia: Trivia::new(text), found: Diagnostics::new() };
+    let mut reader = Reader {
+        source,
+        text,
+        trivia: Trivia::new(text),
+        found: Diagnostics::new(),
+    };
     let file = reader.file();
     (file, reader.found)
 }
@@ -32,7 +38,11 @@ impl<'a> Reader<'a> {
     fn file(&mut self) -> File {
         if self.trivia.significant().is_empty() {
             let message = "this file is empty; it should hold `module NAME { … };`";
-            self.found.push(Diagnostic::error("empty-file", Span::new(self.source, 0, 0), message));
+            self.found.push(Diagnostic::error(
+                "empty-file",
+                Span::new(self.source, 0, 0),
+                message,
+            ));
             return File::default();
         }
         if let Some(deep) = nesting(self.text, self.source) {
@@ -40,7 +50,13 @@ impl<'a> Reader<'a> {
             return File::default();
         }
         let Ok(mut pairs) = Grammar::parse(Rule::file, self.text) else {
-            self.found.extend(explain::<Grammar, Rule>(Rule::file, self.text, self.source, 0, word));
+            self.found.extend(explain::<Grammar, Rule>(
+                Rule::file,
+                self.text,
+                self.source,
+                0,
+                word,
+            ));
             return File::default();
         };
         let mut file = File::default();
@@ -49,11 +65,19 @@ impl<'a> Reader<'a> {
                 Rule::import => file.imports.extend(self.import(pair)),
                 Rule::module => file.module = Some(self.module(pair)),
                 Rule::trailing => {
-                    let message = "there is text after the end of the module; a file holds one module";
-                    let first = pair.as_str().lines().next().unwrap_or_default().trim_end().len();
+                    let message =
+                        "there is text after the end of the module; a file holds one module";
+                    let first = pair
+                        .as_str()
+                        .lines()
+                        .next()
+                        .unwrap_or_default()
+                        .trim_end()
+                        .len();
                     let start = pair.as_span().start();
                     let span = Span::new(self.source, start, start + first);
-                    self.found.push(Diagnostic::error("text-after-end", span, message));
+                    self.found
+                        .push(Diagnostic::error("text-after-end", span, message));
                 }
                 _ => {}
             }
@@ -76,7 +100,11 @@ impl<'a> Reader<'a> {
 
     fn semicolon(&mut self, pair: &Pair<'a, Rule>) {
         if pair.as_str().is_empty() {
-            self.found.push(missing_semicolon(&self.trivia, self.source, pair.as_span().start()));
+            self.found.push(missing_semicolon(
+                &self.trivia,
+                self.source,
+                pair.as_span().start(),
+            ));
         }
     }
 
@@ -85,7 +113,11 @@ impl<'a> Reader<'a> {
         let found = explain::<Grammar, Rule>(rule, pair.as_str(), self.source, offset, word);
         self.found.extend(found.or_else(|| {
             let span = self.span(pair);
-            Some(Diagnostic::error("syntax-error", span, "this cannot be read here"))
+            Some(Diagnostic::error(
+                "syntax-error",
+                span,
+                "this cannot be read here",
+            ))
         }));
     }
 
@@ -93,7 +125,12 @@ impl<'a> Reader<'a> {
         let mut import = None;
         for part in pair.into_inner() {
             match part.as_rule() {
-                Rule::string => import = Some(Import { path: unescape(part.as_str()), span: self.span(&part) }),
+                Rule::string => {
+                    import = Some(Import {
+                        path: unescape(part.as_str()),
+                        span: self.span(&part),
+                    })
+                }
                 Rule::semicolon => self.semicolon(&part),
                 _ => {}
             }
@@ -103,11 +140,17 @@ impl<'a> Reader<'a> {
 
     fn module(&mut self, pair: Pair<'a, Rule>) -> Module {
         let doc = self.trivia.documentation(pair.as_span().start());
-        let mut module = Module { name: Name::new("", self.span(&pair)), doc, decls: Vec::new() };
+        let mut module = Module {
+            name: Name::new("", self.span(&pair)),
+            doc,
+            decls: Vec::new(),
+        };
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => module.name = self.name(&part),
-                Rule::decl => module.decls.extend(part.into_inner().filter_map(|p| self.decl(p))),
+                Rule::decl => module
+                    .decls
+                    .extend(part.into_inner().filter_map(|p| self.decl(p))),
                 _ => {}
             }
         }
@@ -131,8 +174,10 @@ impl<'a> Reader<'a> {
             return None;
         }
         let doc = self.trivia.documentation(pair.as_span().start());
-        let (mut name, mut annotations, mut members, mut enumerators) = (None, Vec::new(), Vec::new(), Vec::new());
-        let (mut operations, mut types, mut literal, mut base) = (Vec::new(), Vec::new(), None, None);
+        let (mut name, mut annotations, mut members, mut enumerators) =
+            (None, Vec::new(), Vec::new(), Vec::new());
+        let (mut operations, mut types, mut literal, mut base) =
+            (Vec::new(), Vec::new(), None, None);
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => name = Some(self.name(&part)),
@@ -145,7 +190,10 @@ impl<'a> Reader<'a> {
                 Rule::type_ref => types.push(self.type_ref(part)),
                 Rule::sequence_type => {
                     let span = self.span(&part);
-                    types.push(Type { kind: self.sequence(part), span });
+                    types.push(Type {
+                        kind: self.sequence(part),
+                        span,
+                    });
                 }
                 Rule::literal => literal = Some(self.literal(&part)),
                 Rule::scoped => base = Some(self.scoped(part)),
@@ -163,22 +211,45 @@ impl<'a> Reader<'a> {
             Rule::dictionary_decl => {
                 let (value, key) = (types.pop()?, types.pop()?);
                 let span = key.span.to(value.span);
-                DeclKind::Alias(Type { kind: TypeKind::Dictionary(Box::new(key), Box::new(value)), span })
+                DeclKind::Alias(Type {
+                    kind: TypeKind::Dictionary(Box::new(key), Box::new(value)),
+                    span,
+                })
             }
             _ => DeclKind::Alias(types.pop()?),
         };
-        Some(Decl { name, doc, annotations, kind })
+        Some(Decl {
+            name,
+            doc,
+            annotations,
+            kind,
+        })
     }
 
     fn unknown_decl(&mut self, pair: &Pair<'a, Rule>) -> Option<Decl> {
-        const WORDS: [&str; 7] = ["enum", "struct", "sequence", "dictionary", "exception", "interface", "const"];
+        const WORDS: [&str; 7] = [
+            "enum",
+            "struct",
+            "sequence",
+            "dictionary",
+            "exception",
+            "interface",
+            "const",
+        ];
         let text = pair.as_str();
-        let length = text.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(text.len());
-        let word = if length == 0 { text.split_whitespace().next().unwrap_or(text) } else { &text[..length] };
+        let length = text
+            .find(|c: char| !(c.is_alphanumeric() || c == '_'))
+            .unwrap_or(text.len());
+        let word = if length == 0 {
+            text.split_whitespace().next().unwrap_or(text)
+        } else {
+            &text[..length]
+        };
         let start = pair.as_span().start();
         let span = Span::new(self.source, start, start + word.len());
         let message = format!("`{word}` does not begin a declaration");
-        self.found.push(Diagnostic::error("unknown-declaration", span, message).suggest(word, WORDS));
+        self.found
+            .push(Diagnostic::error("unknown-declaration", span, message).suggest(word, WORDS));
         None
     }
 
@@ -200,14 +271,23 @@ impl<'a> Reader<'a> {
                 Rule::name => name = Some(self.name(&part)),
                 Rule::array => {
                     let size = part.into_inner().next().map(|p| self.literal(&p))?;
-                    ty = ty.map(|element| Type { span: element.span, kind: TypeKind::Array(Box::new(element), size) });
+                    ty = ty.map(|element| Type {
+                        span: element.span,
+                        kind: TypeKind::Array(Box::new(element), size),
+                    });
                 }
                 Rule::literal => default = Some(self.literal(&part)),
                 Rule::semicolon => self.semicolon(&part),
                 _ => {}
             }
         }
-        Some(Member { name: name?, doc, annotations, ty: ty?, default })
+        Some(Member {
+            name: name?,
+            doc,
+            annotations,
+            ty: ty?,
+            default,
+        })
     }
 
     fn operation(&mut self, pair: Pair<'a, Rule>) -> Option<Operation> {
@@ -231,7 +311,16 @@ impl<'a> Reader<'a> {
             }
         }
         let result = result.filter(|ty| !is_void(ty));
-        Some(Operation { name: name?, doc, annotations, idempotent, pattern, result, params, throws })
+        Some(Operation {
+            name: name?,
+            doc,
+            annotations,
+            idempotent,
+            pattern,
+            result,
+            params,
+            throws,
+        })
     }
 
     fn param(&mut self, pair: Pair<'a, Rule>) -> Option<Param> {
@@ -245,13 +334,21 @@ impl<'a> Reader<'a> {
                 _ => {}
             }
         }
-        Some(Param { name: name?, annotations, out, ty: ty? })
+        Some(Param {
+            name: name?,
+            annotations,
+            out,
+            ty: ty?,
+        })
     }
 
     fn type_ref(&mut self, pair: Pair<'a, Rule>) -> Type {
         let span = self.span(&pair);
         let Some(inner) = pair.into_inner().next() else {
-            return Type { kind: TypeKind::Text(None), span };
+            return Type {
+                kind: TypeKind::Text(None),
+                span,
+            };
         };
         let kind = match inner.as_rule() {
             Rule::sequence_type => self.sequence(inner),
@@ -266,7 +363,13 @@ impl<'a> Reader<'a> {
 
     fn sequence(&mut self, pair: Pair<'a, Rule>) -> TypeKind {
         let span = self.span(&pair);
-        let (mut element, mut bound) = (Type { kind: TypeKind::Text(None), span }, None);
+        let (mut element, mut bound) = (
+            Type {
+                kind: TypeKind::Text(None),
+                span,
+            },
+            None,
+        );
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::type_ref => element = self.type_ref(part),
@@ -281,12 +384,18 @@ impl<'a> Reader<'a> {
         let span = self.span(&pair);
         let mut names: Vec<Name> = pair.into_inner().map(|p| self.name(&p)).collect();
         let name = names.pop().unwrap_or_else(|| Name::new("", span));
-        Scoped { module: names.pop(), name }
+        Scoped {
+            module: names.pop(),
+            name,
+        }
     }
 
     fn annotation(&mut self, pair: Pair<'a, Rule>) -> Annotation {
         let span = self.span(&pair);
-        let mut annotation = Annotation { name: Name::new("", span), args: Vec::new() };
+        let mut annotation = Annotation {
+            name: Name::new("", span),
+            args: Vec::new(),
+        };
         for part in pair.into_inner() {
             if part.as_rule() == Rule::name {
                 annotation.name = self.name(&part);

@@ -3,8 +3,8 @@
 use crate::ast::{self, Decl, DeclKind, Scoped, TypeKind};
 use crate::check;
 use crate::model::{
-    Const, Enumerator, Interface, InterfaceId, Library, Member, Module, ModuleId, Operation, Pattern, Primitive, Range,
-    Type, TypeDecl, TypeDeclKind, TypeId,
+    Const, Enumerator, Interface, InterfaceId, Library, Member, Module, ModuleId, Operation,
+    Pattern, Primitive, Range, Type, TypeDecl, TypeDeclKind, TypeId,
 };
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
@@ -47,14 +47,19 @@ impl<'a> Session<'a> {
                 let base = wanted.rsplit('/').next().unwrap_or(wanted);
                 let message = match &missing.refused {
                     Some(why) => format!("`{wanted}` cannot be read: {why}"),
-                    None => format!("`{base}` was not found; looked in {}", missing.searched.join(", ")),
+                    None => format!(
+                        "`{base}` was not found; looked in {}",
+                        missing.searched.join(", ")
+                    ),
                 };
                 let diagnostic = Diagnostic::error("import-not-found", span, message);
                 let with_ending = format!("{}.idsl", base.trim_end_matches(".idsl"));
-                let near = rc_diagnostics::nearest(&with_ending, missing.known.iter().map(String::as_str));
+                let near =
+                    rc_diagnostics::nearest(&with_ending, missing.known.iter().map(String::as_str));
                 self.found.push(match near {
                     Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                    None => diagnostic.help("name its folder with `-I DIR`, or put the file beside this one"),
+                    None => diagnostic
+                        .help("name its folder with `-I DIR`, or put the file beside this one"),
                 });
                 return None;
             }
@@ -65,10 +70,17 @@ impl<'a> Session<'a> {
     /// Loads one text, which was named at `span`, with all that it imports.
     pub fn load(&mut self, path: PathBuf, text: String, span: Span) -> Option<ModuleId> {
         if let Some(at) = self.loading.iter().position(|(open, _)| *open == path) {
-            let mut names: Vec<String> = self.loading[at..].iter().map(|(p, _)| file_name(p)).collect();
+            let mut names: Vec<String> = self.loading[at..]
+                .iter()
+                .map(|(p, _)| file_name(p))
+                .collect();
             names.push(file_name(&path));
-            let message = format!("these files import each other in a circle: {}", names.join(" → "));
-            self.found.push(Diagnostic::error("import-cycle", span, message));
+            let message = format!(
+                "these files import each other in a circle: {}",
+                names.join(" → ")
+            );
+            self.found
+                .push(Diagnostic::error("import-cycle", span, message));
             return None;
         }
         if let Some(known) = self.loaded.get(&path) {
@@ -79,7 +91,12 @@ impl<'a> Session<'a> {
     }
 
     /// Resolves a text that is in the source map already.
-    pub fn load_source(&mut self, source: rc_diagnostics::SourceId, path: PathBuf, span: Span) -> Option<ModuleId> {
+    pub fn load_source(
+        &mut self,
+        source: rc_diagnostics::SourceId,
+        path: PathBuf,
+        span: Span,
+    ) -> Option<ModuleId> {
         let (file, found) = parse(self.sources, source);
         self.found.extend(found);
         self.loading.push((path.clone(), span));
@@ -89,14 +106,26 @@ impl<'a> Session<'a> {
             imports.extend(module.filter(|m| !imports.contains(m)));
         }
         self.loading.pop();
-        let module = file.module.map(|module| self.module(module, source, imports));
+        let module = file
+            .module
+            .map(|module| self.module(module, source, imports));
         self.loaded.insert(path, module);
         module
     }
 
-    fn module(&mut self, tree: ast::Module, source: rc_diagnostics::SourceId, imports: Vec<ModuleId>) -> ModuleId {
+    fn module(
+        &mut self,
+        tree: ast::Module,
+        source: rc_diagnostics::SourceId,
+        imports: Vec<ModuleId>,
+    ) -> ModuleId {
         let id = ModuleId(self.library.modules.len());
-        if let Some(other) = self.library.modules.iter().find(|m| m.name.text == tree.name.text) {
+        if let Some(other) = self
+            .library
+            .modules
+            .iter()
+            .find(|m| m.name.text == tree.name.text)
+        {
             let message = format!(
                 "module `{}` is in two files: {} and {}",
                 tree.name.text,
@@ -104,9 +133,14 @@ impl<'a> Session<'a> {
                 self.sources.path(source).display()
             );
             let diagnostic = Diagnostic::error("module-in-two-files", tree.name.span, message);
-            self.found.push(diagnostic.label(other.name.span, "also declared here"));
+            self.found
+                .push(diagnostic.label(other.name.span, "also declared here"));
         }
-        check::duplicates(tree.decls.iter().map(|d| &d.name), "declaration", &mut self.found);
+        check::duplicates(
+            tree.decls.iter().map(|d| &d.name),
+            "declaration",
+            &mut self.found,
+        );
         let mut module = Module {
             name: tree.name.clone(),
             doc: tree.doc.clone(),
@@ -128,7 +162,10 @@ impl<'a> Session<'a> {
         }
         let types = module.types.clone();
         self.library.modules.push(module);
-        let mut scope = Scope { session: self, module: id };
+        let mut scope = Scope {
+            session: self,
+            module: id,
+        };
         scope.consts(&tree.decls);
         for (decl, ty) in tree.decls.iter().filter(|d| is_type(&d.kind)).zip(&types) {
             let kind = scope.type_decl(decl);
@@ -136,7 +173,10 @@ impl<'a> Session<'a> {
         }
         scope.bases(&tree.decls, &types);
         check::recursion(&self.library, &types, &mut self.found);
-        let mut scope = Scope { session: self, module: id };
+        let mut scope = Scope {
+            session: self,
+            module: id,
+        };
         for decl in &tree.decls {
             if let DeclKind::Interface(operations) = &decl.kind {
                 scope.interface(decl, operations);
@@ -147,11 +187,17 @@ impl<'a> Session<'a> {
 }
 
 fn is_type(kind: &DeclKind) -> bool {
-    matches!(kind, DeclKind::Enum(_) | DeclKind::Struct(_) | DeclKind::Exception(..) | DeclKind::Alias(_))
+    matches!(
+        kind,
+        DeclKind::Enum(_) | DeclKind::Struct(_) | DeclKind::Exception(..) | DeclKind::Alias(_)
+    )
 }
 
 fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+    path.file_name().map_or_else(
+        || path.display().to_string(),
+        |n| n.to_string_lossy().into_owned(),
+    )
 }
 
 /// Resolution inside one module.
@@ -167,7 +213,9 @@ impl Scope<'_, '_> {
 
     fn consts(&mut self, decls: &[Decl]) {
         for decl in decls {
-            let DeclKind::Const(tree, value) = &decl.kind else { continue };
+            let DeclKind::Const(tree, value) = &decl.kind else {
+                continue;
+            };
             let Some(ty) = self.ty(tree) else { continue };
             if !matches!(ty, Type::Primitive(_) | Type::Text(_)) {
                 let message = "a constant is a number, a bool or a string";
@@ -175,8 +223,15 @@ impl Scope<'_, '_> {
                 continue;
             }
             check::value_fits(&self.session.library, &ty, value, &mut self.session.found);
-            let constant = Const { name: decl.name.clone(), doc: decl.doc.clone(), ty, value: value.clone() };
-            self.session.library.modules[self.module.0].consts.push(constant);
+            let constant = Const {
+                name: decl.name.clone(),
+                doc: decl.doc.clone(),
+                ty,
+                value: value.clone(),
+            };
+            self.session.library.modules[self.module.0]
+                .consts
+                .push(constant);
         }
     }
 
@@ -191,7 +246,11 @@ impl Scope<'_, '_> {
     }
 
     fn enumerators(&mut self, decl: &Decl, values: &[ast::Enumerator]) -> Vec<Enumerator> {
-        check::duplicates(values.iter().map(|v| &v.name), "enumerator", &mut self.session.found);
+        check::duplicates(
+            values.iter().map(|v| &v.name),
+            "enumerator",
+            &mut self.session.found,
+        );
         if values.is_empty() {
             let message = format!("enum `{}` has no values", decl.name.text);
             self.report(Diagnostic::error("empty-enum", decl.name.span, message));
@@ -210,19 +269,30 @@ impl Scope<'_, '_> {
                 }
             }
             if let Some(same) = out.iter().find(|o| o.value == next) {
-                let message = format!("`{}` has the same value as `{}`", value.name.text, same.name.text);
+                let message = format!(
+                    "`{}` has the same value as `{}`",
+                    value.name.text, same.name.text
+                );
                 let diagnostic = Diagnostic::error("enum-value", value.name.span, message);
                 let diagnostic = diagnostic.label(same.name.span, "the first one");
                 self.report(diagnostic);
             }
-            out.push(Enumerator { name: value.name.clone(), doc: value.doc.clone(), value: next });
+            out.push(Enumerator {
+                name: value.name.clone(),
+                doc: value.doc.clone(),
+                value: next,
+            });
             next = next.wrapping_add(1);
         }
         out
     }
 
     fn members(&mut self, members: &[ast::Member]) -> Vec<Member> {
-        check::duplicates(members.iter().map(|m| &m.name), "member", &mut self.session.found);
+        check::duplicates(
+            members.iter().map(|m| &m.name),
+            "member",
+            &mut self.session.found,
+        );
         members
             .iter()
             .filter_map(|m| {
@@ -237,7 +307,12 @@ impl Scope<'_, '_> {
             member.default = written;
         }
         if let Some(value) = &member.default {
-            let fits = check::value_fits(&self.session.library, &member.ty, value, &mut self.session.found);
+            let fits = check::value_fits(
+                &self.session.library,
+                &member.ty,
+                value,
+                &mut self.session.found,
+            );
             if fits && let Some(range) = &member.range {
                 check::value_in_range(range, value, &member.name, &mut self.session.found);
             }
@@ -273,15 +348,33 @@ impl Scope<'_, '_> {
         let first = annotation.args.first().map(|(_, literal)| literal.clone());
         match (text, first) {
             ("optional", None) => member.optional = true,
-            ("unit", Some(Literal { kind: LiteralKind::Text(unit), .. })) => member.unit = Some(unit),
+            (
+                "unit",
+                Some(Literal {
+                    kind: LiteralKind::Text(unit),
+                    ..
+                }),
+            ) => member.unit = Some(unit),
             ("default", Some(value)) => member.default = Some(value),
             ("range", Some(_)) => {
                 let end = |wanted: &str| {
-                    let arg = annotation.args.iter().find(|(n, _)| n.as_ref().is_some_and(|n| n.text == wanted));
+                    let arg = annotation
+                        .args
+                        .iter()
+                        .find(|(n, _)| n.as_ref().is_some_and(|n| n.text == wanted));
                     arg.map(|(_, literal)| literal.clone())
                 };
-                let range = Range { min: end("min"), max: end("max") };
-                if check::range(&self.session.library, &member.ty, &range, annotation, &mut self.session.found) {
+                let range = Range {
+                    min: end("min"),
+                    max: end("max"),
+                };
+                if check::range(
+                    &self.session.library,
+                    &member.ty,
+                    &range,
+                    annotation,
+                    &mut self.session.found,
+                ) {
                     member.range = Some(range);
                 }
             }
@@ -292,13 +385,18 @@ impl Scope<'_, '_> {
                     "default" => "`@default` takes one value: `@default(0)`",
                     _ => "`@range` takes `min=` and `max=`: `@range(min=0, max=100)`",
                 };
-                self.report(Diagnostic::error("annotation-arguments", annotation.name.span, message));
+                self.report(Diagnostic::error(
+                    "annotation-arguments",
+                    annotation.name.span,
+                    message,
+                ));
             }
             _ => {
                 let message = format!("unknown annotation `@{text}` is ignored");
                 let known = ["unit", "range", "default", "optional"];
                 self.report(
-                    Diagnostic::warning("unknown-annotation", annotation.name.span, message).suggest(text, known),
+                    Diagnostic::warning("unknown-annotation", annotation.name.span, message)
+                        .suggest(text, known),
                 );
             }
         }
@@ -307,12 +405,19 @@ impl Scope<'_, '_> {
     /// Members of an exception's base come before its own.
     fn bases(&mut self, decls: &[Decl], types: &[TypeId]) {
         for (decl, id) in decls.iter().filter(|d| is_type(&d.kind)).zip(types) {
-            let DeclKind::Exception(Some(base), _) = &decl.kind else { continue };
-            let Some(base_id) = self.named(base) else { continue };
+            let DeclKind::Exception(Some(base), _) = &decl.kind else {
+                continue;
+            };
+            let Some(base_id) = self.named(base) else {
+                continue;
+            };
             let inherited = match &self.session.library.ty(base_id).kind {
                 TypeDeclKind::Exception(members) if base_id < *id => members.clone(),
                 _ => {
-                    let message = format!("`{}` is not an exception declared before this one", base.text());
+                    let message = format!(
+                        "`{}` is not an exception declared before this one",
+                        base.text()
+                    );
                     self.report(Diagnostic::error("not-an-exception", base.span(), message));
                     continue;
                 }
@@ -320,16 +425,26 @@ impl Scope<'_, '_> {
             if let TypeDeclKind::Exception(own) = &mut self.session.library.types[id.0].kind {
                 let all: Vec<Member> = inherited.into_iter().chain(own.drain(..)).collect();
                 *own = all;
-                check::duplicates(own.iter().map(|m| &m.name), "member", &mut self.session.found);
+                check::duplicates(
+                    own.iter().map(|m| &m.name),
+                    "member",
+                    &mut self.session.found,
+                );
             }
         }
     }
 
     fn interface(&mut self, decl: &Decl, operations: &[ast::Operation]) {
-        check::duplicates(operations.iter().map(|o| &o.name), "operation", &mut self.session.found);
+        check::duplicates(
+            operations.iter().map(|o| &o.name),
+            "operation",
+            &mut self.session.found,
+        );
         let operations = operations.iter().map(|o| self.operation(o)).collect();
         let id = InterfaceId(self.session.library.interfaces.len());
-        self.session.library.modules[self.module.0].interfaces.push(id);
+        self.session.library.modules[self.module.0]
+            .interfaces
+            .push(id);
         self.session.library.interfaces.push(Interface {
             name: decl.name.clone(),
             module: self.module,
@@ -339,15 +454,27 @@ impl Scope<'_, '_> {
     }
 
     fn operation(&mut self, tree: &ast::Operation) -> Operation {
-        check::duplicates(tree.params.iter().map(|p| &p.name), "parameter", &mut self.session.found);
+        check::duplicates(
+            tree.params.iter().map(|p| &p.name),
+            "parameter",
+            &mut self.session.found,
+        );
         let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
         for param in &tree.params {
             if let Some(member) = self.member(&param.name, &[], &param.ty, &param.annotations) {
                 let member = self.with_default(member, None);
-                if param.out { outputs.push(member) } else { inputs.push(member) }
+                if param.out {
+                    outputs.push(member)
+                } else {
+                    inputs.push(member)
+                }
             }
         }
-        let throws = tree.throws.iter().filter_map(|t| self.exception(t)).collect();
+        let throws = tree
+            .throws
+            .iter()
+            .filter_map(|t| self.exception(t))
+            .collect();
         let result = tree.result.as_ref().and_then(|t| self.ty(t));
         let marked = tree.pattern.as_ref().map(|p| match p.text.as_str() {
             "command" => Pattern::Command,
@@ -364,10 +491,15 @@ impl Scope<'_, '_> {
             outputs,
             throws,
         };
-        if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) =
-            (marked, &tree.pattern, operation.has_result() || tree.result.is_some())
-        {
-            let message = format!("`{}` is a {} and cannot have a result", tree.name.text, word.text);
+        if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) = (
+            marked,
+            &tree.pattern,
+            operation.has_result() || tree.result.is_some(),
+        ) {
+            let message = format!(
+                "`{}` is a {} and cannot have a result",
+                tree.name.text, word.text
+            );
             let help = "a query has results: a return value, `out` parameters or `throws`";
             self.report(Diagnostic::error("result-of-one-way", word.span, message).help(help));
         }
@@ -381,14 +513,19 @@ impl Scope<'_, '_> {
         }
         let message = format!("`{}` is not an exception", name.text());
         let declared = self.session.library.ty(id).name.span;
-        self.report(Diagnostic::error("not-an-exception", name.span(), message).label(declared, "declared here"));
+        self.report(
+            Diagnostic::error("not-an-exception", name.span(), message)
+                .label(declared, "declared here"),
+        );
         None
     }
 
     fn ty(&mut self, tree: &ast::Type) -> Option<Type> {
         Some(match &tree.kind {
             TypeKind::Named(scoped) => {
-                if let (None, Some(primitive)) = (&scoped.module, Primitive::from_word(&scoped.name.text)) {
+                if let (None, Some(primitive)) =
+                    (&scoped.module, Primitive::from_word(&scoped.name.text))
+                {
                     return Some(Type::Primitive(primitive));
                 }
                 if scoped.module.is_none() && scoped.name.text == "void" {
@@ -398,7 +535,10 @@ impl Scope<'_, '_> {
                 }
                 let id = self.named(scoped)?;
                 if matches!(self.session.library.ty(id).kind, TypeDeclKind::Exception(_)) {
-                    let message = format!("exception `{}` is only possible after `throws`", scoped.text());
+                    let message = format!(
+                        "exception `{}` is only possible after `throws`",
+                        scoped.text()
+                    );
                     self.report(Diagnostic::error("exception-as-type", tree.span, message));
                     return None;
                 }
@@ -414,7 +554,12 @@ impl Scope<'_, '_> {
             }
             TypeKind::Dictionary(key, value) => {
                 let key_type = self.ty(key)?;
-                check::dictionary_key(&self.session.library, &key_type, key.span, &mut self.session.found);
+                check::dictionary_key(
+                    &self.session.library,
+                    &key_type,
+                    key.span,
+                    &mut self.session.found,
+                );
                 Type::Dictionary(Box::new(key_type), Box::new(self.ty(value)?))
             }
         })
@@ -422,7 +567,11 @@ impl Scope<'_, '_> {
 
     fn bound(&mut self, literal: Option<&Literal>) -> Option<u32> {
         let literal = literal?;
-        match literal.as_i64().and_then(|v| u32::try_from(v).ok()).filter(|v| *v > 0) {
+        match literal
+            .as_i64()
+            .and_then(|v| u32::try_from(v).ok())
+            .filter(|v| *v > 0)
+        {
             Some(bound) => Some(bound),
             None => {
                 let message = "a bound is a whole number from 1 to 4294967295";
@@ -438,23 +587,33 @@ impl Scope<'_, '_> {
         let reachable = library.reachable(self.module);
         let own = |module: ModuleId| {
             let types = library.module(module).types.iter();
-            types.copied().find(move |t| library.ty(*t).name.text == wanted)
+            types
+                .copied()
+                .find(move |t| library.ty(*t).name.text == wanted)
         };
         let modules: Vec<ModuleId> = match &scoped.module {
-            Some(name) => reachable.iter().copied().filter(|m| library.module(*m).name.text == name.text).collect(),
+            Some(name) => reachable
+                .iter()
+                .copied()
+                .filter(|m| library.module(*m).name.text == name.text)
+                .collect(),
             None => vec![self.module],
         };
         if let Some(found) = modules.iter().find_map(|m| own(*m)) {
             return Some(found);
         }
         let elsewhere: Vec<TypeId> = reachable.iter().filter_map(|m| own(*m)).collect();
-        let paths: Vec<String> = elsewhere.iter().map(|t| format!("`{}`", library.type_path(*t))).collect();
+        let paths: Vec<String> = elsewhere
+            .iter()
+            .map(|t| format!("`{}`", library.type_path(*t)))
+            .collect();
         let span = scoped.span();
         match (elsewhere.as_slice(), &scoped.module) {
             ([one], None) => {
                 let message = format!("`{wanted}` is not in this module; {} is taken", paths[0]);
                 self.report(
-                    Diagnostic::warning("unscoped-name", span, message).help(format!("write {}", paths[0])),
+                    Diagnostic::warning("unscoped-name", span, message)
+                        .help(format!("write {}", paths[0])),
                 );
                 return Some(*one);
             }
@@ -465,9 +624,12 @@ impl Scope<'_, '_> {
                 names.extend(types.map(|t| library.ty(*t).name.text.as_str()));
                 let diagnostic = match &scoped.module {
                     Some(module) if modules.is_empty() => {
-                        let known = reachable.iter().map(|m| library.module(*m).name.text.as_str());
+                        let known = reachable
+                            .iter()
+                            .map(|m| library.module(*m).name.text.as_str());
                         let message = format!("module `{}` is not imported here", module.text);
-                        Diagnostic::error("unknown-module", module.span, message).suggest(&module.text, known)
+                        Diagnostic::error("unknown-module", module.span, message)
+                            .suggest(&module.text, known)
                     }
                     _ => {
                         let message = format!("unknown type `{}`", scoped.text());
@@ -480,12 +642,20 @@ impl Scope<'_, '_> {
             (_, None) => {
                 let message = format!("`{wanted}` is in several modules: {}", paths.join(", "));
                 self.report(
-                    Diagnostic::error("ambiguous-type", span, message).help(format!("write {}", paths[0])),
+                    Diagnostic::error("ambiguous-type", span, message)
+                        .help(format!("write {}", paths[0])),
                 );
             }
             (_, Some(module)) => {
-                let message = format!("`{wanted}` is not in module `{}`; it is {}", module.text, paths.join(", "));
-                self.report(Diagnostic::error("type-moved", span, message).help(format!("write {}", paths[0])));
+                let message = format!(
+                    "`{wanted}` is not in module `{}`; it is {}",
+                    module.text,
+                    paths.join(", ")
+                );
+                self.report(
+                    Diagnostic::error("type-moved", span, message)
+                        .help(format!("write {}", paths[0])),
+                );
             }
         }
         None

@@ -20,17 +20,27 @@ pub fn explain<P: Parser<R>, R: RuleType>(
     let at = match error.location {
         InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
     };
-    let found = text[at..].split(|c: char| c.is_whitespace()).next().unwrap_or_default();
-    let length = found.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(found.len()).max(
-        found.chars().next().map_or(0, char::len_utf8),
-    );
+    let found = text[at..]
+        .split(|c: char| c.is_whitespace())
+        .next()
+        .unwrap_or_default();
+    let length = found
+        .find(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .unwrap_or(found.len())
+        .max(found.chars().next().map_or(0, char::len_utf8));
     let mut expected: Vec<&'static str> = match &error.variant {
-        ErrorVariant::ParsingError { positives, .. } => positives.iter().filter_map(|r| word(*r)).collect(),
+        ErrorVariant::ParsingError { positives, .. } => {
+            positives.iter().filter_map(|r| word(*r)).collect()
+        }
         ErrorVariant::CustomError { .. } => Vec::new(),
     };
     expected.sort_unstable();
     expected.dedup();
-    let what = if length == 0 { "the end of the file".to_owned() } else { format!("`{}`", &found[..length]) };
+    let what = if length == 0 {
+        "the end of the file".to_owned()
+    } else {
+        format!("`{}`", &found[..length])
+    };
     let message = match expected.as_slice() {
         [] => format!("{what} is not possible here"),
         [one] => format!("expected {one}, found {what}"),
@@ -51,7 +61,11 @@ pub fn nesting(text: &str, source: SourceId) -> Option<Diagnostic> {
         }
         if depth > DEEPEST {
             let message = format!("brackets nest deeper than {DEEPEST} levels here");
-            return Some(Diagnostic::error("nested-too-deep", Span::new(source, at, at + 1), message));
+            return Some(Diagnostic::error(
+                "nested-too-deep",
+                Span::new(source, at, at + 1),
+                message,
+            ));
         }
     }
     None

@@ -27,12 +27,19 @@ pub struct Name {
 impl Name {
     /// A name at a place.
     pub fn new(text: impl Into<String>, span: Span) -> Self {
-        Self { text: text.into(), span }
+        Self {
+            text: text.into(),
+            span,
+        }
     }
 }
 
 /// The missing `;` after whatever ends before `at`.
 pub fn missing_semicolon(trivia: &Trivia, source: SourceId, at: usize) -> Diagnostic {
     let end = trivia.end_of_token_before(at);
-    Diagnostic::error("missing-semicolon", Span::new(source, end, end), "`;` expected here")
+    Diagnostic::error(
+        "missing-semicolon",
+        Span::new(source, end, end),
+        "`;` expected here",
+    )
 }

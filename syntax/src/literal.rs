@@ -31,7 +31,10 @@ pub enum LiteralKind {
 impl Literal {
     /// Reads the text of the grammar's `literal`.
     pub fn parse(text: &str, span: Span) -> Self {
-        Self { kind: parse_kind(text.trim()), span }
+        Self {
+            kind: parse_kind(text.trim()),
+            span,
+        }
     }
 
     /// The value as a floating-point number, if it is a number.
@@ -55,7 +58,10 @@ impl Literal {
     pub fn as_nanoseconds(&self) -> Option<u64> {
         match self.kind {
             LiteralKind::Duration(value) => Some(value),
-            _ => self.as_f64().filter(|v| *v >= 0.0).map(|ms| (ms * 1e6).round() as u64),
+            _ => self
+                .as_f64()
+                .filter(|v| *v >= 0.0)
+                .map(|ms| (ms * 1e6).round() as u64),
         }
     }
 
@@ -142,8 +148,14 @@ mod tests {
         assert_eq!(parse_kind("-12"), LiteralKind::Int(-12));
         assert_eq!(parse_kind("0x1F"), LiteralKind::Int(31));
         assert_eq!(parse_kind("1e3"), LiteralKind::Float(1000.0));
-        assert_eq!(parse_kind("\"a\\\"b\""), LiteralKind::Text("a\"b".to_owned()));
+        assert_eq!(
+            parse_kind("\"a\\\"b\""),
+            LiteralKind::Text("a\"b".to_owned())
+        );
         assert_eq!(parse_kind("1.5 s"), LiteralKind::Duration(1_500_000_000));
-        assert_eq!(parse_kind("best_effort"), LiteralKind::Name("best_effort".to_owned()));
+        assert_eq!(
+            parse_kind("best_effort"),
+            LiteralKind::Name("best_effort".to_owned())
+        );
     }
 }

@@ -36,7 +36,12 @@ pub struct MemoryLoader(BTreeMap<String, String>);
 impl MemoryLoader {
     /// A loader that knows these base names.
     pub fn new<'a>(texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
-        Self(texts.into_iter().map(|(name, text)| (name.to_owned(), text.to_owned())).collect())
+        Self(
+            texts
+                .into_iter()
+                .map(|(name, text)| (name.to_owned(), text.to_owned()))
+                .collect(),
+        )
     }
 }
 
@@ -44,9 +49,16 @@ impl Loader for MemoryLoader {
     fn find(&self, _from: &Path, wanted: &str, ending: &str) -> Result<Found, NotFound> {
         let base = wanted.rsplit('/').next().unwrap_or(wanted);
         let suffix = format!(".{ending}");
-        let base = if base.ends_with(&suffix) { base.to_owned() } else { format!("{base}{suffix}") };
+        let base = if base.ends_with(&suffix) {
+            base.to_owned()
+        } else {
+            format!("{base}{suffix}")
+        };
         match self.0.get(&base) {
-            Some(text) => Ok(Found { path: PathBuf::from(base), text: text.clone() }),
+            Some(text) => Ok(Found {
+                path: PathBuf::from(base),
+                text: text.clone(),
+            }),
             None => Err(NotFound {
                 searched: vec!["memory".to_owned()],
                 known: self.0.keys().cloned().collect(),

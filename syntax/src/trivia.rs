@@ -18,7 +18,10 @@ impl<'a> Trivia<'a> {
             let length = if rest.starts_with(b"//") {
                 rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())
             } else if rest.starts_with(b"/*") {
-                rest[2..].windows(2).position(|w| w == b"*/").map_or(rest.len(), |end| end + 4)
+                rest[2..]
+                    .windows(2)
+                    .position(|w| w == b"*/")
+                    .map_or(rest.len(), |end| end + 4)
             } else if rest[0] == b'"' {
                 at += string_length(rest);
                 continue;
@@ -37,7 +40,12 @@ impl<'a> Trivia<'a> {
         let mut end = at;
         loop {
             let trimmed = self.text[..end].trim_end().len();
-            match self.comments.iter().rev().find(|(_, stop)| *stop == trimmed) {
+            match self
+                .comments
+                .iter()
+                .rev()
+                .find(|(_, stop)| *stop == trimmed)
+            {
                 Some((start, _)) => end = *start,
                 None => return trimmed,
             }
@@ -64,14 +72,23 @@ impl<'a> Trivia<'a> {
                 break;
             }
         }
-        blocks.iter().rev().flat_map(|block| lines_of(block)).collect()
+        blocks
+            .iter()
+            .rev()
+            .flat_map(|block| lines_of(block))
+            .collect()
     }
 
     /// The text without comments and with white space folded: equal for two texts that mean the same.
     pub fn significant(&self) -> String {
         let mut out = String::with_capacity(self.text.len());
         let mut at = 0;
-        for (start, stop) in self.comments.iter().copied().chain([(self.text.len(), self.text.len())]) {
+        for (start, stop) in self
+            .comments
+            .iter()
+            .copied()
+            .chain([(self.text.len(), self.text.len())])
+        {
             for word in self.text[at..start].split_whitespace() {
                 out.push_str(word);
                 out.push(' ');
@@ -96,7 +113,12 @@ fn string_length(rest: &[u8]) -> usize {
 
 fn lines_of(comment: &str) -> Vec<String> {
     if let Some(line) = comment.strip_prefix("///") {
-        return vec![line.trim_end().strip_prefix(' ').unwrap_or(line.trim_end()).to_owned()];
+        return vec![
+            line.trim_end()
+                .strip_prefix(' ')
+                .unwrap_or(line.trim_end())
+                .to_owned(),
+        ];
     }
     let inner = comment.trim_start_matches("/**").trim_end_matches("*/");
     let mut lines: Vec<String> = inner
@@ -119,7 +141,10 @@ mod tests {
         let text = "import \"../..//x.idsl\"; // one\n/* two */ module";
         let trivia = Trivia::new(text);
         assert_eq!(trivia.significant(), "import \"../..//x.idsl\"; module ");
-        assert_eq!(trivia.end_of_token_before(text.find("module").unwrap_or(0)), 23);
+        assert_eq!(
+            trivia.end_of_token_before(text.find("module").unwrap_or(0)),
+            23
+        );
     }
 
     #[test]

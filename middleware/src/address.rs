@@ -1,0 +1,61 @@
+//! Where two slots meet: a path of names.
+
+use std::fmt;
+
+/// A path of names, `default/Laser` or `patrol/simulator/Laser`; a topic adds its operation.
+///
+/// How an address becomes the name of a service, a topic or a node is one documented function a backend.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Address(String);
+
+/// Longest address in bytes; every backend can name that much.
+pub const LONGEST: usize = 200;
+
+impl Address {
+    /// The address that a text spells, or why it spells none.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if text.len() > LONGEST {
+            return Err(format!("an address has at most {LONGEST} characters"));
+        }
+        if text
+            .split('/')
+            .any(|part| part.is_empty() || !part.chars().all(allowed))
+        {
+            return Err(format!(
+                "`{text}` is not an address: names of letters, digits, `_` and `-`, joined by `/`, as in `default/Laser`"
+            ));
+        }
+        Ok(Self(text.to_owned()))
+    }
+
+    /// This address with one more name.
+    #[must_use]
+    pub fn join(&self, name: &str) -> Self {
+        Self(format!("{}/{name}", self.0))
+    }
+
+    /// The path.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Address;
+
+    #[test]
+    fn an_address_is_a_path_of_names() {
+        assert!(Address::parse("patrol/simulator/Laser").is_ok());
+        for wrong in ["", "/a", "a//b", "a b", "ä"] {
+            assert!(Address::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

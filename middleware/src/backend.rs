@@ -1,0 +1,139 @@
+//! What a backend is: five traits over bytes.
+//!
+//! A backend and its ports stay on the thread that made them. A port that receives has a descriptor which
+//! becomes readable when something may be there; one waits for it, calls `acknowledge`, and then takes until
+//! nothing comes. Waiting without a limit is nowhere possible.
+
+use crate::error::{CallError, OpenError, ReceiveError, SendError};
+use crate::{Address, Qos};
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
+
+/// What travels beside a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Header {
+    /// Hash of the type of the body, see `rc_idsl::canonical`; 0 from a stranger.
+    pub type_hash: u64,
+    /// Counts the messages of one sender, from 1; 0 where the sender does not count.
+    pub sequence: u64,
+    /// When it was sent, in nanoseconds of the system's monotonic clock; 0 where the sender does not say.
+    pub sent: u64,
+}
+
+/// The types of a connection: a name for people and a hash of every operation for certainty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TypeIdentity {
+    /// `RoboCompLaser::Laser`, for a topic `RoboCompLaserPub::LaserPub/pushLaserData`.
+    pub name: String,
+    /// Hash over its operations in their order of declaration.
+    pub hash: u64,
+}
+
+impl std::fmt::Display for TypeIdentity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}#{:016x}", self.name, self.hash)
+    }
+}
+
+/// One end of a connection that is to be opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Endpoint {
+    /// Where the ends meet.
+    pub address: Address,
+    /// What they say to each other.
+    pub types: TypeIdentity,
+    /// How.
+    pub qos: Qos,
+}
+
+/// Opens ports on one middleware, for one component.
+pub trait Backend {
+    /// The word of the languages and command lines: `iceoryx2`, `local` …
+    fn name(&self) -> &'static str;
+
+    /// One end that sends to all subscribers of a topic.
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError>;
+
+    /// One end that receives from all publishers of a topic.
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError>;
+
+    /// One end that sends commands and queries.
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError>;
+
+    /// The one end that answers them; a second live one is refused and told who the first is.
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError>;
+
+    /// Waits until what was sent has reached those who are there, at most `limit`; called before the ports of
+    /// a component that ends are closed.
+    fn linger(&self, limit: Duration);
+}
+
+/// The sending end of a topic.
+pub trait Publisher {
+    /// Sends to all who subscribe now. A slow subscriber loses old values and delays nobody.
+    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError>;
+
+    /// How many subscribers there are.
+    fn peers(&self) -> usize;
+}
+
+/// The receiving end of a topic.
+pub trait Subscriber {
+    /// Readable when something may be there.
+    fn descriptor(&self) -> BorrowedFd<'_>;
+
+    /// Takes the wake-ups back; what they announced is received afterwards.
+    fn acknowledge(&mut self);
+
+    /// Hands one value to `take`, where one is there; says whether one was.
+    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError>;
+
+    /// How many publishers there are.
+    fn peers(&self) -> usize;
+}
+
+/// The calling end of a connection. Commands and queries share one queue and keep their order.
+pub trait Client {
+    /// Identifies this client in the envelope of its calls.
+    fn guid(&self) -> [u8; 16];
+
+    /// Puts a command into the queue of a live server, or fails.
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError>;
+
+    /// Sends a request and waits for its answer, at most `limit`; `reply` is cleared first.
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        reply: &mut Vec<u8>,
+    ) -> Result<(), CallError>;
+
+    /// How many servers there are: none or one.
+    fn peers(&self) -> usize;
+}
+
+/// The answering end of a connection.
+pub trait Server {
+    /// Readable when something may be there.
+    fn descriptor(&self) -> BorrowedFd<'_>;
+
+    /// Takes the wake-ups back; what they announced is served afterwards.
+    fn acknowledge(&mut self);
+
+    /// Hands one request to `answer`, where one is there; what `answer` leaves in the buffer is the reply, and
+    /// nothing is none. Says whether a request was there.
+    fn serve(
+        &mut self,
+        answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
+    ) -> Result<bool, ReceiveError>;
+
+    /// How many clients there are.
+    fn peers(&self) -> usize;
+}
+
+/// The time that goes into [`Header::sent`].
+pub fn now() -> u64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+}

@@ -1,0 +1,487 @@
+//! Values as bytes: OMG CDR in the version XCDR1, little endian, the form that DDS and ROS 2 use.
+//!
+//! Numbers are aligned to their size, counted from the start of the body; a sequence is its length as uint32
+//! and then its elements; a string is a sequence of bytes with a zero at its end; an enum is an int32; an
+//! optional value is a sequence of none or one.
+//! Source: OMG DDS-XTypes 1.3, 7.4.1 (PLAIN_CDR).
+
+use std::collections::BTreeMap;
+
+/// A value that cannot be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EncodeError {
+    /// Longer than its type allows.
+    #[error("`{what}` has {length} elements, its type allows {bound}")]
+    TooLong {
+        /// The member.
+        what: &'static str,
+        /// Its length.
+        length: usize,
+        /// The bound of its type.
+        bound: usize,
+    },
+    /// Outside the range of its annotation.
+    #[error("`{what}` is {value}, outside its range {range}")]
+    OutOfRange {
+        /// The member.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The range of its annotation.
+        range: &'static str,
+    },
+    /// A string with a zero byte, which CDR cannot carry.
+    #[error("a string holds a zero byte")]
+    ZeroByte,
+}
+
+/// Bytes that are not a value of the expected type.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DecodeError {
+    /// The bytes end too early.
+    #[error("the message ends too early, at byte {0}")]
+    Truncated(usize),
+    /// A bool or an enum with a value that it does not have.
+    #[error("{value} is not a value of `{what}`")]
+    NoSuchValue {
+        /// The type.
+        what: &'static str,
+        /// The number found.
+        value: i64,
+    },
+    /// A string that is not UTF-8 or lacks its end.
+    #[error("a string is not UTF-8 with a zero at its end")]
+    BadString,
+    /// Longer than its type allows.
+    #[error("`{what}` has {length} elements, its type allows {bound}")]
+    TooLong {
+        /// The member.
+        what: &'static str,
+        /// The length found.
+        length: usize,
+        /// The bound of its type.
+        bound: usize,
+    },
+    /// Outside the range of its annotation.
+    #[error("`{what}` is {value}, outside its range {range}")]
+    OutOfRange {
+        /// The member.
+        what: &'static str,
+        /// The value found.
+        value: f64,
+        /// The range of its annotation.
+        range: &'static str,
+    },
+    /// An operation or exception that is not in the interface.
+    #[error("unknown {0}")]
+    Unknown(&'static str),
+}
+
+/// Writes values one after the other. The first thing that cannot be written is kept until [`Writer::finish`].
+#[derive(Debug, Default)]
+pub struct Writer {
+    bytes: Vec<u8>,
+    error: Option<EncodeError>,
+}
+
+impl Writer {
+    /// Starts a new body in the same memory.
+    pub fn clear(&mut self) {
+        self.bytes.clear();
+        self.error = None;
+    }
+
+    /// The body, or what could not be written.
+    pub fn finish(&mut self) -> Result<&[u8], EncodeError> {
+        match self.error.take() {
+            Some(error) => Err(error),
+            None => Ok(&self.bytes),
+        }
+    }
+
+    /// What was written so far, whether all could be written or not.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
+    /// Writes into `bytes`, after what is in it.
+    pub fn over(bytes: Vec<u8>) -> Self {
+        Self { bytes, error: None }
+    }
+
+    /// Drops all after the first `length` bytes, and what could not be written.
+    pub fn truncate(&mut self, length: usize) {
+        self.bytes.truncate(length);
+        self.error = None;
+    }
+
+    /// Bytes so far.
+    pub fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// Whether nothing was written.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// Keeps the first error.
+    pub fn fail(&mut self, error: EncodeError) {
+        self.error.get_or_insert(error);
+    }
+
+    /// Writes one value.
+    pub fn put<T: Cdr + ?Sized>(&mut self, value: &T) {
+        value.encode(self);
+    }
+
+    /// Fails where `length` is above the bound of `what`.
+    pub fn bound(&mut self, what: &'static str, length: usize, bound: usize) {
+        if length > bound {
+            self.fail(EncodeError::TooLong {
+                what,
+                length,
+                bound,
+            });
+        }
+    }
+
+    /// Fails where `value` is outside `min..=max`; NaN is outside of every range.
+    pub fn range(
+        &mut self,
+        what: &'static str,
+        value: f64,
+        (min, max): (f64, f64),
+        range: &'static str,
+    ) {
+        if !(min..=max).contains(&value) {
+            self.fail(EncodeError::OutOfRange { what, value, range });
+        }
+    }
+
+    /// Raw bytes, not aligned.
+    pub fn raw(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// A length.
+    pub fn length(&mut self, length: usize) {
+        self.put(&u32::try_from(length).unwrap_or(u32::MAX));
+    }
+
+    fn align(&mut self, size: usize) {
+        let rest = self.bytes.len() % size;
+        if rest != 0 {
+            self.bytes.resize(self.bytes.len() + size - rest, 0);
+        }
+    }
+}
+
+/// Reads values one after the other.
+#[derive(Clone, Debug)]
+pub struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads a body from its start.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    /// Reads one value.
+    pub fn get<T: Cdr>(&mut self) -> Result<T, DecodeError> {
+        T::decode(self)
+    }
+
+    /// The next `count` bytes, not aligned.
+    pub fn raw(&mut self, count: usize) -> Result<&'a [u8], DecodeError> {
+        let end = self
+            .at
+            .checked_add(count)
+            .ok_or(DecodeError::Truncated(self.at))?;
+        let taken = self
+            .bytes
+            .get(self.at..end)
+            .ok_or(DecodeError::Truncated(self.bytes.len()))?;
+        self.at = end;
+        Ok(taken)
+    }
+
+    /// A length; never more than what can still come, so that memory is not asked for in vain.
+    pub fn length(&mut self) -> Result<usize, DecodeError> {
+        let length = self.get::<u32>()? as usize;
+        if length > self.bytes.len() - self.at {
+            return Err(DecodeError::Truncated(self.bytes.len()));
+        }
+        Ok(length)
+    }
+
+    /// Refuses a length above the bound of `what`.
+    pub fn bound(
+        &self,
+        what: &'static str,
+        length: usize,
+        bound: usize,
+    ) -> Result<(), DecodeError> {
+        if length > bound {
+            Err(DecodeError::TooLong {
+                what,
+                length,
+                bound,
+            })
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Refuses a value outside `min..=max`; NaN is outside of every range.
+    pub fn range(
+        &self,
+        what: &'static str,
+        value: f64,
+        (min, max): (f64, f64),
+        range: &'static str,
+    ) -> Result<(), DecodeError> {
+        if (min..=max).contains(&value) {
+            Ok(())
+        } else {
+            Err(DecodeError::OutOfRange { what, value, range })
+        }
+    }
+
+    fn align(&mut self, size: usize) {
+        self.at = self.at.next_multiple_of(size).min(self.bytes.len());
+    }
+}
+
+/// A value that travels.
+pub trait Cdr: Sized {
+    /// Writes it.
+    fn encode(&self, writer: &mut Writer);
+
+    /// Reads one.
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError>;
+
+    /// Writes several without their number; numbers go in one piece.
+    fn encode_all(items: &[Self], writer: &mut Writer) {
+        items.iter().for_each(|item| item.encode(writer));
+    }
+
+    /// Reads several; numbers come in one piece.
+    fn decode_all(count: usize, reader: &mut Reader<'_>) -> Result<Vec<Self>, DecodeError> {
+        (0..count).map(|_| Self::decode(reader)).collect()
+    }
+}
+
+macro_rules! numbers {
+    ($($number:ty),*) => {$(
+        impl Cdr for $number {
+            fn encode(&self, writer: &mut Writer) {
+                writer.align(size_of::<Self>());
+                writer.raw(&self.to_le_bytes());
+            }
+
+            fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+                reader.align(size_of::<Self>());
+                let mut bytes = [0; size_of::<Self>()];
+                bytes.copy_from_slice(reader.raw(size_of::<Self>())?);
+                Ok(Self::from_le_bytes(bytes))
+            }
+
+            #[cfg(target_endian = "little")]
+            fn encode_all(items: &[Self], writer: &mut Writer) {
+                if !items.is_empty() {
+                    writer.align(size_of::<Self>());
+                    writer.raw(bytemuck::cast_slice(items));
+                }
+            }
+
+            #[cfg(target_endian = "little")]
+            fn decode_all(count: usize, reader: &mut Reader<'_>) -> Result<Vec<Self>, DecodeError> {
+                if count == 0 {
+                    return Ok(Vec::new());
+                }
+                reader.align(size_of::<Self>());
+                let size = count.checked_mul(size_of::<Self>()).ok_or(DecodeError::Truncated(reader.at))?;
+                let bytes = reader.raw(size)?;
+                let mut items: Vec<Self> = bytemuck::zeroed_vec(count);
+                bytemuck::cast_slice_mut(&mut items).copy_from_slice(bytes);
+                Ok(items)
+            }
+        }
+    )*};
+}
+
+numbers!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);
+
+impl Cdr for bool {
+    fn encode(&self, writer: &mut Writer) {
+        writer.raw(&[u8::from(*self)]);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        match reader.raw(1)? {
+            [0] => Ok(false),
+            [1] => Ok(true),
+            other => Err(DecodeError::NoSuchValue {
+                what: "bool",
+                value: other.first().copied().map_or(-1, i64::from),
+            }),
+        }
+    }
+}
+
+impl Cdr for String {
+    fn encode(&self, writer: &mut Writer) {
+        text(self, writer);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let length = reader.length()?;
+        let bytes = reader.raw(length)?;
+        let [inner @ .., 0] = bytes else {
+            return Err(DecodeError::BadString);
+        };
+        if inner.contains(&0) {
+            return Err(DecodeError::BadString);
+        }
+        std::str::from_utf8(inner)
+            .map(str::to_owned)
+            .map_err(|_| DecodeError::BadString)
+    }
+}
+
+/// Writes a string that is borrowed.
+pub fn text(value: &str, writer: &mut Writer) {
+    if value.as_bytes().contains(&0) {
+        writer.fail(EncodeError::ZeroByte);
+    }
+    writer.length(value.len() + 1);
+    writer.raw(value.as_bytes());
+    writer.raw(&[0]);
+}
+
+/// Writes a sequence that is borrowed.
+pub fn sequence<T: Cdr>(items: &[T], writer: &mut Writer) {
+    writer.length(items.len());
+    T::encode_all(items, writer);
+}
+
+impl<T: Cdr> Cdr for Vec<T> {
+    fn encode(&self, writer: &mut Writer) {
+        sequence(self, writer);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let count = reader.length()?;
+        T::decode_all(count, reader)
+    }
+}
+
+impl<T: Cdr, const N: usize> Cdr for [T; N] {
+    fn encode(&self, writer: &mut Writer) {
+        T::encode_all(self, writer);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let at = reader.at;
+        T::decode_all(N, reader)?
+            .try_into()
+            .map_err(|_| DecodeError::Truncated(at))
+    }
+}
+
+impl<T: Cdr> Cdr for Option<T> {
+    fn encode(&self, writer: &mut Writer) {
+        writer.length(usize::from(self.is_some()));
+        if let Some(value) = self {
+            value.encode(writer);
+        }
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let count = reader.length()?;
+        reader.bound("an optional value", count, 1)?;
+        if count == 0 {
+            Ok(None)
+        } else {
+            T::decode(reader).map(Some)
+        }
+    }
+}
+
+impl<K: Cdr + Ord, V: Cdr> Cdr for BTreeMap<K, V> {
+    fn encode(&self, writer: &mut Writer) {
+        writer.length(self.len());
+        for (key, value) in self {
+            key.encode(writer);
+            value.encode(writer);
+        }
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let count = reader.length()?;
+        (0..count)
+            .map(|_| Ok((K::decode(reader)?, V::decode(reader)?)))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bytes_of<T: Cdr>(value: &T) -> Vec<u8> {
+        let mut writer = Writer::default();
+        writer.put(value);
+        writer.into_bytes()
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_specification() {
+        let mut writer = Writer::default();
+        writer.put(&1_u8);
+        writer.put(&2_u32);
+        writer.put(&"ab".to_owned());
+        writer.put(&3.0_f64);
+        let expected = [
+            1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, b'a', b'b', 0, 0, 0, 0, 0, 0, 0, 0, 0x08, 0x40,
+        ];
+        assert_eq!(writer.into_bytes(), expected);
+    }
+
+    #[test]
+    fn everything_comes_back() {
+        let map: BTreeMap<String, Vec<f32>> =
+            [("a".to_owned(), vec![1.0, 2.0]), ("b".to_owned(), vec![])].into();
+        let bytes = bytes_of(&map);
+        assert_eq!(
+            Reader::new(&bytes).get::<BTreeMap<String, Vec<f32>>>(),
+            Ok(map)
+        );
+        let value = Some([1_i16, -2, 3]);
+        assert_eq!(
+            Reader::new(&bytes_of(&value)).get::<Option<[i16; 3]>>(),
+            Ok(value)
+        );
+    }
+
+    #[test]
+    fn hostile_bytes_are_errors_and_ask_for_no_memory() {
+        let huge = u32::MAX.to_le_bytes();
+        assert!(Reader::new(&huge).get::<Vec<u64>>().is_err());
+        assert!(Reader::new(&huge).get::<String>().is_err());
+        assert!(Reader::new(&[2]).get::<bool>().is_err());
+        for end in 0..8 {
+            assert!(
+                Reader::new(&bytes_of(&vec![1_u32])[..end])
+                    .get::<Vec<u32>>()
+                    .is_err()
+            );
+        }
+    }
+}

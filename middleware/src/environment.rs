@@ -1,0 +1,101 @@
+//! The network that a process belongs to, and the folder where its processes find each other.
+
+use crate::Interrupt;
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+/// What a backend has to know of the process that it is in.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// The network, `default` where nobody says otherwise.
+    pub network: String,
+    /// The name of this component in its network.
+    pub instance: String,
+    /// The folder of the network's sockets and service files.
+    pub directory: RunDirectory,
+    /// Ends waiting calls when the component stops.
+    pub interrupt: Interrupt,
+}
+
+/// The run directory of one network: private to its user, in memory where the system has such a place.
+///
+/// It is `robocomp/NETWORK` in `$XDG_RUNTIME_DIR`, else `robocomp-UID/NETWORK` in `/dev/shm`, else in the
+/// folder for temporary files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunDirectory(PathBuf);
+
+impl RunDirectory {
+    /// The directory of `network`, made if it does not exist. A folder that others may write to is refused.
+    pub fn open(network: &str) -> io::Result<Self> {
+        let base = base();
+        let path = base.join(network);
+        std::fs::DirBuilder::new()
+            .recursive(true)
+            .mode(0o700)
+            .create(&path)?;
+        let owner = std::fs::symlink_metadata(&base)?;
+        let uid = rustix::process::getuid().as_raw();
+        if !owner.is_dir() || owner.uid() != uid || owner.mode() & 0o022 != 0 {
+            let message = format!(
+                "{} is not a private folder of this user; remove it, or set XDG_RUNTIME_DIR to a private folder",
+                base.display()
+            );
+            return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
+        }
+        Ok(Self(path))
+    }
+
+    /// The directory that `open` would give, whether it exists or not.
+    pub fn of(network: &str) -> Self {
+        Self(base().join(network))
+    }
+
+    /// The networks that have a run directory.
+    pub fn networks() -> Vec<String> {
+        let entries = std::fs::read_dir(base()).into_iter().flatten().flatten();
+        let mut names: Vec<String> = entries
+            .filter_map(|e| e.file_name().into_string().ok())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// The management socket of the component `name`.
+    pub fn socket(&self, name: &str) -> PathBuf {
+        self.0.join(format!("{name}.sock"))
+    }
+
+    /// The folder for the files of a middleware.
+    pub fn middleware(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// Removes the directory and all that is in it; one that is gone already is no error.
+    pub fn remove(&self) -> io::Result<()> {
+        match std::fs::remove_dir_all(&self.0) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn base() -> PathBuf {
+    if let Some(runtime) =
+        std::env::var_os("XDG_RUNTIME_DIR").filter(|dir| Path::new(dir).is_absolute())
+    {
+        return Path::new(&runtime).join("robocomp");
+    }
+    let name = format!("robocomp-{}", rustix::process::getuid().as_raw());
+    let memory = Path::new("/dev/shm");
+    if memory.is_dir() {
+        memory.join(name)
+    } else {
+        std::env::temp_dir().join(name)
+    }
+}

@@ -1,0 +1,27 @@
+//! The three patterns of communication, as every backend offers them and every component uses them.
+//!
+//! - [`backend`]: the traits of a backend. Backends move bytes and know no type.
+//! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
+//! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
+//! - [`typed`]: the layer between both, which generated code uses.
+//! - [`environment`]: the network that a process belongs to, and its run directory.
+//!
+//! No backend is named here.
+
+pub mod address;
+pub mod backend;
+pub mod cdr;
+pub mod environment;
+pub mod error;
+pub mod interrupt;
+pub mod qos;
+pub mod rpc;
+pub mod typed;
+
+pub use address::Address;
+pub use backend::{Backend, Client, Endpoint, Header, Publisher, Server, Subscriber, TypeIdentity};
+pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
+pub use environment::{Environment, RunDirectory};
+pub use error::{CallError, OpenError, ReceiveError, SendError};
+pub use interrupt::Interrupt;
+pub use qos::{Durability, Qos, Reliability};

@@ -1,0 +1,60 @@
+//! Quality of service, with the defaults in this one place.
+
+use std::time::Duration;
+
+/// Whether a publisher keeps what a subscriber has not read yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reliability {
+    /// Newer values replace older ones.
+    BestEffort,
+    /// What was sent arrives, within the depth.
+    Reliable,
+}
+
+/// Whether late subscribers get what was sent before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Durability {
+    /// They do not.
+    Volatile,
+    /// They get the last values, up to the depth.
+    TransientLocal,
+}
+
+/// The quality of service that one end offers or asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Qos {
+    /// Kept or replaced.
+    pub reliability: Reliability,
+    /// For late subscribers.
+    pub durability: Durability,
+    /// How many values are kept.
+    pub depth: u32,
+    /// How long a call may take.
+    pub timeout: Duration,
+}
+
+impl Qos {
+    /// What a publisher offers: reliable, volatile, keep last 10.
+    pub const PUBLISHER: Self = Self {
+        reliability: Reliability::Reliable,
+        durability: Durability::Volatile,
+        depth: 10,
+        timeout: Duration::from_secs(1),
+    };
+    /// What a subscriber asks for: best effort, volatile, keep last 10.
+    pub const SUBSCRIBER: Self = Self {
+        reliability: Reliability::BestEffort,
+        ..Self::PUBLISHER
+    };
+    /// What calls use: reliable, one second.
+    pub const CALL: Self = Self::PUBLISHER;
+}
+
+/// Most subscribers of a topic and most clients of a server.
+pub const MAX_READERS: usize = 64;
+/// Most publishers of a topic.
+pub const MAX_PUBLISHERS: usize = 16;
+/// Most processes of one service.
+pub const MAX_NODES: usize = 128;
+/// Requests of one client that may wait at a server.
+pub const REQUEST_QUEUE: usize = 16;

@@ -1,0 +1,152 @@
+//! The envelope of a call.
+//!
+//! It is the basic service mapping of OMG DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1): a request is
+//! `{ RequestHeader, union switch (int32 operation) { case HASH: In } }`, a reply is
+//! `{ ReplyHeader, union switch (int32 operation) { case HASH: union switch (int32) { case 0: Out; case HASH: exception } } }`.
+//! The hash of a name is the first four bytes of its MD5 sum, as a little-endian int32. `In` holds the
+//! parameters that go in, `Out` those that come out and then the return value; one that would be empty holds
+//! one octet. Where the header of a reply says that nothing was executed, a text with the reason follows the
+//! (unknown) branch of the union.
+
+use crate::cdr::{DecodeError, Reader, Writer};
+
+/// Identifies one request: who asks, and the how manyth request of this client it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RequestId {
+    /// The client.
+    pub writer: [u8; 16],
+    /// Its request, from 1.
+    pub sequence: u64,
+}
+
+/// `dds::rpc::RemoteExceptionCode_t`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Executed; the reply holds a result or an exception of the interface.
+    Ok = 0,
+    /// The server does not do that.
+    Unsupported = 1,
+    /// An argument is not acceptable.
+    InvalidArgument = 2,
+    /// The server cannot do it now.
+    OutOfResources = 3,
+    /// The interface of the server has no such operation.
+    UnknownOperation = 4,
+    /// The server failed in a way that its interface does not name.
+    UnknownException = 5,
+}
+
+/// Begins a request.
+pub fn begin_request(writer: &mut Writer, id: RequestId, operation: i32) {
+    identity(writer, id);
+    crate::cdr::text("", writer);
+    writer.put(&operation);
+}
+
+/// Reads the beginning of a request: who asks, and for what.
+pub fn open_request(reader: &mut Reader<'_>) -> Result<(RequestId, i32), DecodeError> {
+    let id = open_identity(reader)?;
+    let _instance: String = reader.get()?;
+    Ok((id, reader.get()?))
+}
+
+/// Begins a reply; `case` is 0 for a result, else the hash of an exception.
+pub fn begin_reply(writer: &mut Writer, id: RequestId, operation: i32, case: i32) {
+    identity(writer, id);
+    writer.put(&(Outcome::Ok as i32));
+    writer.put(&operation);
+    writer.put(&case);
+}
+
+/// A whole reply that says that, and why, nothing was executed.
+pub fn refuse(writer: &mut Writer, id: RequestId, outcome: Outcome, reason: &str) {
+    identity(writer, id);
+    writer.put(&(outcome as i32));
+    writer.put(&0_i32);
+    writer.put(&0_u8);
+    crate::cdr::text(&reason.replace('\0', " "), writer);
+}
+
+/// The beginning of a reply.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ReplyKind {
+    /// 0 for a result, else the hash of an exception.
+    Case(i32),
+    /// Nothing was executed, for this reason.
+    Refused(String),
+}
+
+/// Reads the beginning of the reply to `operation`.
+pub fn open_reply(
+    reader: &mut Reader<'_>,
+    operation: i32,
+) -> Result<(RequestId, ReplyKind), DecodeError> {
+    let id = open_identity(reader)?;
+    let outcome: i32 = reader.get()?;
+    let found: i32 = reader.get()?;
+    if outcome == Outcome::Ok as i32 {
+        if found != operation {
+            return Err(DecodeError::Unknown("operation in the reply"));
+        }
+        return Ok((id, ReplyKind::Case(reader.get()?)));
+    }
+    let reason = reader.get::<u8>().and_then(|_| reader.get::<String>());
+    let known = match outcome {
+        1 => "not supported",
+        2 => "invalid argument",
+        3 => "out of resources",
+        4 => "unknown operation",
+        _ => "it failed",
+    };
+    Ok((
+        id,
+        ReplyKind::Refused(reason.unwrap_or_else(|_| known.to_owned())),
+    ))
+}
+
+/// `dds::SampleIdentity`: a GUID and a sequence number in two halves, the high one first.
+fn identity(writer: &mut Writer, id: RequestId) {
+    writer.raw(&id.writer);
+    writer.put(&((id.sequence >> 32) as i32));
+    writer.put(&(id.sequence as u32));
+}
+
+fn open_identity(reader: &mut Reader<'_>) -> Result<RequestId, DecodeError> {
+    let mut writer = [0; 16];
+    writer.copy_from_slice(reader.raw(16)?);
+    let high: i32 = reader.get()?;
+    let low: u32 = reader.get()?;
+    Ok(RequestId {
+        writer,
+        sequence: (high as u64) << 32 | u64::from(low),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_envelope_comes_back() {
+        let id = RequestId {
+            writer: [7; 16],
+            sequence: 1 << 33 | 5,
+        };
+        let mut writer = Writer::default();
+        begin_request(&mut writer, id, -9);
+        assert_eq!(
+            writer.len(),
+            36,
+            "16 + 8 bytes of identity, an empty string, padding, the discriminator"
+        );
+        assert_eq!(
+            open_request(&mut Reader::new(&writer.into_bytes())),
+            Ok((id, -9))
+        );
+        let mut writer = Writer::default();
+        refuse(&mut writer, id, Outcome::InvalidArgument, "too fast");
+        let bytes = writer.into_bytes();
+        let reply = open_reply(&mut Reader::new(&bytes), -9);
+        assert_eq!(reply, Ok((id, ReplyKind::Refused("too fast".to_owned()))));
+    }
+}
