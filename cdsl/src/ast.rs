@@ -1,0 +1,69 @@
+//! What stands in one `.cdsl` file, in its order, nothing resolved yet.
+
+use rc_diagnostics::Span;
+use rc_syntax::{Literal, Name};
+
+/// A whole file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct File {
+    /// The imported paths as written.
+    pub imports: Vec<Name>,
+    /// The component, if one could be read.
+    pub component: Option<Component>,
+}
+
+/// `Component NAME { … };`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Its name.
+    pub name: Name,
+    /// Its documentation.
+    pub doc: Vec<String>,
+    /// Its clauses, each with the word that begins it.
+    pub clauses: Vec<(Name, Clause)>,
+}
+
+/// One clause of a component.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Clause {
+    /// `Communications { … }`
+    Communications(Vec<Comm>),
+    /// `language rust;`
+    Language(Name),
+    /// `gui Qt (QWidget);`
+    Gui(Name, Option<Name>),
+    /// `options dsr, agmagent;`
+    Options(Vec<Name>),
+    /// `statemachine "file.smdsl" visual;`
+    StateMachine(Name, bool),
+    /// `parameters "file.pdsl";`
+    Parameters(Name),
+    /// `dependencies { rand "0.9"; }`
+    Dependencies(Vec<(Name, Name)>),
+    /// `period 50ms;`
+    Period(Literal),
+}
+
+/// `requires A, B as front;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comm {
+    /// The first word as written.
+    pub word: Name,
+    /// The interfaces.
+    pub items: Vec<Item>,
+}
+
+/// One interface in a communication clause.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Item {
+    /// The interface.
+    pub interface: Name,
+    /// `(dds)`
+    pub backend: Option<Name>,
+    /// `as front`
+    pub slot: Option<Name>,
+    /// `{ depth 5; }`
+    pub qos: Vec<(Name, Literal)>,
+    /// All of it.
+    pub span: Span,
+}

@@ -1,0 +1,435 @@
+//! From the tree to the model: interfaces are loaded, slots get their names.
+
+use crate::ast::{self, Clause, Item};
+use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, Slot};
+use crate::parse::parse;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_idsl::Session;
+use rc_idsl::model::{InterfaceId, Library, ModuleId};
+use rc_syntax::{Literal, LiteralKind, Loader, Name};
+use std::collections::HashMap;
+use std::time::Duration;
+
+/// Reads one `.cdsl` text and all that it imports. There is a component unless its text could not be read at
+/// all; it may be used only where no diagnostic is an error.
+pub fn load(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    source: SourceId,
+) -> (Option<Component>, Diagnostics) {
+    let (file, mut found) = parse(sources, source);
+    let path = sources.path(source).to_path_buf();
+    let mut session = Session::new(sources, loader);
+    let mut imports: Vec<(ModuleId, Span)> = Vec::new();
+    for import in &file.imports {
+        if let Some(module) = session.import(&path, &import.text, import.span)
+            && !imports.iter().any(|(m, _)| *m == module)
+        {
+            imports.push((module, import.span));
+        }
+    }
+    let import_failed = session.found.iter().any(|d| d.code == "import-not-found");
+    found.extend(session.found);
+    let library = session.library;
+    let component = file.component.map(|tree| {
+        let mut resolver = Resolver {
+            library,
+            imports,
+            import_failed,
+            found: &mut found,
+        };
+        resolver.component(&tree)
+    });
+    (component, found)
+}
+
+const WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
+const OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
+
+struct Resolver<'a> {
+    library: Library,
+    imports: Vec<(ModuleId, Span)>,
+    import_failed: bool,
+    found: &'a mut Diagnostics,
+}
+
+impl Resolver<'_> {
+    fn component(&mut self, tree: &ast::Component) -> Component {
+        let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
+        let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
+        let mut seen: HashMap<String, Span> = HashMap::new();
+        for (word, clause) in &tree.clauses {
+            self.once(&mut seen, word, "clause");
+            match clause {
+                Clause::Communications(comms) => {
+                    communications = true;
+                    slots = self.slots(comms);
+                }
+                Clause::Language(name) => language = Some(self.language(name)),
+                Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
+                Clause::Options(names) => self.options(word, names),
+                Clause::StateMachine(..) => self.later(word, "`statemachine`"),
+                Clause::Parameters(file) => parameters = Some(file.clone()),
+                Clause::Dependencies(all) => dependencies.clone_from(all),
+                Clause::Period(literal) => {
+                    match literal.as_nanoseconds().filter(|ns| *ns >= 100_000) {
+                        Some(ns) => period = Duration::from_nanos(ns),
+                        None => {
+                            let message = "a period is a time of at least 100us, as in `50ms`";
+                            self.found
+                                .push(Diagnostic::error("bad-period", literal.span, message));
+                        }
+                    }
+                }
+            }
+        }
+        for (missing, help) in [
+            (
+                !communications,
+                "add `Communications { };`, with what the component implements, requires, publishes and subscribes to",
+            ),
+            (language.is_none(), "add `language rust;`"),
+        ] {
+            if missing {
+                let what = if help.contains("language") {
+                    "language"
+                } else {
+                    "Communications"
+                };
+                let message = format!("component `{}` has no `{what}` clause", tree.name.text);
+                self.found
+                    .push(Diagnostic::error("missing-clause", tree.name.span, message).help(help));
+            }
+        }
+        self.unused_imports(&slots);
+        Component {
+            name: tree.name.clone(),
+            doc: tree.doc.clone(),
+            language: language.unwrap_or_else(|| Name::new("rust", tree.name.span)),
+            slots,
+            parameters,
+            dependencies,
+            period,
+            library: std::mem::take(&mut self.library),
+        }
+    }
+
+    fn once(&mut self, seen: &mut HashMap<String, Span>, word: &Name, what: &str) {
+        if let Some(first) = seen.insert(word.text.to_lowercase(), word.span) {
+            let message = format!("{what} `{}` is repeated; each stands once", word.text);
+            self.found.push(
+                Diagnostic::error("repeated-clause", word.span, message)
+                    .label(first, "the first one"),
+            );
+        }
+    }
+
+    fn later(&mut self, word: &Name, what: &str) {
+        let message = format!("{what} is read and checked, but nothing is generated for it yet");
+        self.found
+            .push(Diagnostic::warning("not-generated-yet", word.span, message));
+    }
+
+    fn language(&mut self, name: &Name) -> Name {
+        let known = ["rust", "cpp", "cpp11", "python"];
+        if !known.iter().any(|k| k.eq_ignore_ascii_case(&name.text)) {
+            let message = format!("unknown language `{}`", name.text);
+            self.found.push(
+                Diagnostic::error("unknown-language", name.span, message)
+                    .suggest(&name.text, known),
+            );
+        }
+        Name::new(name.text.to_lowercase(), name.span)
+    }
+
+    fn gui(&mut self, word: &Name, kind: &Name, widget: Option<&Name>) {
+        if !["qt", "egui"].contains(&kind.text.to_lowercase().as_str()) {
+            let message = format!("unknown gui `{}`", kind.text);
+            self.found.push(
+                Diagnostic::error("unknown-gui", kind.span, message)
+                    .suggest(&kind.text, ["Qt", "egui"]),
+            );
+        }
+        if let Some(widget) = widget.filter(|w| !WIDGETS.contains(&w.text.as_str())) {
+            let message = format!("unknown widget `{}`", widget.text);
+            self.found.push(
+                Diagnostic::error("unknown-widget", widget.span, message)
+                    .suggest(&widget.text, WIDGETS),
+            );
+        }
+        self.later(word, "`gui`");
+    }
+
+    fn options(&mut self, word: &Name, names: &[Name]) {
+        for name in names
+            .iter()
+            .filter(|n| !OPTIONS.iter().any(|o| o.eq_ignore_ascii_case(&n.text)))
+        {
+            let message = format!("unknown option `{}`", name.text);
+            self.found.push(
+                Diagnostic::error("unknown-option", name.span, message)
+                    .suggest(&name.text, OPTIONS),
+            );
+        }
+        self.later(word, "`options`");
+    }
+
+    fn slots(&mut self, comms: &[ast::Comm]) -> Vec<Slot> {
+        let mut slots: Vec<Slot> = Vec::new();
+        let mut seen = HashMap::new();
+        for comm in comms {
+            let role = Role::WORDS
+                .iter()
+                .find(|(word, _)| word.eq_ignore_ascii_case(&comm.word.text));
+            let Some((_, role)) = role else { continue };
+            self.once(
+                &mut seen,
+                &Name::new(role.word(), comm.word.span),
+                "communication clause",
+            );
+            for item in &comm.items {
+                let Some(interface) = self.interface(&item.interface) else {
+                    continue;
+                };
+                self.check_use(*role, interface, item);
+                let name = slot_name(&slots, item);
+                if let Some(first) = slots.iter().find(|s| s.name.eq_ignore_ascii_case(&name)) {
+                    let message = format!("slot `{name}` exists already");
+                    let help = format!("name one of them: `{} as other`", item.interface.text);
+                    let diagnostic =
+                        Diagnostic::error("duplicate-slot", item.span, message).help(help);
+                    self.found
+                        .push(diagnostic.label(first.span, "the first one"));
+                    continue;
+                }
+                let backend = item.backend.as_ref().and_then(|b| self.backend(b));
+                let qos = self.qos(*role, &item.qos);
+                slots.push(Slot {
+                    name,
+                    role: *role,
+                    interface,
+                    backend,
+                    qos,
+                    span: item.span,
+                });
+            }
+        }
+        slots
+    }
+
+    fn interface(&mut self, name: &Name) -> Option<InterfaceId> {
+        let mut reachable: Vec<ModuleId> = Vec::new();
+        for (module, _) in &self.imports {
+            let new: Vec<ModuleId> = self
+                .library
+                .reachable(*module)
+                .into_iter()
+                .filter(|m| !reachable.contains(m))
+                .collect();
+            reachable.extend(new);
+        }
+        let interfaces: Vec<InterfaceId> = reachable
+            .iter()
+            .flat_map(|m| self.library.module(*m).interfaces.clone())
+            .collect();
+        let found = interfaces
+            .iter()
+            .find(|i| self.library.interface(**i).name.text == name.text);
+        if found.is_none() {
+            let known: Vec<&str> = interfaces
+                .iter()
+                .map(|i| self.library.interface(*i).name.text.as_str())
+                .collect();
+            let message = format!("unknown interface `{}`", name.text);
+            let diagnostic = Diagnostic::error("unknown-interface", name.span, message);
+            let near = rc_diagnostics::nearest(&name.text, known.iter().copied());
+            self.found.push(match near {
+                Some(_) => diagnostic.help_nearest(near),
+                // The import that would bring it has been reported; the interface alone would be noise.
+                None if self.import_failed => {
+                    diagnostic.help("an import of this file was not found")
+                }
+                None => diagnostic.help(format!(
+                    "import the file that declares it: `import \"{}.idsl\";`",
+                    name.text
+                )),
+            });
+        }
+        found.copied()
+    }
+
+    /// Every operation of an interface has a pattern that its use allows.
+    fn check_use(&mut self, role: Role, interface: InterfaceId, item: &Item) {
+        let interface = self.library.interface(interface);
+        if interface.operations.is_empty() {
+            let message = format!("interface `{}` has no operations", interface.name.text);
+            let diagnostic = Diagnostic::warning("empty-interface", item.interface.span, message);
+            self.found
+                .push(diagnostic.label(interface.name.span, "declared here"));
+        }
+        for operation in &interface.operations {
+            let wrong = match operation.marked {
+                Some(pattern) if !role.allows(pattern) => {
+                    Some(format!("is marked `{}`", pattern.word()))
+                }
+                None if role.is_topic() && operation.has_result() => {
+                    Some("has a result".to_owned())
+                }
+                _ => None,
+            };
+            if let Some(why) = wrong {
+                let message = format!(
+                    "`{}` cannot be used under `{}`: its operation `{}` {why}",
+                    interface.name.text,
+                    role.word(),
+                    operation.name.text
+                );
+                let help = if role.is_topic() {
+                    "a topic is one way: its operations are void, without `out` and `throws`"
+                } else {
+                    "operations marked `publish` belong under `publishes` and `subscribesTo`"
+                };
+                let diagnostic =
+                    Diagnostic::error("wrong-pattern", item.interface.span, message).help(help);
+                self.found
+                    .push(diagnostic.label(operation.name.span, "declared here"));
+            }
+        }
+    }
+
+    fn backend(&mut self, name: &Name) -> Option<Backend> {
+        // RoboComp's files choose Ice so; here that is no choice.
+        if name.text.eq_ignore_ascii_case("ice") {
+            return None;
+        }
+        let found = Backend::WORDS
+            .iter()
+            .find(|(word, _)| word.eq_ignore_ascii_case(&name.text));
+        if found.is_none() {
+            let message = format!("unknown middleware `{}`", name.text);
+            let words = ["iceoryx2", "dds", "ros2"];
+            self.found.push(
+                Diagnostic::error("unknown-middleware", name.span, message)
+                    .suggest(&name.text, words),
+            );
+        }
+        found.map(|(_, backend)| *backend)
+    }
+
+    fn qos(&mut self, role: Role, settings: &[(Name, Literal)]) -> Qos {
+        const TOPIC: [&str; 6] = [
+            "reliability",
+            "depth",
+            "durability",
+            "deadline",
+            "lifespan",
+            "liveliness",
+        ];
+        const CALL: [&str; 1] = ["timeout"];
+        let allowed: &[&str] = if role.is_topic() { &TOPIC } else { &CALL };
+        let mut qos = Qos::default();
+        let mut seen = HashMap::new();
+        for (name, value) in settings {
+            self.once(&mut seen, name, "setting");
+            if !allowed.contains(&name.text.as_str()) {
+                let message = format!("`{}` is not a setting of `{}`", name.text, role.word());
+                let diagnostic = Diagnostic::error("unknown-qos", name.span, message);
+                self.found
+                    .push(diagnostic.suggest(&name.text, allowed.iter().copied()));
+                continue;
+            }
+            let word = match &value.kind {
+                LiteralKind::Name(word) => word.as_str(),
+                _ => "",
+            };
+            let time = value
+                .as_nanoseconds()
+                .filter(|ns| *ns > 0)
+                .map(Duration::from_nanos);
+            let understood = match name.text.as_str() {
+                "reliability" => {
+                    qos.reliable = one_of(word, "best_effort", "reliable");
+                    qos.reliable.is_some()
+                }
+                "durability" => {
+                    qos.transient_local = one_of(word, "volatile", "transient_local");
+                    qos.transient_local.is_some()
+                }
+                "depth" => {
+                    qos.depth = value
+                        .as_i64()
+                        .filter(|d| (1..=1000).contains(d))
+                        .map(|d| d as u32);
+                    qos.depth.is_some()
+                }
+                "timeout" => set(&mut qos.timeout, time),
+                "deadline" => set(&mut qos.deadline, time),
+                "lifespan" => set(&mut qos.lifespan, time),
+                _ => set(&mut qos.liveliness, time),
+            };
+            if !understood {
+                let allowed = match name.text.as_str() {
+                    "reliability" => "`reliable` or `best_effort`",
+                    "durability" => "`volatile` or `transient_local`",
+                    "depth" => "a whole number from 1 to 1000",
+                    _ => "a time such as `500ms`",
+                };
+                let message = format!(
+                    "{} is not a value of `{}`; allowed is {allowed}",
+                    value.described(),
+                    name.text
+                );
+                self.found
+                    .push(Diagnostic::error("bad-qos", value.span, message));
+            }
+        }
+        qos
+    }
+
+    fn unused_imports(&mut self, slots: &[Slot]) {
+        let used: Vec<ModuleId> = slots
+            .iter()
+            .map(|s| self.library.interface(s.interface).module)
+            .collect();
+        for (module, span) in &self.imports {
+            let reached = self.library.reachable(*module);
+            if !reached.iter().any(|m| used.contains(m))
+                && !self.library.module(*module).interfaces.is_empty()
+            {
+                let message = format!(
+                    "nothing of `{}` is used here",
+                    self.library.module(*module).name.text
+                );
+                self.found
+                    .push(Diagnostic::warning("unused-import", *span, message));
+            }
+        }
+    }
+}
+
+fn set(place: &mut Option<Duration>, value: Option<Duration>) -> bool {
+    *place = value;
+    value.is_some()
+}
+
+fn one_of(word: &str, no: &str, yes: &str) -> Option<bool> {
+    if word == yes {
+        Some(true)
+    } else {
+        (word == no).then_some(false)
+    }
+}
+
+/// `as` names a slot; otherwise it is the interface's name, and repetitions are numbered as RoboComp does.
+fn slot_name(slots: &[Slot], item: &Item) -> String {
+    if let Some(name) = &item.slot {
+        return name.text.clone();
+    }
+    let base = &item.interface.text;
+    let numbered = (1..).map(|n| format!("{base}{n}"));
+    let mut candidates = std::iter::once(base.clone()).chain(numbered);
+    let taken = |name: &String| slots.iter().any(|s| s.name.eq_ignore_ascii_case(name));
+    candidates
+        .find(|name| !taken(name))
+        .unwrap_or_else(|| base.clone())
+}
