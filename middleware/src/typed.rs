@@ -15,6 +15,8 @@ pub struct Operation {
     pub id: i32,
     /// The hash of its types.
     pub type_hash: u64,
+    /// Whether an answer comes back.
+    pub two_way: bool,
 }
 
 /// The sending end of a topic.
@@ -36,19 +38,14 @@ impl Topic {
         }
     }
 
-    /// Publishes what `encode` writes.
-    pub fn publish(&mut self, encode: impl FnOnce(&mut Writer)) -> Result<(), SendError> {
+    /// Begins a value; what is put into the writer is sent by `publish`.
+    pub fn begin(&mut self) -> &mut Writer {
         self.writer.clear();
-        encode(&mut self.writer);
-        self.send()
+        &mut self.writer
     }
 
-    /// How many subscribers there are.
-    pub fn peers(&self) -> usize {
-        self.port.peers()
-    }
-
-    fn send(&mut self) -> Result<(), SendError> {
+    /// Sends the value that was begun.
+    pub fn publish(&mut self) -> Result<(), SendError> {
         self.sequence += 1;
         let header = Header {
             type_hash: self.operation.type_hash,
@@ -56,6 +53,11 @@ impl Topic {
             sent: now(),
         };
         self.port.publish(header, self.writer.finish()?)
+    }
+
+    /// How many subscribers there are.
+    pub fn peers(&self) -> usize {
+        self.port.peers()
     }
 }
 
@@ -65,6 +67,8 @@ pub struct Caller {
     writer: Writer,
     reply: Vec<u8>,
     id: RequestId,
+    operation: i32,
+    type_hash: u64,
     timeout: Duration,
 }
 
@@ -99,49 +103,50 @@ impl Caller {
         self.port.peers()
     }
 
+    /// Begins a call of `operation`; its parameters are put into the writer, then it is sent or called.
+    pub fn begin(&mut self, operation: &Operation) -> &mut Writer {
+        self.id.sequence += 1;
+        self.writer.clear();
+        self.operation = operation.id;
+        self.type_hash = operation.type_hash;
+        rpc::begin_request(&mut self.writer, self.id, operation.id);
+        &mut self.writer
+    }
+
     /// One way: `Ok` means that a live server has it in its queue.
-    pub fn command(
-        &mut self,
-        operation: &Operation,
-        encode: impl FnOnce(&mut Writer),
-    ) -> Result<(), CallError> {
-        let header = self.begin(operation);
-        encode(&mut self.writer);
+    pub fn send(&mut self) -> Result<(), CallError> {
+        let header = self.header();
         self.port.send(header, self.writer.finish()?)
     }
 
-    /// There and back. `decode` gets 0 for a result or the hash of an exception, and the bytes of it.
-    pub fn query<R>(
-        &mut self,
-        operation: &Operation,
-        encode: impl FnOnce(&mut Writer),
-        decode: impl FnOnce(i32, &mut Reader<'_>) -> Result<R, DecodeError>,
-    ) -> Result<R, CallError> {
-        let header = self.begin(operation);
-        encode(&mut self.writer);
-        self.exchange(header)?;
+    /// There and back: 0 for a result or the hash of an exception, and the bytes of it.
+    pub fn call(&mut self) -> Result<(i32, Reader<'_>), CallError> {
+        let header = self.header();
+        self.port
+            .call(header, self.writer.finish()?, self.timeout, &mut self.reply)?;
         let mut reader = Reader::new(&self.reply);
-        match rpc::open_reply(&mut reader, operation.id)? {
+        match rpc::open_reply(&mut reader, self.operation)? {
             (id, _) if id != self.id => Err(DecodeError::Unknown("request in the reply").into()),
             (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),
-            (_, ReplyKind::Case(case)) => Ok(decode(case, &mut reader)?),
+            (_, ReplyKind::Case(case)) => Ok((case, reader)),
         }
     }
 
-    fn begin(&mut self, operation: &Operation) -> Header {
-        self.id.sequence += 1;
-        self.writer.clear();
-        rpc::begin_request(&mut self.writer, self.id, operation.id);
+    fn header(&self) -> Header {
         Header {
-            type_hash: operation.type_hash,
+            type_hash: self.type_hash,
             sequence: self.id.sequence,
             sent: now(),
         }
     }
+}
 
-    fn exchange(&mut self, header: Header) -> Result<(), CallError> {
-        self.port
-            .call(header, self.writer.finish()?, self.timeout, &mut self.reply)
+/// Refuses a reply that is an exception which the operation does not throw.
+pub fn expect_result(case: i32) -> Result<(), DecodeError> {
+    if case == 0 {
+        Ok(())
+    } else {
+        Err(DecodeError::Unknown("exception in the reply"))
     }
 }
 
@@ -149,10 +154,10 @@ impl Caller {
 pub struct Request<'a> {
     /// Which operation is asked for, the hash of its name.
     pub operation: i32,
-    /// The bytes of its parameters.
-    pub reader: Reader<'a>,
+    reader: Reader<'a>,
     id: RequestId,
     type_hash: u64,
+    two_way: bool,
     writer: Writer,
 }
 
@@ -168,44 +173,77 @@ impl<'a> Request<'a> {
             reader,
             id,
             type_hash: header.type_hash,
+            two_way: true,
             writer,
         })
     }
 
-    /// Whether the sender's types of `operation` are ours; a stranger (0) is trusted to have looked.
-    pub fn same_types(&self, operation: &Operation) -> bool {
-        self.type_hash == 0 || self.type_hash == operation.type_hash
-    }
-
-    /// Answers with what `encode` writes; `case` is 0 for a result, else the hash of an exception. An answer
-    /// that cannot be written becomes a refusal that says so, and is returned.
-    pub fn answer(
+    /// The parameters of `operation`, which `read` reads. Where the sender's types are others or the bytes are
+    /// no parameters, the request is refused. A stranger (type hash 0) is trusted to have looked.
+    pub fn arguments<T>(
         &mut self,
-        case: i32,
-        encode: impl FnOnce(&mut Writer),
-    ) -> Result<(), HandlerError> {
-        self.writer.clear();
-        rpc::begin_reply(&mut self.writer, self.id, self.operation, case);
-        encode(&mut self.writer);
-        match self.writer.finish() {
-            Ok(_) => Ok(()),
-            Err(error) => {
-                let reason = format!("the answer cannot be sent: {error}");
-                self.refuse(Outcome::UnknownException, &reason);
-                Err(HandlerError(reason))
-            }
+        operation: &Operation,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<T, DecodeError>,
+    ) -> Result<T, HandlerError> {
+        self.two_way = operation.two_way;
+        let what = operation.name;
+        if self.type_hash != 0 && self.type_hash != operation.type_hash {
+            let (theirs, ours) = (self.type_hash, operation.type_hash);
+            let reason = format!(
+                "`{what}` has types {theirs:016x} there and {ours:016x} here; regenerate both ends"
+            );
+            return self.refuse(Outcome::InvalidArgument, reason);
+        }
+        match read(&mut self.reader) {
+            Ok(arguments) => Ok(arguments),
+            Err(error) => self.refuse(Outcome::InvalidArgument, format!("`{what}`: {error}")),
         }
     }
 
-    /// Answers that, and why, nothing was executed.
-    pub fn refuse(&mut self, outcome: Outcome, reason: &str) {
+    /// Begins the answer; `case` is 0 for a result, else the hash of an exception.
+    pub fn begin(&mut self, case: i32) -> &mut Writer {
         self.writer.clear();
-        rpc::refuse(&mut self.writer, self.id, outcome, reason);
+        rpc::begin_reply(&mut self.writer, self.id, self.operation, case);
+        &mut self.writer
     }
 
-    /// Hands the answer over.
+    /// Ends the answer. One that cannot be written becomes a refusal that says so.
+    pub fn finish(&mut self) -> Result<(), HandlerError> {
+        match self.writer.finish() {
+            Ok(_) => Ok(()),
+            Err(error) => self.refuse(
+                Outcome::UnknownException,
+                format!("the answer cannot be sent: {error}"),
+            ),
+        }
+    }
+
+    /// Answers that the handler failed in a way that its operation does not name.
+    pub fn fail(&mut self, reason: &dyn std::fmt::Display) -> Result<(), HandlerError> {
+        self.refuse(Outcome::UnknownException, reason.to_string())
+    }
+
+    /// Answers that the interface has no such operation.
+    pub fn unknown(&mut self) -> Result<(), HandlerError> {
+        let reason = format!(
+            "there is no operation with the hash {:08x} here",
+            self.operation
+        );
+        self.refuse(Outcome::UnknownOperation, reason)
+    }
+
+    fn refuse<T>(&mut self, outcome: Outcome, reason: String) -> Result<T, HandlerError> {
+        self.writer.clear();
+        rpc::refuse(&mut self.writer, self.id, outcome, &reason);
+        Err(HandlerError(reason))
+    }
+
+    /// Hands the answer over; a command has none.
     pub fn close(self, reply: &mut Vec<u8>) {
         *reply = self.writer.into_bytes();
+        if !self.two_way {
+            reply.clear();
+        }
     }
 }
 

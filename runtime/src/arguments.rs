@@ -1,0 +1,136 @@
+//! The command line of every generated binary.
+
+use crate::component::Description;
+use lexopt::prelude::{Long, Short, ValueExt};
+use rc_middleware::Address;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// What the command line asks for.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Task {
+    Run(Arguments),
+    Check(Arguments),
+    Print(String),
+}
+
+#[derive(Debug, PartialEq)]
+pub(crate) struct Arguments {
+    pub(crate) network: String,
+    pub(crate) name: String,
+    pub(crate) config: Option<PathBuf>,
+    pub(crate) bindings: BTreeMap<String, Address>,
+    pub(crate) log: Option<String>,
+}
+
+/// Reads the command line; an error says what is allowed.
+pub(crate) fn parse(
+    description: &Description,
+    args: impl IntoIterator<Item = OsString>,
+) -> Result<Task, lexopt::Error> {
+    let mut parser = lexopt::Parser::from_args(args);
+    let mut check = false;
+    let mut out = Arguments {
+        network: "default".to_owned(),
+        name: description.name.to_owned(),
+        config: None,
+        bindings: BTreeMap::new(),
+        log: None,
+    };
+    while let Some(arg) = parser.next()? {
+        match arg {
+            Long("network") => out.network = one_name("--network", &parser.value()?.string()?)?,
+            Long("name") => out.name = one_name("--name", &parser.value()?.string()?)?,
+            Long("config") => out.config = Some(parser.value()?.into()),
+            Long("log") => out.log = Some(parser.value()?.string()?),
+            Long("bind") => {
+                let (slot, address) = binding(description, &parser.value()?.string()?)?;
+                out.bindings.insert(slot, address);
+            }
+            Long("check") => check = true,
+            Long("help") | Short('h') => return Ok(Task::Print(help(description))),
+            Long("version") | Short('V') => return Ok(Task::Print(version(description))),
+            other => return Err(format!("{}; see --help", other.unexpected()).into()),
+        }
+    }
+    Ok(if check {
+        Task::Check(out)
+    } else {
+        Task::Run(out)
+    })
+}
+
+fn one_name(option: &str, text: &str) -> Result<String, lexopt::Error> {
+    match Address::parse(text) {
+        Ok(address) if !address.as_str().contains('/') => Ok(text.to_owned()),
+        _ => {
+            Err(format!("{option}: `{text}` is not a name of letters, digits, `_` and `-`").into())
+        }
+    }
+}
+
+fn binding(description: &Description, text: &str) -> Result<(String, Address), lexopt::Error> {
+    let Some((slot, address)) = text.split_once('=') else {
+        return Err(format!(
+            "--bind takes SLOT=ADDRESS, as in `--bind Laser=default/Laser`, not `{text}`"
+        )
+        .into());
+    };
+    let slot = check_slot(description, slot)?;
+    Ok((slot, Address::parse(address)?))
+}
+
+/// The slot of that name, or which ones there are.
+pub(crate) fn check_slot(description: &Description, slot: &str) -> Result<String, String> {
+    if description.slots.iter().any(|s| s.name == slot) {
+        return Ok(slot.to_owned());
+    }
+    let names: Vec<&str> = description.slots.iter().map(|s| s.name).collect();
+    let near = rc_diagnostics::nearest(slot, names.iter().copied());
+    let hint = match near {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there are: {}", names.join(", ")),
+    };
+    Err(format!(
+        "`{slot}` is not a slot of {}; {hint}",
+        description.name
+    ))
+}
+
+fn version(description: &Description) -> String {
+    let Description {
+        name,
+        model_hash,
+        middleware,
+        ..
+    } = description;
+    format!("{name} (model {model_hash:016x}, {middleware})\n")
+}
+
+fn help(description: &Description) -> String {
+    let name = description.name;
+    let mut out = format!(
+        "{name}, a component\n\nUsage: {name} [OPTIONS]\n\nOptions:\n  \
+         --config FILE         configuration (default: etc/config.toml here or in the component's folder)\n  \
+         --network NAME        the network it belongs to (default: default)\n  \
+         --name NAME           its name in the network (default: {name})\n  \
+         --bind SLOT=ADDRESS   where a slot meets its other end (default: NETWORK/Interface)\n  \
+         --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
+         --check               checks the configuration and ends\n  \
+         --help, --version\n\nExit codes: 0 done, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
+    );
+    if !description.slots.is_empty() {
+        out.push_str("\nSlots:\n");
+    }
+    for slot in description.slots {
+        out.push_str(&format!(
+            "  {:<24} {} {} ({})\n",
+            slot.name,
+            slot.role.word(),
+            slot.type_name,
+            slot.backend
+        ));
+    }
+    out
+}

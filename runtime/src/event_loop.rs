@@ -1,0 +1,398 @@
+//! The one loop of a component: handlers as messages arrive, compute() on its period, both on one thread.
+//!
+//! Handlers that are ready run boundedly, then a compute() that is due runs. A compute() or handler that
+//! takes longer than the period is counted and reported; what was missed is never made up for.
+
+use crate::component::{Component, Description, WorkerError};
+use crate::ports::{Ports, Receiver};
+use crate::status::{Shared, State, Wish};
+use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Header, Reader};
+use rustix::event::{Timespec, epoll};
+use rustix::time::{
+    Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
+};
+use std::io;
+use std::os::fd::{AsFd, OwnedFd};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Handlers that run before a compute() that is due.
+const HANDLERS_A_TURN: usize = 64;
+/// No wait is longer: the heartbeat wants the loop to come round, and a backend may lose a wake-up
+/// (iceoryx2 0.10 does, rarely), so every port is looked at after it.
+const LONGEST_WAIT: Duration = Duration::from_millis(100);
+/// The same complaint is logged at most this often.
+const COMPLAINT_PAUSE: Duration = Duration::from_secs(1);
+/// How often the numbers of peers are looked up.
+const PEERS_PAUSE: Duration = Duration::from_secs(1);
+
+const TIMER: u64 = u64::MAX;
+const INTERRUPT: u64 = u64::MAX - 1;
+
+pub(crate) struct EventLoop<'a> {
+    component: &'a mut dyn Component,
+    description: &'static Description,
+    shared: Arc<Shared>,
+    ports: Vec<Port>,
+    epoll: OwnedFd,
+    timer: OwnedFd,
+    period: Duration,
+    first_port: usize,
+    peers_at: Option<Instant>,
+    fatal: Option<String>,
+    complained: Option<Instant>,
+}
+
+struct Port {
+    slot: usize,
+    receiver: Receiver,
+    ready: bool,
+    complained: Option<Instant>,
+}
+
+impl<'a> EventLoop<'a> {
+    pub(crate) fn new(
+        component: &'a mut dyn Component,
+        description: &'static Description,
+        receivers: Vec<(usize, Receiver)>,
+    ) -> io::Result<Self> {
+        let shared = component.core().shared.clone();
+        let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
+        let timer = timerfd_create(
+            TimerfdClockId::Monotonic,
+            TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK,
+        )?;
+        let watch = |fd: rustix::fd::BorrowedFd<'_>, data: u64| {
+            epoll::add(
+                &epoll,
+                fd,
+                epoll::EventData::new_u64(data),
+                epoll::EventFlags::IN,
+            )
+        };
+        watch(timer.as_fd(), TIMER)?;
+        watch(shared.interrupt.as_fd(), INTERRUPT)?;
+        for (at, (_, receiver)) in receivers.iter().enumerate() {
+            match receiver {
+                Receiver::Server(port) => watch(port.descriptor(), at as u64)?,
+                Receiver::Subscriber { port, .. } => watch(port.descriptor(), at as u64)?,
+            }
+        }
+        // What arrived before the first wait is served at once.
+        let ports = receivers
+            .into_iter()
+            .map(|(slot, receiver)| Port {
+                slot,
+                receiver,
+                ready: true,
+                complained: None,
+            })
+            .collect();
+        let period = component.core().period();
+        Ok(Self {
+            component,
+            description,
+            shared,
+            ports,
+            epoll,
+            timer,
+            period,
+            first_port: 0,
+            peers_at: None,
+            fatal: None,
+            complained: None,
+        })
+    }
+
+    /// Runs until a stop; an error is what made the worker end.
+    pub(crate) fn run(&mut self) -> Result<(), String> {
+        self.arm(Duration::from_nanos(1))
+            .map_err(|e| format!("the timer cannot be set: {e}"))?;
+        self.enter(State::Running);
+        while !self.shared.interrupt.is_stopping() && self.fatal.is_none() {
+            let due = self
+                .wait()
+                .map_err(|e| format!("waiting for events failed: {e}"))?;
+            self.shared.turned();
+            self.wishes();
+            self.handlers();
+            if due && !self.shared.interrupt.is_stopping() && self.fatal.is_none() {
+                self.compute();
+            }
+            self.new_period();
+            self.peers();
+        }
+        self.enter(State::Stopping);
+        self.component.finalize();
+        match self.fatal.take() {
+            Some(reason) => Err(reason),
+            None => Ok(()),
+        }
+    }
+
+    fn enter(&mut self, state: State) {
+        self.shared.status().state = state;
+        tracing::debug!("{}", state.word());
+    }
+
+    fn arm(&self, first: Duration) -> io::Result<()> {
+        let spec = |d: Duration| Timespec {
+            tv_sec: d.as_secs() as i64,
+            tv_nsec: i64::from(d.subsec_nanos()),
+        };
+        let timing = Itimerspec {
+            it_interval: spec(self.period),
+            it_value: spec(first),
+        };
+        timerfd_settime(&self.timer, TimerfdTimerFlags::empty(), &timing)?;
+        Ok(())
+    }
+
+    /// Waits for anything; says whether a compute() is due.
+    fn wait(&mut self) -> io::Result<bool> {
+        let limit = if self.ports.iter().any(|p| p.ready) {
+            Duration::ZERO
+        } else {
+            LONGEST_WAIT
+        };
+        let limit = Timespec {
+            tv_sec: 0,
+            tv_nsec: i64::from(limit.subsec_nanos()),
+        };
+        let mut events = Vec::with_capacity(16);
+        match epoll::wait(
+            &self.epoll,
+            rustix::buffer::spare_capacity(&mut events),
+            Some(&limit),
+        ) {
+            Err(rustix::io::Errno::INTR) => return Ok(false),
+            other => other?,
+        };
+        if events.is_empty() {
+            self.ports.iter_mut().for_each(|p| p.ready = true);
+        }
+        let mut due = false;
+        for event in &events {
+            match event.data.u64() {
+                TIMER => due = self.tick(),
+                INTERRUPT => self.shared.interrupt.clear(),
+                at => {
+                    if let Some(port) = self.ports.get_mut(at as usize) {
+                        port.ready = true;
+                    }
+                }
+            }
+        }
+        Ok(due)
+    }
+
+    fn tick(&mut self) -> bool {
+        let mut expirations = [0_u8; 8];
+        if rustix::io::read(&self.timer, &mut expirations).is_err() {
+            return false;
+        }
+        let missed = u64::from_ne_bytes(expirations).saturating_sub(1);
+        if missed > 0 {
+            self.shared.status().overruns += missed;
+        }
+        true
+    }
+
+    fn wishes(&mut self) {
+        for wish in self.shared.take_wishes() {
+            match wish {
+                Wish::Period(period) => self.component.core().new_period = Some(period),
+                Wish::Emergency(true) => self.enter_emergency("asked for by management"),
+                Wish::Emergency(false) => {
+                    if self.component.core().state() == State::Emergency {
+                        self.component.restore();
+                        self.enter(State::Running);
+                    }
+                }
+            }
+        }
+    }
+
+    fn enter_emergency(&mut self, reason: &str) {
+        if self.component.core().state() != State::Emergency {
+            tracing::error!("emergency: {reason}");
+            self.enter(State::Emergency);
+        }
+    }
+
+    /// Serves what is ready, one message a port in turn, within the bound.
+    fn handlers(&mut self) {
+        let count = self.ports.len();
+        for port in self.ports.iter_mut().filter(|p| p.ready) {
+            port.receiver.acknowledge();
+        }
+        let mut left = HANDLERS_A_TURN;
+        self.first_port = self.first_port.wrapping_add(1);
+        while left > 0 && self.ports.iter().any(|p| p.ready) {
+            for step in 0..count {
+                let at = (self.first_port + step) % count;
+                if self.ports[at].ready && !self.shared.interrupt.is_stopping() {
+                    self.handle(at);
+                    left = left.saturating_sub(1);
+                }
+            }
+            if self.shared.interrupt.is_stopping() {
+                return;
+            }
+        }
+    }
+
+    fn handle(&mut self, at: usize) {
+        let start = Instant::now();
+        let Self {
+            component,
+            ports,
+            description,
+            ..
+        } = self;
+        let port = &mut ports[at];
+        let slot = port.slot;
+        let mut result: Result<(), HandlerError> = Ok(());
+        let taken = match &mut port.receiver {
+            Receiver::Server(server) => server.serve(&mut |header, body, reply| {
+                result = answer(*component, slot, header, body, reply);
+            }),
+            Receiver::Subscriber { port, operation } => port.receive(&mut |header, body| {
+                let expected = description.slots[slot].operations[*operation].type_hash;
+                result = if header.type_hash == 0 || header.type_hash == expected {
+                    component.receive(slot, *operation, &mut Reader::new(body))
+                } else {
+                    Err(HandlerError("it is of another type".to_owned()))
+                };
+            }),
+        };
+        match taken {
+            Ok(false) => port.ready = false,
+            Ok(true) => self.handled(at, start.elapsed(), result),
+            Err(error) => {
+                port.ready = false;
+                self.complain(at, &error.to_string());
+            }
+        }
+    }
+
+    fn handled(&mut self, at: usize, took: Duration, result: Result<(), HandlerError>) {
+        let slot = self.ports[at].slot;
+        self.shared.status().slots[slot]
+            .work
+            .count(took, result.is_ok());
+        if took > self.period {
+            let message = format!(
+                "a handler took {took:?}, longer than the period of {:?}",
+                self.period
+            );
+            self.complain(at, &message);
+        }
+        if let Err(error) = result {
+            self.complain(at, &format!("a message was not handled: {error}"));
+        }
+    }
+
+    /// Logs what went wrong at a port, at most once a second.
+    fn complain(&mut self, at: usize, message: &str) {
+        let port = &mut self.ports[at];
+        self.shared.status().last_error = Some(message.to_owned());
+        if port
+            .complained
+            .is_none_or(|last| last.elapsed() >= COMPLAINT_PAUSE)
+        {
+            port.complained = Some(Instant::now());
+            tracing::warn!("slot {}: {message}", self.description.slots[port.slot].name);
+        }
+    }
+
+    fn compute(&mut self) {
+        if self.component.core().state() == State::Emergency {
+            self.component.emergency();
+            return;
+        }
+        let start = Instant::now();
+        let result = self.component.compute();
+        let took = start.elapsed();
+        let complain = {
+            let mut status = self.shared.status();
+            status.compute.count(took, result.is_ok());
+            status.overruns += u64::from(took > self.period);
+            if let Err(WorkerError::Failed(message)) = &result {
+                status.last_error = Some(message.clone());
+            }
+            self.complained
+                .is_none_or(|last: Instant| last.elapsed() >= COMPLAINT_PAUSE)
+        };
+        let slow = took > self.period && result.is_ok();
+        if complain && (slow || matches!(result, Err(WorkerError::Failed(_)))) {
+            self.complained = Some(Instant::now());
+            if slow {
+                tracing::warn!(
+                    "compute() took {took:?}, longer than its period of {:?}",
+                    self.period
+                );
+            }
+            if let Err(WorkerError::Failed(message)) = &result {
+                tracing::warn!("compute(): {message}");
+            }
+        }
+        match result {
+            Err(WorkerError::Emergency(reason)) => self.enter_emergency(&reason),
+            Err(WorkerError::Fatal(reason)) => self.fatal = Some(reason),
+            Ok(()) | Err(WorkerError::Failed(_)) => {}
+        }
+    }
+
+    fn new_period(&mut self) {
+        let Some(period) = self.component.core().new_period.take() else {
+            return;
+        };
+        self.period = period.max(Duration::from_micros(100));
+        self.shared.status().period = self.period;
+        if let Err(error) = self.arm(self.period) {
+            self.fatal = Some(format!("the period cannot be set: {error}"));
+        }
+    }
+
+    /// Looks up who is connected, now and then.
+    fn peers(&mut self) {
+        if self
+            .peers_at
+            .is_some_and(|last| last.elapsed() < PEERS_PAUSE)
+        {
+            return;
+        }
+        self.peers_at = Some(Instant::now());
+        let mut counts = vec![0; self.description.slots.len()];
+        for port in &self.ports {
+            counts[port.slot] = match &port.receiver {
+                Receiver::Server(server) => server.peers(),
+                Receiver::Subscriber {
+                    port: subscriber, ..
+                } => subscriber.peers().max(counts[port.slot]),
+            };
+        }
+        for (slot, peers) in self.component.sending_peers() {
+            counts[slot] = peers;
+        }
+        for (slot, peers) in self.shared.status().slots.iter_mut().zip(counts) {
+            slot.peers = peers;
+        }
+    }
+}
+
+/// Opens the envelope, lets the worker answer, closes it. A request without envelope gets no answer.
+fn answer(
+    component: &mut dyn Component,
+    slot: usize,
+    header: Header,
+    body: &[u8],
+    reply: &mut Vec<u8>,
+) -> Result<(), HandlerError> {
+    let mut request = Request::open(header, body, reply)?;
+    let result = component.serve(slot, &mut request);
+    request.close(reply);
+    result
+}

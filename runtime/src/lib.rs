@@ -1,0 +1,24 @@
+//! What is the same in every component: its start, its one loop, its life cycle, its configuration, its
+//! management endpoint and its log.
+//!
+//! Generated code hands a [`Description`] and a [`Component`] to [`run`]; everything else happens here. One
+//! thread runs the worker: compute() on its period and every handler between two computes. A second thread
+//! answers management, takes signals and sends the heartbeat, so that a worker that hangs is seen.
+
+mod arguments;
+pub mod component;
+mod context;
+mod event_loop;
+mod management;
+mod ports;
+mod process;
+mod status;
+
+pub use component::{Component, Connect, Description, Role, Slot, WorkerError};
+pub use context::Core;
+pub use ports::Ports;
+pub use process::{Embedded, StartError, embed, run};
+pub use rc_middleware as middleware;
+pub use rc_pdsl::config::Values;
+pub use status::State;
+pub use tracing;

@@ -1,0 +1,456 @@
+//! The second thread of a component: management over a Unix socket, signals, and the link to a supervisor.
+//!
+//! The socket is `NAME.sock` in the network's run directory and speaks JSON-RPC 2.0, one object a line:
+//! `status`, `parameters`, `period {"ms": 50}`, `emergency {"active": true}`, `stop`. A component whose
+//! environment has `RC_SUPERVISED` has its supervisor at its standard input, a socket: it tells `state`,
+//! `ready` and, twice a second, `heartbeat {"age_ms"}`, and ends when the other side closes.
+
+use crate::component::Description;
+use crate::process::StartError;
+use crate::status::{Shared, State, Wish};
+use rc_middleware::{Address, Environment};
+use rc_pdsl::config::Values;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{FlockOperation, flock};
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::os::fd::AsFd;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+const HEARTBEAT: Duration = Duration::from_millis(500);
+/// A request longer than this is none of ours.
+const LONGEST_LINE: usize = 64 * 1024;
+/// More callers than this at once are turned away.
+const MOST_CALLERS: usize = 32;
+
+/// The management of one component, seen from its worker thread.
+pub(crate) struct Management {
+    shared: Arc<Shared>,
+    facts: Arc<Facts>,
+    end: UnixStream,
+    thread: std::thread::JoinHandle<()>,
+    socket: PathBuf,
+    /// Held as long as the component lives: nobody else may have its name.
+    _lock: File,
+}
+
+/// What does not change while the component runs.
+struct Facts {
+    description: &'static Description,
+    name: String,
+    network: String,
+    parameters: Value,
+    addresses: Mutex<Vec<String>>,
+}
+
+impl Management {
+    pub(crate) fn start(
+        description: &'static Description,
+        environment: &Environment,
+        shared: &Arc<Shared>,
+        parameters: &Values,
+        whole_process: bool,
+    ) -> Result<Self, StartError> {
+        let Environment {
+            network,
+            instance,
+            directory,
+            ..
+        } = environment;
+        let refuse = |what: &str, error: &dyn std::fmt::Display| {
+            StartError::System(format!("{what}: {error}"))
+        };
+        let lock = directory.path().join(format!("{instance}.lock"));
+        let lock =
+            File::create(lock).map_err(|e| refuse("the lock of this name cannot be made", &e))?;
+        if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_err() {
+            return Err(StartError::System(format!(
+                "a component named `{instance}` runs in network `{network}` already; stop it, or choose another --name or --network"
+            )));
+        }
+        let socket = directory.socket(instance);
+        // The lock is ours, so a socket that is there belongs to a process that is gone.
+        let _ = std::fs::remove_file(&socket);
+        let listener = UnixListener::bind(&socket)
+            .map_err(|e| refuse("the management socket cannot be made", &e))?;
+        let facts = Arc::new(Facts {
+            description,
+            name: instance.clone(),
+            network: network.clone(),
+            parameters: parameters.to_json(),
+            addresses: Mutex::new(Vec::new()),
+        });
+        let (end, ended) =
+            UnixStream::pair().map_err(|e| refuse("a socket pair cannot be made", &e))?;
+        let mut server = Server {
+            facts: facts.clone(),
+            shared: shared.clone(),
+            listener,
+            ended,
+            callers: Vec::new(),
+            link: None,
+            signals: None,
+            told: None,
+        };
+        server
+            .attach(whole_process)
+            .map_err(|e| refuse("management cannot start", &e))?;
+        let thread = std::thread::Builder::new().name("management".to_owned());
+        let thread = thread
+            .spawn(move || server.run())
+            .map_err(|e| refuse("a thread cannot be made", &e))?;
+        Ok(Self {
+            shared: shared.clone(),
+            facts,
+            end,
+            thread,
+            socket,
+            _lock: lock,
+        })
+    }
+
+    /// Tells where the slots meet their other ends.
+    pub(crate) fn addresses(&self, addresses: &[Address]) {
+        let mut known = self
+            .facts
+            .addresses
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        *known = addresses.iter().map(ToString::to_string).collect();
+    }
+
+    /// The worker is initialised; the loop begins.
+    pub(crate) fn ready(&self) {
+        self.shared.status().state = State::Running;
+        self.shared.turned();
+        let _ = (&self.end).write_all(b"r");
+    }
+
+    /// Ends the thread and gives the name back.
+    pub(crate) fn end(self) {
+        let _ = (&self.end).write_all(b"e");
+        let _ = self.thread.join();
+        let _ = std::fs::remove_file(&self.socket);
+        let _ = std::fs::remove_file(self.socket.with_extension("lock"));
+        // The last one of a network that nobody supervises leaves an empty folder behind otherwise.
+        if let Some(folder) = self.socket.parent() {
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
+}
+
+/// The thread's own state.
+struct Server {
+    facts: Arc<Facts>,
+    shared: Arc<Shared>,
+    listener: UnixListener,
+    ended: UnixStream,
+    callers: Vec<Caller>,
+    link: Option<UnixStream>,
+    signals: Option<UnixStream>,
+    told: Option<State>,
+}
+
+struct Caller {
+    stream: UnixStream,
+    read: Vec<u8>,
+}
+
+impl Server {
+    fn attach(&mut self, whole_process: bool) -> io::Result<()> {
+        self.listener.set_nonblocking(true)?;
+        self.ended.set_nonblocking(true)?;
+        if !whole_process {
+            return Ok(());
+        }
+        let (read, write) = UnixStream::pair()?;
+        read.set_nonblocking(true)?;
+        for signal in [
+            signal_hook::consts::SIGINT,
+            signal_hook::consts::SIGTERM,
+            signal_hook::consts::SIGHUP,
+        ] {
+            signal_hook::low_level::pipe::register(signal, write.try_clone()?)?;
+        }
+        self.signals = Some(read);
+        if std::env::var_os("RC_SUPERVISED").is_some() {
+            let link = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
+            link.set_nonblocking(true)?;
+            self.link = Some(link);
+        }
+        Ok(())
+    }
+
+    fn run(mut self) {
+        let mut beat = Instant::now();
+        let mut ready = false;
+        loop {
+            self.tell_state();
+            let wait = HEARTBEAT.saturating_sub(beat.elapsed());
+            let wait = if self.link.is_some() {
+                wait
+            } else {
+                Duration::from_secs(10)
+            };
+            let events = self.wait(wait);
+            if events.first() == Some(&true) {
+                let mut bytes = [0_u8; 8];
+                let count = (&self.ended).read(&mut bytes).unwrap_or(0);
+                if bytes[..count].contains(&b'r') && !ready {
+                    ready = true;
+                    self.tell_state();
+                    self.tell("ready", &json!({}));
+                }
+                if bytes[..count].contains(&b'e') || count == 0 {
+                    self.tell_state();
+                    return;
+                }
+            }
+            if events.get(1) == Some(&true) {
+                self.accept();
+            }
+            if events.get(2) == Some(&true) {
+                self.signalled();
+            }
+            if events.get(3) == Some(&true) {
+                self.linked();
+            }
+            self.serve(events.get(4..).unwrap_or_default());
+            if beat.elapsed() >= HEARTBEAT {
+                beat = Instant::now();
+                self.tell("heartbeat", &json!({ "age_ms": self.shared.age_ms() }));
+            }
+        }
+    }
+
+    /// Which are readable: end, listener, signals, link, callers.
+    fn wait(&self, limit: Duration) -> Vec<bool> {
+        let fixed = [Some(self.ended.as_fd()), Some(self.listener.as_fd())];
+        let optional = [
+            self.signals.as_ref().map(AsFd::as_fd),
+            self.link.as_ref().map(AsFd::as_fd),
+        ];
+        let callers = self.callers.iter().map(|c| Some(c.stream.as_fd()));
+        let all: Vec<_> = fixed.into_iter().chain(optional).chain(callers).collect();
+        let mut polled: Vec<PollFd<'_>> = all
+            .iter()
+            .flatten()
+            .map(|fd| PollFd::from_borrowed_fd(*fd, PollFlags::IN))
+            .collect();
+        let limit = Timespec {
+            tv_sec: limit.as_secs() as i64,
+            tv_nsec: i64::from(limit.subsec_nanos()),
+        };
+        if poll(&mut polled, Some(&limit)).is_err() {
+            return Vec::new();
+        }
+        let mut readable = polled.iter().map(|p| !p.revents().is_empty());
+        all.iter()
+            .map(|fd| fd.is_some() && readable.next().unwrap_or(false))
+            .collect()
+    }
+
+    fn accept(&mut self) {
+        while let Ok((stream, _)) = self.listener.accept() {
+            let limit = Some(Duration::from_millis(200));
+            if self.callers.len() < MOST_CALLERS
+                && stream.set_nonblocking(true).is_ok()
+                && stream.set_write_timeout(limit).is_ok()
+            {
+                self.callers.push(Caller {
+                    stream,
+                    read: Vec::new(),
+                });
+            }
+        }
+    }
+
+    /// The first signal stops in order, the second one at once.
+    fn signalled(&mut self) {
+        let mut bytes = [0_u8; 16];
+        let count = self
+            .signals
+            .as_ref()
+            .map_or(0, |mut s| s.read(&mut bytes).unwrap_or(0));
+        if count > 1 || self.shared.interrupt.is_stopping() {
+            eprintln!("{}: ended at once by a second signal", self.facts.name);
+            std::process::exit(3);
+        }
+        self.shared.interrupt.stop();
+    }
+
+    /// The supervisor says nothing; it only can be gone.
+    fn linked(&mut self) {
+        let mut bytes = [0_u8; 256];
+        let gone = self
+            .link
+            .as_ref()
+            .is_some_and(|mut link| match link.read(&mut bytes) {
+                Ok(count) => count == 0,
+                Err(error) => {
+                    error.kind() != io::ErrorKind::WouldBlock
+                        && error.kind() != io::ErrorKind::Interrupted
+                }
+            });
+        if gone {
+            self.link = None;
+            self.shared.interrupt.stop();
+        }
+    }
+
+    fn tell_state(&mut self) {
+        let state = self.shared.status().state;
+        if self.told != Some(state) {
+            self.told = Some(state);
+            self.tell("state", &json!({ "state": state.word() }));
+        }
+    }
+
+    fn tell(&self, method: &str, params: &Value) {
+        if let Some(mut link) = self.link.as_ref() {
+            let line = json!({ "jsonrpc": "2.0", "method": method, "params": params });
+            // A supervisor that does not read loses heartbeats, not its component.
+            let _ = link.write_all(format!("{line}\n").as_bytes());
+        }
+    }
+
+    fn serve(&mut self, readable: &[bool]) {
+        let mut at = 0;
+        let Self {
+            callers,
+            facts,
+            shared,
+            ..
+        } = self;
+        callers.retain_mut(|caller| {
+            let ready = readable.get(at).copied().unwrap_or(false);
+            at += 1;
+            !ready || caller.serve(facts, shared)
+        });
+    }
+}
+
+impl Caller {
+    /// Answers the lines that have come; false when the caller is gone or talks nonsense.
+    fn serve(&mut self, facts: &Facts, shared: &Shared) -> bool {
+        let mut bytes = [0_u8; 4096];
+        match self.stream.read(&mut bytes) {
+            Ok(0) => return false,
+            Ok(count) => self.read.extend_from_slice(&bytes[..count]),
+            Err(error) => return error.kind() == io::ErrorKind::WouldBlock,
+        }
+        while let Some(end) = self.read.iter().position(|b| *b == b'\n') {
+            let line: Vec<u8> = self.read.drain(..=end).collect();
+            if let Some(answer) = facts.answer(&line, shared)
+                && self.send(&answer).is_err()
+            {
+                return false;
+            }
+        }
+        self.read.len() <= LONGEST_LINE
+    }
+
+    fn send(&mut self, answer: &Value) -> io::Result<()> {
+        self.stream.set_nonblocking(false)?;
+        self.stream.write_all(format!("{answer}\n").as_bytes())?;
+        self.stream.set_nonblocking(true)
+    }
+}
+
+impl Facts {
+    /// The answer to one line; none to a notification.
+    fn answer(&self, line: &[u8], shared: &Shared) -> Option<Value> {
+        let Ok(request) = serde_json::from_slice::<Value>(line) else {
+            return Some(error(&Value::Null, -32700, "this is not JSON"));
+        };
+        let id = request.get("id").cloned();
+        let params = request.get("params").cloned().unwrap_or_default();
+        let result = match request.get("method").and_then(Value::as_str) {
+            Some("status") => Ok(self.status(shared)),
+            Some("parameters") => Ok(self.parameters.clone()),
+            Some("period") => period(&params).map(|period| {
+                shared.wish(Wish::Period(period));
+                json!({})
+            }),
+            Some("emergency") => match params.get("active").and_then(Value::as_bool) {
+                Some(active) => {
+                    shared.wish(Wish::Emergency(active));
+                    Ok(json!({}))
+                }
+                None => Err((-32602, "`emergency` takes {\"active\": true|false}")),
+            },
+            Some("stop") => {
+                shared.interrupt.stop();
+                Ok(json!({}))
+            }
+            _ => Err((
+                -32601,
+                "there are `status`, `parameters`, `period`, `emergency` and `stop`",
+            )),
+        };
+        let id = id?;
+        Some(match result {
+            Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
+            Err((code, message)) => error(&id, code, message),
+        })
+    }
+
+    fn status(&self, shared: &Shared) -> Value {
+        let status = shared.status();
+        let addresses = self
+            .addresses
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let slots: Vec<Value> = self
+            .description
+            .slots
+            .iter()
+            .zip(&status.slots)
+            .enumerate()
+            .map(|(at, (slot, counted))| {
+                json!({
+                    "name": slot.name,
+                    "role": slot.role.word(),
+                    "interface": slot.type_name,
+                    "middleware": slot.backend,
+                    "address": addresses.get(at),
+                    "peers": counted.peers,
+                    "handlers": counted.work.to_json(),
+                })
+            })
+            .collect();
+        json!({
+            "component": self.description.name,
+            "name": self.name,
+            "network": self.network,
+            "pid": std::process::id(),
+            "state": status.state.word(),
+            "uptime_s": shared.uptime().as_secs_f64(),
+            "age_ms": shared.age_ms(),
+            "model": format!("{:016x}", self.description.model_hash),
+            "middleware": self.description.middleware,
+            "period_ms": status.period.as_secs_f64() * 1e3,
+            "overruns": status.overruns,
+            "compute": status.compute.to_json(),
+            "last_error": status.last_error,
+            "slots": slots,
+        })
+    }
+}
+
+fn period(params: &Value) -> Result<Duration, (i64, &'static str)> {
+    let ms = params
+        .get("ms")
+        .and_then(Value::as_f64)
+        .filter(|ms| (0.1..=3.6e6).contains(ms));
+    ms.map(|ms| Duration::from_secs_f64(ms / 1e3))
+        .ok_or((-32602, "`period` takes {\"ms\": 0.1 … 3600000}"))
+}
+
+fn error(id: &Value, code: i64, message: &str) -> Value {
+    json!({ "jsonrpc": "2.0", "id": id, "error": { "code": code, "message": message } })
+}

@@ -1,0 +1,315 @@
+//! A component from its command line to its exit code.
+
+use crate::arguments::{self, Arguments, Task};
+use crate::component::{Component, Description, WorkerError};
+use crate::context::Core;
+use crate::event_loop::EventLoop;
+use crate::management::Management;
+use crate::ports::Ports;
+use crate::status::Shared;
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory};
+use rc_pdsl::config::{self, Configuration, Values};
+use rc_pdsl::model::Parameters;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How long a component that ends waits for what it sent last to arrive.
+const LINGER: Duration = Duration::from_millis(100);
+
+/// Why a component did not start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The command line is wrong.
+    #[error("{0}")]
+    Usage(String),
+    /// The configuration is wrong; the text is one or more diagnostics.
+    #[error("{0}")]
+    Configuration(String),
+    /// A connection could not be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The worker's `initialize` failed.
+    #[error("initialize(): {0}")]
+    Worker(String),
+    /// The system refused.
+    #[error("{0}")]
+    System(String),
+}
+
+impl StartError {
+    fn code(&self) -> u8 {
+        match self {
+            Self::Configuration(_) => 1,
+            Self::Usage(_) => 2,
+            Self::Open(_) | Self::Worker(_) | Self::System(_) => 3,
+        }
+    }
+}
+
+impl From<WorkerError> for StartError {
+    fn from(error: WorkerError) -> Self {
+        let (WorkerError::Failed(reason)
+        | WorkerError::Emergency(reason)
+        | WorkerError::Fatal(reason)) = error;
+        Self::Worker(reason)
+    }
+}
+
+/// Makes the component: its sending ends, its context, its worker.
+pub type Start<C> = fn(Core, &Ports, &Values) -> Result<C, StartError>;
+
+/// Runs a component with the command line of this process, until it ends.
+pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> ExitCode {
+    let task = match arguments::parse(description, std::env::args_os().skip(1)) {
+        Ok(task) => task,
+        Err(error) => return fail(description, &StartError::Usage(error.to_string())),
+    };
+    // The note must be in the executable, and nothing else refers to it.
+    std::hint::black_box(description.note);
+    let outcome = match task {
+        Task::Print(text) => {
+            print!("{text}");
+            Ok(())
+        }
+        Task::Check(arguments) => {
+            configure(description, &arguments).map(|_| println!("{}: ok", description.name))
+        }
+        Task::Run(arguments) => Interrupt::new()
+            .map_err(|e| system("an event", &e))
+            .and_then(|interrupt| live(description, start, &arguments, interrupt, true)),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => fail(description, &error),
+    }
+}
+
+fn fail(description: &Description, error: &StartError) -> ExitCode {
+    match error {
+        StartError::Configuration(text) => eprint!("{text}"),
+        _ => eprintln!("{}: error: {error}", description.name),
+    }
+    ExitCode::from(error.code())
+}
+
+fn system(what: &str, error: &std::io::Error) -> StartError {
+    StartError::System(format!("{what} cannot be made: {error}"))
+}
+
+/// A component that runs on a thread of this process, for tests.
+#[derive(Debug)]
+pub struct Embedded {
+    interrupt: Interrupt,
+    thread: std::thread::JoinHandle<Result<(), StartError>>,
+}
+
+impl Embedded {
+    /// Asks it to end.
+    pub fn stop(&self) {
+        self.interrupt.stop();
+    }
+
+    /// Whether it has ended.
+    pub fn has_ended(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Waits for its end, which `stop` or the component itself brings about.
+    pub fn join(self) -> Result<(), StartError> {
+        self.thread
+            .join()
+            .unwrap_or_else(|_| Err(StartError::System("the component panicked".to_owned())))
+    }
+}
+
+/// Runs a component on a thread of this process, with a command line as for its binary and without signals.
+pub fn embed<C: Component + 'static>(
+    description: &'static Description,
+    start: Start<C>,
+    args: &[&str],
+) -> Result<Embedded, StartError> {
+    let task = arguments::parse(description, args.iter().map(OsString::from));
+    let Ok(Task::Run(arguments)) = task else {
+        return Err(StartError::Usage(format!(
+            "{args:?} is not the command line of a run"
+        )));
+    };
+    let interrupt = Interrupt::new().map_err(|e| system("an event", &e))?;
+    let clone = interrupt.clone();
+    let name = arguments.name.clone();
+    let thread = std::thread::Builder::new().name(name);
+    let thread = thread
+        .spawn(move || live(description, start, &arguments, clone, false))
+        .map_err(|e| system("a thread", &e))?;
+    Ok(Embedded { interrupt, thread })
+}
+
+fn live<C: Component>(
+    description: &'static Description,
+    start: Start<C>,
+    arguments: &Arguments,
+    interrupt: Interrupt,
+    whole_process: bool,
+) -> Result<(), StartError> {
+    let configuration = configure(description, arguments)?;
+    let level = arguments
+        .log
+        .as_deref()
+        .or(configuration.log.as_deref())
+        .unwrap_or("info");
+    log(level)?;
+    let bindings = bindings(description, arguments, &configuration)?;
+    let period = configuration.period.unwrap_or(description.period);
+    let directory = RunDirectory::open(&arguments.network)
+        .map_err(|e| StartError::System(format!("the run directory cannot be made: {e}")))?;
+    let shared = Arc::new(Shared::new(
+        interrupt.clone(),
+        period,
+        description.slots.len(),
+    ));
+    let environment = Environment {
+        network: arguments.network.clone(),
+        instance: arguments.name.clone(),
+        directory,
+        interrupt,
+    };
+    let management = Management::start(
+        description,
+        &environment,
+        &shared,
+        &configuration.parameters,
+        whole_process,
+    )?;
+    let ports = Ports::new(description, &environment, &bindings)?;
+    management.addresses(ports.addresses());
+    let receivers = ports.receivers()?;
+    let core = Core::new(&arguments.name, &arguments.network, shared);
+    let mut component = start(core, &ports, &configuration.parameters)?;
+    let ended = {
+        let mut event_loop = EventLoop::new(&mut component, description, receivers)
+            .map_err(|e| system("the event loop", &e))?;
+        management.ready();
+        event_loop.run()
+    };
+    ports.linger(LINGER);
+    drop(component);
+    drop(ports);
+    management.end();
+    ended.map_err(StartError::System)
+}
+
+/// Reads and checks the configuration.
+fn configure(
+    description: &Description,
+    arguments: &Arguments,
+) -> Result<Configuration, StartError> {
+    let parameters = match description
+        .parameters
+        .map(Parameters::from_json)
+        .transpose()
+    {
+        Ok(parameters) => parameters,
+        Err(error) => {
+            return Err(StartError::System(format!(
+                "the generated parameters cannot be read: {error}"
+            )));
+        }
+    };
+    let Some(path) = config_file(description, arguments) else {
+        return config::defaults(parameters.as_ref()).map_err(|missing| {
+            StartError::Configuration(format!(
+                "{}: error: there is no configuration file, and these parameters have no default: {}; name one with --config\n",
+                description.name,
+                missing.join(", ")
+            ))
+        });
+    };
+    let text = std::fs::read_to_string(&path).map_err(|e| {
+        StartError::Configuration(format!(
+            "{}: error: {} cannot be read: {e}\n",
+            description.name,
+            path.display()
+        ))
+    })?;
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, text);
+    let (configuration, found) = config::check(&sources, source, parameters.as_ref());
+    if found.has_errors() {
+        return Err(StartError::Configuration(render(
+            &sources,
+            &found,
+            Format::Human,
+        )));
+    }
+    warn(&sources, &found);
+    Ok(configuration)
+}
+
+fn warn(sources: &SourceMap, found: &Diagnostics) {
+    if !found.is_empty() {
+        eprint!("{}", render(sources, found, Format::Human));
+    }
+}
+
+fn config_file(description: &Description, arguments: &Arguments) -> Option<PathBuf> {
+    if arguments.config.is_some() {
+        return arguments.config.clone();
+    }
+    let here = PathBuf::from("etc/config.toml");
+    let built = Path::new(description.folder).join("etc/config.toml");
+    // Another component's folder may be the current one; its configuration is not ours.
+    let ours = Path::new(&format!("{}.cdsl", description.name)).exists();
+    [here]
+        .into_iter()
+        .filter(|_| ours)
+        .chain([built])
+        .find(|path| path.exists())
+}
+
+fn bindings(
+    description: &Description,
+    arguments: &Arguments,
+    configuration: &Configuration,
+) -> Result<BTreeMap<String, Address>, StartError> {
+    let mut all = BTreeMap::new();
+    for (slot, address) in &configuration.bindings {
+        let bad = |reason: String| {
+            StartError::Configuration(format!(
+                "{}: error: [bindings]: {reason}\n",
+                description.name
+            ))
+        };
+        let slot = arguments::check_slot(description, slot).map_err(bad)?;
+        let bad = |reason: String| {
+            StartError::Configuration(format!(
+                "{}: error: [bindings]: {reason}\n",
+                description.name
+            ))
+        };
+        all.insert(slot, Address::parse(address).map_err(bad)?);
+    }
+    all.extend(arguments.bindings.clone());
+    Ok(all)
+}
+
+fn log(level: &str) -> Result<(), StartError> {
+    let level: tracing::Level = level.parse().map_err(|_| {
+        StartError::Usage(format!(
+            "`{level}` is not a log level; there are error, warn, info, debug and trace"
+        ))
+    })?;
+    // A second component of one process (a test) writes into the log of the first.
+    let _ = tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_target(false)
+        .with_ansi(false)
+        .with_writer(std::io::stderr)
+        .try_init();
+    Ok(())
+}
