@@ -84,6 +84,8 @@ impl Caller {
             writer: Writer::default(),
             reply: Vec::new(),
             id,
+            operation: 0,
+            type_hash: 0,
             timeout,
         }
     }
