@@ -1,1 +1,20 @@
+//! From description files to a component's Rust.
+//!
+//! [`project::Project::load`] reads a `.cdsl` with all that it names; [`view`] decides every name, type and
+//! line; the templates only print what the view says; [`files::Files`] is the result in memory, written in one
+//! place, all or nothing.
 
+pub mod check;
+pub mod files;
+pub mod generate;
+pub mod layout;
+pub mod load;
+pub mod names;
+pub mod note;
+pub mod project;
+pub mod view;
+pub mod workspace;
+
+pub use files::Files;
+pub use load::FileLoader;
+pub use project::Project;

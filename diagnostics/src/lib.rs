@@ -4,11 +4,13 @@
 //! and [`render`] turns findings into text. Nothing here knows any of the languages.
 
 mod diagnostic;
+mod duration;
 mod nearest;
 pub mod render;
 mod source;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity};
+pub use duration::{duration_nanoseconds, duration_text};
 pub use nearest::nearest;
 pub use render::{Format, render};
 pub use source::{Position, SourceId, SourceMap, Span};

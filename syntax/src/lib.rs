@@ -9,8 +9,9 @@ mod loader;
 mod trivia;
 
 pub use explain::{explain, nesting};
-pub use literal::{Literal, LiteralKind, duration_nanoseconds, unescape};
+pub use literal::{Literal, LiteralKind, unescape};
 pub use loader::{Found, Loader, MemoryLoader, NotFound};
+pub use rc_diagnostics::duration_nanoseconds;
 pub use trivia::Trivia;
 
 use rc_diagnostics::{Diagnostic, SourceId, Span};

@@ -1,6 +1,6 @@
 //! Values as they are written.
 
-use rc_diagnostics::Span;
+use rc_diagnostics::{Span, duration_nanoseconds};
 
 /// A value in a text.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,20 +106,6 @@ fn parse_kind(text: &str) -> LiteralKind {
         }
     }
     LiteralKind::Name(text.to_owned())
-}
-
-/// A time as it is written (`50ms`, `1.5 s`, `2min`, `10us`), in nanoseconds.
-pub fn duration_nanoseconds(text: &str) -> Option<u64> {
-    let split = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E')?;
-    let value: f64 = text[..split].trim().parse().ok()?;
-    let unit = match text[split..].trim() {
-        "us" => 1e3,
-        "ms" => 1e6,
-        "s" => 1e9,
-        "min" => 60e9,
-        _ => return None,
-    };
-    (value >= 0.0).then(|| (value * unit).round() as u64)
 }
 
 /// The content of a text in quotes, with `\n`, `\t`, `\"` and `\\` replaced.

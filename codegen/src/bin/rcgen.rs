@@ -1,0 +1,280 @@
+//! `rcgen`: from description files to a component.
+//!
+//! Exit codes: 0 done; 1 the input is wrong, or generated code is not up to date; 2 wrong usage; 3 the system
+//! refused.
+
+use clap::{Args, Parser, Subcommand};
+use rc_cdsl::model::Backend;
+use rc_codegen::files::{Change, Owner, Step};
+use rc_codegen::view::BACKENDS;
+use rc_codegen::{FileLoader, Files, Project, generate, workspace};
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Generates a component from its .cdsl: a generic layer that is rewritten, and a worker that is yours.
+#[derive(Parser)]
+#[command(
+    name = "rcgen",
+    version,
+    args_conflicts_with_subcommands = true,
+    arg_required_else_help = true
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    generate: Generate,
+}
+
+/// The project that this program was built from.
+const HERE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+#[derive(Subcommand)]
+enum Command {
+    /// Makes a workspace for components.
+    Init {
+        /// The folder of the workspace.
+        dir: PathBuf,
+        /// Where the framework's crates come from: a folder with this project, or a git address.
+        #[arg(long, value_name = "PATH|GIT", default_value = HERE)]
+        framework: String,
+    },
+    /// Makes an empty component in the workspace of the current folder.
+    New {
+        /// Its name.
+        name: String,
+    },
+    /// Checks description files and configurations; says everything that is wrong at once.
+    Check {
+        /// .idsl, .cdsl, .pdsl, .ddsl files, and .toml files that lie in a component's etc/.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        common: Common,
+    },
+}
+
+#[derive(Args)]
+struct Generate {
+    /// The component.
+    #[arg(value_name = "FILE.cdsl")]
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+    /// The component's folder [default: the folder of FILE].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests.
+    #[arg(long, default_value = "iceoryx2", value_parser = middleware)]
+    middleware: Backend,
+    /// Generates this language, whatever the file says.
+    #[arg(long, value_parser = ["rust"])]
+    language: Option<String>,
+    /// Lists what would be written, and writes nothing.
+    #[arg(long)]
+    dry_run: bool,
+    /// Fails with 1 if generated/ is not what would be written, and writes nothing.
+    #[arg(long)]
+    check: bool,
+}
+
+#[derive(Args)]
+struct Common {
+    /// Looks for imported files here, too.
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+    /// How findings are printed: human, short or json (one object a line).
+    #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
+    format: Format,
+}
+
+fn middleware(text: &str) -> Result<Backend, String> {
+    let all = [
+        Backend::Iceoryx2,
+        Backend::Dds,
+        Backend::Ros2,
+        Backend::Local,
+    ];
+    match all.into_iter().find(|b| b.word() == text) {
+        Some(backend) if BACKENDS.contains(&backend) => Ok(backend),
+        Some(backend) => Err(format!(
+            "{} comes with a later version; there are iceoryx2 and local",
+            backend.word()
+        )),
+        None => {
+            let near = rc_diagnostics::nearest(text, all.iter().map(|b| b.word()));
+            let hint = near.map_or("there are iceoryx2, dds and ros2".to_owned(), |n| {
+                format!("did you mean `{n}`?")
+            });
+            Err(hint)
+        }
+    }
+}
+
+/// How a run ended, other than well.
+enum Failure {
+    /// The input is wrong, and has been told so.
+    Input,
+    /// The command line is wrong.
+    Usage(String),
+    /// The system refused.
+    System(String),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match cli.command {
+        Some(Command::Init { dir, framework }) => init(&dir, &framework),
+        Some(Command::New { name }) => new(&name),
+        Some(Command::Check { files, common }) => check(&files, &common),
+        None => generate_component(&cli.generate),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input) => ExitCode::from(1),
+        Err(Failure::Usage(message)) => {
+            eprintln!("rcgen: error: {message}");
+            ExitCode::from(2)
+        }
+        Err(Failure::System(message)) => {
+            eprintln!("rcgen: error: {message}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+fn init(dir: &Path, framework: &str) -> Result<(), Failure> {
+    let framework = workspace::Framework::parse(framework).map_err(Failure::Usage)?;
+    if dir.join("Cargo.toml").exists() {
+        return Err(Failure::Usage(format!(
+            "{} has a Cargo.toml already",
+            dir.display()
+        )));
+    }
+    write_new(&workspace::init(&framework), dir)
+}
+
+fn new(name: &str) -> Result<(), Failure> {
+    let files = workspace::new_component(name).map_err(Failure::Usage)?;
+    if Path::new("components").join(name).exists() {
+        return Err(Failure::Usage(format!("components/{name} exists already")));
+    }
+    write_new(&files, Path::new("."))
+}
+
+fn write_new(files: &Files, folder: &Path) -> Result<(), Failure> {
+    let steps = files
+        .write(folder)
+        .map_err(|e| Failure::System(e.to_string()))?;
+    for step in steps.iter().filter(|s| s.change == Change::Create) {
+        println!("create {}", folder.join(&step.path).display());
+    }
+    Ok(())
+}
+
+fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let mut found = Diagnostics::new();
+    let loader = FileLoader::new(&common.include);
+    for file in files {
+        rc_codegen::check::file(file, &mut sources, &loader, &mut found)
+            .map_err(|e| Failure::System(format!("{}: {e}", file.display())))?;
+    }
+    report(&sources, &found, common.format)
+}
+
+/// Prints findings; an error among them is a failure.
+fn report(sources: &SourceMap, found: &Diagnostics, format: Format) -> Result<(), Failure> {
+    eprint!("{}", render(sources, found, format));
+    if found.has_errors() {
+        Err(Failure::Input)
+    } else {
+        Ok(())
+    }
+}
+
+fn generate_component(args: &Generate) -> Result<(), Failure> {
+    let Some(file) = &args.file else {
+        return Err(Failure::Usage("name a .cdsl file; see --help".to_owned()));
+    };
+    if file.extension().is_none_or(|e| e != "cdsl") {
+        return Err(Failure::Usage(format!(
+            "{} is not a .cdsl file",
+            file.display()
+        )));
+    }
+    let mut sources = SourceMap::new();
+    let loader = FileLoader::new(&args.common.include);
+    let (project, mut found) = Project::load(file, &mut sources, &loader)
+        .map_err(|e| Failure::System(format!("{}: {e}", file.display())))?;
+    let Some(mut project) = project.filter(|_| !found.has_errors()) else {
+        report(&sources, &found, args.common.format)?;
+        return Err(Failure::Input);
+    };
+    if let Some(language) = &args.language {
+        project.component.language.text.clone_from(language);
+    }
+    let (files, more) = generate::generate(&project, args.middleware)
+        .map_err(|e| Failure::System(e.to_string()))?;
+    found.extend(more);
+    report(&sources, &found, args.common.format)?;
+    let folder = args
+        .out
+        .clone()
+        .unwrap_or_else(|| project.folder().to_path_buf());
+    let system = |e: std::io::Error| Failure::System(e.to_string());
+    if args.dry_run || args.check {
+        let steps = files.plan(&folder).map_err(system)?;
+        return dry(&steps, args.check, file);
+    }
+    for step in files
+        .write(&folder)
+        .map_err(system)?
+        .iter()
+        .filter(|s| s.change != Change::Keep)
+    {
+        println!(
+            "{} {}",
+            step.change.word(),
+            folder.join(&step.path).display()
+        );
+    }
+    Ok(())
+}
+
+fn dry(steps: &[Step], check: bool, file: &Path) -> Result<(), Failure> {
+    let stale: Vec<&Step> = steps
+        .iter()
+        .filter(|s| s.owner == Owner::Generic && s.change != Change::Keep)
+        .collect();
+    if !check {
+        for step in steps {
+            let owner = if step.owner == Owner::Generic {
+                "generic"
+            } else {
+                "specific"
+            };
+            println!(
+                "{:<8} {:<6} {}",
+                owner,
+                step.change.word(),
+                step.path.display()
+            );
+        }
+        return Ok(());
+    }
+    for step in &stale {
+        eprintln!(
+            "{} is not up to date: {} {}",
+            file.display(),
+            step.change.word(),
+            step.path.display()
+        );
+    }
+    if stale.is_empty() {
+        return Ok(());
+    }
+    eprintln!("generate it anew: rcgen {}", file.display());
+    Err(Failure::Input)
+}

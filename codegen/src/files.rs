@@ -1,0 +1,176 @@
+//! The result of a generation in memory, and the one place that writes it.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Who owns a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// The generator: rewritten at every generation.
+    Generic,
+    /// The user: written where there is none, and never touched again.
+    Specific,
+}
+
+/// What a generation would do with a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It does not exist yet.
+    Create,
+    /// Its content is another one.
+    Update,
+    /// It is not part of the component any more.
+    Remove,
+    /// It is as it should be, or it is the user's.
+    Keep,
+}
+
+impl Change {
+    /// `create`, `update`, `remove` or `keep`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Create => "create",
+            Self::Update => "update",
+            Self::Remove => "remove",
+            Self::Keep => "keep",
+        }
+    }
+}
+
+/// One step of a generation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// The file, relative to the component's folder.
+    pub path: PathBuf,
+    /// Who owns it.
+    pub owner: Owner,
+    /// What happens.
+    pub change: Change,
+}
+
+/// Files by their path, relative to the component's folder.
+#[derive(Clone, Debug, Default)]
+pub struct Files(BTreeMap<PathBuf, (Owner, String)>);
+
+/// The folder that belongs to the generator.
+pub const GENERATED: &str = "generated";
+
+impl Files {
+    /// Adds a file.
+    pub fn add(&mut self, path: impl Into<PathBuf>, owner: Owner, text: String) {
+        self.0.insert(path.into(), (owner, text));
+    }
+
+    /// The content of a file.
+    pub fn text(&self, path: &Path) -> Option<&str> {
+        self.0.get(path).map(|(_, text)| text.as_str())
+    }
+
+    /// The files.
+    pub fn iter(&self) -> impl Iterator<Item = (&Path, Owner, &str)> {
+        self.0
+            .iter()
+            .map(|(path, (owner, text))| (path.as_path(), *owner, text.as_str()))
+    }
+
+    /// What writing into `folder` would do; files under `generated/` that are none of ours go.
+    pub fn plan(&self, folder: &Path) -> io::Result<Vec<Step>> {
+        let mut steps = Vec::new();
+        for (path, owner, text) in self.iter() {
+            let change = match std::fs::read(folder.join(path)) {
+                Ok(_) if owner == Owner::Specific => Change::Keep,
+                Ok(there) if there == text.as_bytes() => Change::Keep,
+                Ok(_) => Change::Update,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => Change::Create,
+                Err(error) => return Err(named(&folder.join(path), &error)),
+            };
+            steps.push(Step {
+                path: path.to_path_buf(),
+                owner,
+                change,
+            });
+        }
+        let mut there = Vec::new();
+        list(folder, Path::new(GENERATED), &mut there)?;
+        for path in there.into_iter().filter(|path| !self.0.contains_key(path)) {
+            steps.push(Step {
+                path,
+                owner: Owner::Generic,
+                change: Change::Remove,
+            });
+        }
+        steps.sort_by(|a, b| a.path.cmp(&b.path));
+        Ok(steps)
+    }
+
+    /// Carries the plan out. New contents are all on the disk, under other names, before the first file is
+    /// replaced, so that a disk that is full changes nothing.
+    pub fn write(&self, folder: &Path) -> io::Result<Vec<Step>> {
+        let steps = self.plan(folder)?;
+        let mut staged: Vec<(PathBuf, PathBuf)> = Vec::new();
+        for step in steps
+            .iter()
+            .filter(|s| matches!(s.change, Change::Create | Change::Update))
+        {
+            let target = folder.join(&step.path);
+            if let Err(error) = stage(&target, self.text(&step.path).unwrap_or_default()) {
+                for (temporary, _) in &staged {
+                    let _ = std::fs::remove_file(temporary);
+                }
+                let _ = std::fs::remove_file(temporary_of(&target));
+                return Err(named(&target, &error));
+            }
+            staged.push((temporary_of(&target), target));
+        }
+        for (temporary, target) in &staged {
+            std::fs::rename(temporary, target).map_err(|e| named(target, &e))?;
+        }
+        for step in steps.iter().filter(|s| s.change == Change::Remove) {
+            let path = folder.join(&step.path);
+            std::fs::remove_file(&path).map_err(|e| named(&path, &e))?;
+            // A folder that is empty now goes, too; one that is not stays.
+            let _ = path.parent().map(std::fs::remove_dir);
+        }
+        Ok(steps)
+    }
+}
+
+fn stage(target: &Path, text: &str) -> io::Result<()> {
+    if let Some(parent) = target.parent() {
+        std::fs::create_dir_all(parent)?;
+    }
+    std::fs::write(temporary_of(target), text)
+}
+
+fn temporary_of(target: &Path) -> PathBuf {
+    let mut name = target.file_name().unwrap_or_default().to_os_string();
+    name.push(".rcgen-new");
+    target.with_file_name(name)
+}
+
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+fn list(folder: &Path, inside: &Path, out: &mut Vec<PathBuf>) -> io::Result<()> {
+    let entries = match std::fs::read_dir(folder.join(inside)) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(named(&folder.join(inside), &error)),
+    };
+    for entry in entries {
+        let entry = entry?;
+        let path = inside.join(entry.file_name());
+        let name = entry.file_name();
+        // What cargo leaves there when somebody builds the crate alone is not generated.
+        if entry.file_type()?.is_dir() {
+            if name != "target" {
+                list(folder, &path, out)?;
+            }
+        } else if name != "Cargo.lock" {
+            out.push(path);
+        }
+    }
+    Ok(())
+}

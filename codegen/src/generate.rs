@@ -1,0 +1,201 @@
+//! From a view to files.
+
+use crate::files::{Files, GENERATED, Owner};
+use crate::layout;
+use crate::project::Project;
+use crate::view::{self, View};
+use rc_cdsl::model::Backend;
+use rc_diagnostics::Diagnostics;
+use std::path::Path;
+use tera::{Context, Tera};
+
+const TEMPLATES: [(&str, &str); 16] = [
+    ("cargo.toml", include_str!("../templates/cargo.toml.tera")),
+    ("lib.rs", include_str!("../templates/lib.rs.tera")),
+    ("backend.rs", include_str!("../templates/backend.rs.tera")),
+    (
+        "description.rs",
+        include_str!("../templates/description.rs.tera"),
+    ),
+    (
+        "types_mod.rs",
+        include_str!("../templates/types_mod.rs.tera"),
+    ),
+    ("types.rs", include_str!("../templates/types.rs.tera")),
+    (
+        "interfaces_mod.rs",
+        include_str!("../templates/interfaces_mod.rs.tera"),
+    ),
+    (
+        "interface.rs",
+        include_str!("../templates/interface.rs.tera"),
+    ),
+    (
+        "slots_mod.rs",
+        include_str!("../templates/slots_mod.rs.tera"),
+    ),
+    ("slot.rs", include_str!("../templates/slot.rs.tera")),
+    ("context.rs", include_str!("../templates/context.rs.tera")),
+    ("adapter.rs", include_str!("../templates/adapter.rs.tera")),
+    (
+        "parameters.rs",
+        include_str!("../templates/parameters.rs.tera"),
+    ),
+    (
+        "user_cargo.toml",
+        include_str!("../templates/user_cargo.toml.tera"),
+    ),
+    (
+        "user_main.rs",
+        include_str!("../templates/user_main.rs.tera"),
+    ),
+    (
+        "user_worker.rs",
+        include_str!("../templates/user_worker.rs.tera"),
+    ),
+];
+
+/// A template that does not fit the view: a fault of this program, never of its input.
+#[derive(Debug, thiserror::Error)]
+#[error("rcgen's own templates failed, please report it: {0}")]
+pub struct TemplateError(String);
+
+impl From<tera::Error> for TemplateError {
+    fn from(error: tera::Error) -> Self {
+        let mut message = error.to_string();
+        let mut source = std::error::Error::source(&error);
+        while let Some(inner) = source {
+            message = format!("{message}: {inner}");
+            source = inner.source();
+        }
+        Self(message)
+    }
+}
+
+/// All files of a component. They may be written only where no diagnostic is an error.
+pub fn generate(
+    project: &Project,
+    middleware: Backend,
+) -> Result<(Files, Diagnostics), TemplateError> {
+    let (view, found) = view::of(project, middleware);
+    if found.has_errors() {
+        return Ok((Files::default(), found));
+    }
+    let mut tera = Tera::default();
+    tera.autoescape_on(Vec::new());
+    tera.add_raw_templates(TEMPLATES)?;
+    let printer = Printer { tera, view: &view };
+    let mut files = Files::default();
+    printer.generic(&mut files)?;
+    printer.specific(project, &mut files)?;
+    Ok((files, found))
+}
+
+struct Printer<'a> {
+    tera: Tera,
+    view: &'a View,
+}
+
+impl Printer<'_> {
+    fn print(
+        &self,
+        template: &str,
+        more: &[(&str, serde_json::Value)],
+    ) -> Result<String, TemplateError> {
+        let mut context = Context::from_serialize(self.view)?;
+        for (name, value) in more {
+            context.insert(*name, value);
+        }
+        let text = self.tera.render(template, &context)?;
+        Ok(format!("{}\n", text.trim_end()))
+    }
+
+    fn generic(&self, files: &mut Files) -> Result<(), TemplateError> {
+        let base = Path::new(GENERATED);
+        let src = base.join("src");
+        let mut add =
+            |path: std::path::PathBuf, text: String| files.add(path, Owner::Generic, text);
+        let view = self.view;
+        add(base.join("Cargo.toml"), self.print("cargo.toml", &[])?);
+        for name in ["lib.rs", "backend.rs", "description.rs"] {
+            add(src.join(name), self.print(name, &[])?);
+        }
+        let ends = view.slots.iter().any(|s| s.sends);
+        add(
+            src.join("context.rs"),
+            self.print("context.rs", &[("has_ends", ends.into())])?,
+        );
+        let subscribes = view.slots.iter().any(|s| s.role == "SubscribesTo");
+        add(
+            src.join("adapter.rs"),
+            self.print("adapter.rs", &[("subscribes", subscribes.into())])?,
+        );
+        if view.parameters.is_some() {
+            add(src.join("parameters.rs"), self.print("parameters.rs", &[])?);
+        }
+        add(src.join("types.rs"), self.print("types_mod.rs", &[])?);
+        for module in &view.modules {
+            let value = serde_json::to_value(module).map_err(|e| TemplateError(e.to_string()))?;
+            add(
+                src.join("types").join(format!("{}.rs", module.module)),
+                self.print("types.rs", &[("module", value)])?,
+            );
+        }
+        add(
+            src.join("interfaces.rs"),
+            self.print("interfaces_mod.rs", &[])?,
+        );
+        for interface in &view.interfaces {
+            let value =
+                serde_json::to_value(interface).map_err(|e| TemplateError(e.to_string()))?;
+            let text = self.print("interface.rs", &[("interface", value)])?;
+            add(
+                src.join("interfaces")
+                    .join(format!("{}.rs", interface.module)),
+                text,
+            );
+        }
+        let mut modules: Vec<(&str, &str)> = view
+            .slots
+            .iter()
+            .filter(|s| s.receives)
+            .map(|s| (s.module.as_str(), s.type_name.as_str()))
+            .collect();
+        modules.sort_unstable();
+        add(
+            src.join("slots.rs"),
+            self.print(
+                "slots_mod.rs",
+                &[("slot_modules", serde_json::json!(modules))],
+            )?,
+        );
+        for slot in view.slots.iter().filter(|s| s.receives) {
+            let value = serde_json::to_value(slot).map_err(|e| TemplateError(e.to_string()))?;
+            add(
+                src.join("slots").join(format!("{}.rs", slot.module)),
+                self.print("slot.rs", &[("slot", value)])?,
+            );
+        }
+        Ok(())
+    }
+
+    fn specific(&self, project: &Project, files: &mut Files) -> Result<(), TemplateError> {
+        let package = &self.view.package;
+        let imports = layout::imports(&format!("{package}_generated"), &self.view.imports);
+        files.add(
+            "Cargo.toml",
+            Owner::Specific,
+            self.print("user_cargo.toml", &[])?,
+        );
+        files.add(
+            "src/main.rs",
+            Owner::Specific,
+            self.print("user_main.rs", &[])?,
+        );
+        let worker = self.print("user_worker.rs", &[("use_line", imports.into())])?;
+        files.add("src/specific_worker.rs", Owner::Specific, worker);
+        let config = rc_pdsl::config::template(&self.view.name, project.parameters.as_ref());
+        files.add("etc/config.toml", Owner::Specific, config);
+        Ok(())
+    }
+}

@@ -1,0 +1,138 @@
+//! Finds description files on the disk, in the order of LANGUAGES: the importing file's folder, every `-I`,
+//! `RC_IDSL_PATH`, and the interfaces that come with this program.
+
+use rc_syntax::{Found, Loader, NotFound};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// The interfaces that come with this program, so that it works wherever it is installed.
+const SHIPPED: [(&str, &str); 8] = [
+    (
+        "CommonBehavior.idsl",
+        include_str!("../../components/interfaces/CommonBehavior.idsl"),
+    ),
+    (
+        "DifferentialRobot.idsl",
+        include_str!("../../components/interfaces/DifferentialRobot.idsl"),
+    ),
+    (
+        "FullPoseEstimation.idsl",
+        include_str!("../../components/interfaces/FullPoseEstimation.idsl"),
+    ),
+    (
+        "FullPoseEstimationPub.idsl",
+        include_str!("../../components/interfaces/FullPoseEstimationPub.idsl"),
+    ),
+    (
+        "GenericBase.idsl",
+        include_str!("../../components/interfaces/GenericBase.idsl"),
+    ),
+    (
+        "Laser.idsl",
+        include_str!("../../components/interfaces/Laser.idsl"),
+    ),
+    (
+        "LaserPub.idsl",
+        include_str!("../../components/interfaces/LaserPub.idsl"),
+    ),
+    (
+        "Speech.idsl",
+        include_str!("../../components/interfaces/Speech.idsl"),
+    ),
+];
+
+/// Reads description files from the disk.
+#[derive(Clone, Debug, Default)]
+pub struct FileLoader {
+    include: Vec<PathBuf>,
+}
+
+impl FileLoader {
+    /// Looks into `include`, then into the folders of `RC_IDSL_PATH`.
+    pub fn new(include: &[PathBuf]) -> Self {
+        let path = std::env::var_os("RC_IDSL_PATH").unwrap_or_default();
+        let include = include.iter().cloned().chain(std::env::split_paths(&path));
+        Self {
+            include: include.filter(|dir| !dir.as_os_str().is_empty()).collect(),
+        }
+    }
+}
+
+impl Loader for FileLoader {
+    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<Found, NotFound> {
+        let suffix = format!(".{ending}");
+        let wanted = if wanted.ends_with(&suffix) {
+            wanted.to_owned()
+        } else {
+            format!("{wanted}{suffix}")
+        };
+        let base = wanted.rsplit(['/', '\\']).next().unwrap_or(&wanted);
+        let own = from.parent().unwrap_or(Path::new(""));
+        let mut missing = NotFound::default();
+        // The path as written, then its base name in every folder.
+        let folders = std::iter::once(own.to_path_buf()).chain(self.include.iter().cloned());
+        let places =
+            std::iter::once(own.join(&wanted)).chain(folders.clone().map(|dir| dir.join(base)));
+        for place in places {
+            match std::fs::read_to_string(&place) {
+                Ok(text) => {
+                    return Ok(Found {
+                        path: normal(&place),
+                        text,
+                    });
+                }
+                Err(error)
+                    if error.kind() == ErrorKind::NotFound
+                        || error.kind() == ErrorKind::NotADirectory => {}
+                Err(error) => {
+                    missing.refused = Some(format!("{}: {error}", place.display()));
+                    return Err(missing);
+                }
+            }
+        }
+        if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == base) {
+            return Ok(Found {
+                path: Path::new("<shipped>").join(name),
+                text: (*text).to_owned(),
+            });
+        }
+        for folder in folders {
+            let shown = if folder.as_os_str().is_empty() {
+                "."
+            } else {
+                &folder.to_string_lossy()
+            };
+            missing.searched.push(shown.to_owned());
+            let entries = std::fs::read_dir(shown).into_iter().flatten().flatten();
+            let names = entries.filter_map(|e| e.file_name().into_string().ok());
+            missing
+                .known
+                .extend(names.filter(|name| name.ends_with(&suffix)));
+        }
+        missing
+            .searched
+            .push("the interfaces that come with rcgen".to_owned());
+        missing
+            .known
+            .extend(SHIPPED.iter().map(|(name, _)| (*name).to_owned()));
+        Err(missing)
+    }
+}
+
+/// `a/./b/../c` as `a/c`, so that one file has one path; links are left alone.
+fn normal(path: &Path) -> PathBuf {
+    use std::path::Component;
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir
+                if matches!(out.components().next_back(), Some(Component::Normal(_))) =>
+            {
+                out.pop();
+            }
+            other => out.push(other),
+        }
+    }
+    out
+}

@@ -1,0 +1,276 @@
+//! Every decision of a generation: names, types, lines, which file holds what. Templates print this.
+
+mod checks;
+mod interfaces;
+mod parameters;
+mod slots;
+mod types;
+
+use crate::layout;
+use crate::names;
+use crate::note::Note;
+use crate::project::Project;
+use rc_cdsl::model::{Backend, Role};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_idsl::Library;
+use rc_idsl::model::{InterfaceId, ModuleId, Operation};
+use serde::Serialize;
+
+pub use interfaces::Interface;
+pub use parameters::Parameters;
+pub use slots::Slot;
+pub use types::Module;
+
+/// A component as its templates see it.
+#[derive(Debug, Serialize)]
+pub struct View {
+    /// The name after `Component`.
+    pub name: String,
+    /// The name of the `.cdsl` file.
+    pub file: String,
+    /// The package of the user's crate.
+    pub package: String,
+    /// Documentation of the component, as `//!` lines.
+    pub doc: Vec<String>,
+    /// Sixteen hexadecimal digits.
+    pub hash: String,
+    /// The middleware of all slots that do not choose one.
+    pub middleware: String,
+    /// Every middleware that is used: its word and its crate.
+    pub backends: Vec<BackendCrate>,
+    /// The content of the byte string of the note.
+    pub note: String,
+    /// The default period, as the arguments of `Duration::new`.
+    pub period: (u64, u32),
+    /// The modules of types.
+    pub modules: Vec<Module>,
+    /// The interfaces that slots use.
+    pub interfaces: Vec<Interface>,
+    /// The slots.
+    pub slots: Vec<Slot>,
+    /// The slots with a trait of their own: implemented and subscribed ones, by name.
+    pub traits: Vec<String>,
+    /// The parameters.
+    pub parameters: Option<Parameters>,
+    /// Crates of the user's code.
+    pub dependencies: Vec<Dependency>,
+    /// What the user's worker file begins with.
+    pub imports: Vec<String>,
+}
+
+/// A middleware that a component uses.
+#[derive(Debug, Serialize)]
+pub struct BackendCrate {
+    /// The word of command lines.
+    pub word: String,
+    /// Its package.
+    pub package: String,
+    /// Its crate.
+    pub module: String,
+}
+
+/// A crate of the CDSL's `dependencies`.
+#[derive(Debug, Serialize)]
+pub struct Dependency {
+    /// Its package.
+    pub package: String,
+    /// Its name in code.
+    pub module: String,
+    /// What stands after its name in the manifest.
+    pub requirement: String,
+}
+
+/// The backends that this version generates for.
+pub const BACKENDS: [Backend; 2] = [Backend::Iceoryx2, Backend::Local];
+
+/// The view of a project that has no errors, for a middleware.
+pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
+    let mut found = Diagnostics::new();
+    let component = &project.component;
+    let library = &component.library;
+    check_language(project, &mut found);
+    let backends = backends(project, middleware, &mut found);
+    let note = Note {
+        component: component.name.text.clone(),
+        model: format!("{:016x}", project.hash),
+        middleware: middleware.word().to_owned(),
+    };
+    let slots = slots::of(component, middleware, &mut found);
+    let mut traits: Vec<String> = slots
+        .iter()
+        .filter(|s| s.receives)
+        .map(|s| s.type_name.clone())
+        .collect();
+    traits.sort();
+    let parameters = project.parameters.as_ref().map(parameters::of);
+    let view = View {
+        name: component.name.text.clone(),
+        file: project
+            .path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
+        package: names::package(&component.name.text),
+        doc: component.doc.clone(),
+        hash: note.model.clone(),
+        middleware: note.middleware.clone(),
+        backends,
+        note: note.to_byte_string(),
+        period: (component.period.as_secs(), component.period.subsec_nanos()),
+        modules: types::of(library, &mut found),
+        interfaces: interfaces::of(component, &mut found),
+        imports: user_imports(&slots, &traits),
+        slots,
+        traits,
+        parameters,
+        dependencies: component
+            .dependencies
+            .iter()
+            .map(|(package, version)| Dependency {
+                package: package.text.clone(),
+                module: package.text.replace('-', "_"),
+                requirement: requirement(&version.text),
+            })
+            .collect(),
+    };
+    (view, found)
+}
+
+fn check_language(project: &Project, found: &mut Diagnostics) {
+    let language = &project.component.language;
+    if language.text != "rust" {
+        let message = format!("there are no templates for `{}` yet", language.text);
+        let help = "generate Rust with `--language rust`; the file stays as it is";
+        found.push(Diagnostic::error("no-templates", language.span, message).help(help));
+    }
+}
+
+fn backends(project: &Project, middleware: Backend, found: &mut Diagnostics) -> Vec<BackendCrate> {
+    let mut used = vec![middleware];
+    for slot in &project.component.slots {
+        let backend = slot.backend.unwrap_or(middleware);
+        if !BACKENDS.contains(&backend) {
+            let message = format!(
+                "nothing is generated for {} yet; slot `{}` wants it",
+                backend.word(),
+                slot.name
+            );
+            found.push(Diagnostic::error("no-backend-yet", slot.span, message));
+        } else if !used.contains(&backend) {
+            used.push(backend);
+        }
+    }
+    used.iter()
+        .map(|backend| BackendCrate {
+            word: backend.word().to_owned(),
+            package: format!("rc-{}", backend.word()),
+            module: format!("rc_{}", backend.word()),
+        })
+        .collect()
+}
+
+/// What `specific_worker.rs` imports from the generated crate. Types come with it by name, so only the
+/// traits and the types that its handlers mention are listed.
+fn user_imports(slots: &[Slot], traits: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = vec![
+        "Context".to_owned(),
+        "Worker".to_owned(),
+        "WorkerError".to_owned(),
+    ];
+    names.extend(traits.iter().cloned());
+    names.extend(
+        slots
+            .iter()
+            .filter(|s| s.receives)
+            .flat_map(|s| s.mentioned.clone()),
+    );
+    names.sort();
+    names.dedup();
+    names
+}
+
+/// Two names of the description that become one name of Rust.
+fn collisions<'a>(
+    names: impl Iterator<Item = (&'a rc_syntax::Name, String)>,
+    what: &str,
+    found: &mut Diagnostics,
+) {
+    let mut seen: Vec<(&rc_syntax::Name, String)> = Vec::new();
+    for (name, rust) in names {
+        if let Some((first, _)) = seen.iter().find(|(_, other)| *other == rust) {
+            let message = format!(
+                "{what} `{}` and `{}` are both `{rust}` in Rust",
+                first.text, name.text
+            );
+            found.push(
+                Diagnostic::error("name-collision", name.span, message)
+                    .label(first.span, "the other one"),
+            );
+        }
+        seen.push((name, rust));
+    }
+}
+
+/// The file and module of an interface's code.
+fn interface_module(library: &Library, id: InterfaceId) -> String {
+    let interface = library.interface(id);
+    let own = names::snake(&interface.name.text);
+    let same = library
+        .interfaces
+        .iter()
+        .filter(|i| names::snake(&i.name.text) == own)
+        .count();
+    if same > 1 {
+        format!("{}_{own}", type_module(library, interface.module))
+    } else {
+        own
+    }
+}
+
+/// The file and module of a module's types.
+fn type_module(library: &Library, id: ModuleId) -> String {
+    names::snake(&library.module(id).name.text)
+}
+
+/// The hash of a name in the envelope of calls: the first four bytes of its MD5 sum, little endian
+/// (OMG DDS-RPC 1.0, 7.5.1.1.3).
+fn rpc_hash(name: &str) -> i32 {
+    use md5::{Digest, Md5};
+    let digest = Md5::digest(name.as_bytes());
+    let mut bytes = [0; 4];
+    bytes.copy_from_slice(&digest[..4]);
+    i32::from_le_bytes(bytes)
+}
+
+/// Whether an operation answers where its interface is used as `role`.
+fn two_way(role: Role, operation: &Operation) -> bool {
+    !role.is_topic() && operation.call_pattern() == rc_idsl::model::Pattern::Query
+}
+
+fn doc(lines: &[String], unit: Option<&String>, range: Option<&String>) -> Vec<String> {
+    let mut lines = lines.to_vec();
+    let facts: Vec<String> = unit
+        .map(|u| format!("Unit: {u}."))
+        .into_iter()
+        .chain(range.map(|r| format!("Range: {r}.")))
+        .collect();
+    if !facts.is_empty() {
+        if !lines.is_empty() {
+            lines.push(String::new());
+        }
+        lines.push(facts.join(" "));
+    }
+    layout::doc(&lines)
+}
+
+/// A version as it is, a path from the folder of the `.cdsl` as one from `generated/`.
+fn requirement(text: &str) -> String {
+    if text.starts_with('.') {
+        format!("{{ path = \"../{text}\" }}")
+    } else if text.starts_with('/') {
+        format!("{{ path = \"{text}\" }}")
+    } else {
+        format!("\"{text}\"")
+    }
+}

@@ -1,0 +1,488 @@
+//! The code of an interface that all slots of it share: its operations, its sending end, its errors.
+
+use super::{checks, types};
+use crate::{layout, names};
+use rc_cdsl::Component;
+use rc_cdsl::model::Role;
+use rc_diagnostics::Diagnostics;
+use rc_idsl::Library;
+use rc_idsl::model::{InterfaceId, Member, ModuleId, Operation, Type, TypeDeclKind, TypeId};
+use serde::Serialize;
+
+/// One interface: one file.
+#[derive(Debug, Serialize)]
+pub struct Interface {
+    /// The module of Rust.
+    pub module: String,
+    /// Its name in the IDSL.
+    pub name: String,
+    /// Its documentation.
+    pub doc: Vec<String>,
+    /// Whether a slot requires it.
+    pub required: bool,
+    /// Whether a slot publishes it.
+    pub published: bool,
+    /// Whether a slot implements or subscribes to it.
+    pub received: bool,
+    /// Modules of types that it uses.
+    pub uses: Vec<String>,
+    /// The name of the calling end.
+    pub client: String,
+    /// The name of the publishing end.
+    pub publisher: String,
+    /// Its operations.
+    pub operations: Vec<OperationView>,
+    /// The exceptions that its operations throw: constant and hash.
+    pub exceptions: Vec<(String, i32)>,
+    /// Whether an operation throws.
+    pub throws: bool,
+    /// What it imports of the typed layer.
+    pub typed_uses: String,
+    /// What it imports of the middleware; empty for nothing.
+    pub middleware_uses: String,
+    /// The array of its operations.
+    pub all: String,
+}
+
+/// One operation.
+#[derive(Debug, Serialize)]
+pub struct OperationView {
+    /// Its name in Rust.
+    pub method: String,
+    /// Its name in the IDSL.
+    pub name: String,
+    /// The constant that describes it.
+    pub constant: String,
+    /// Its documentation.
+    pub doc: Vec<String>,
+    /// The hash of its name.
+    pub id: i32,
+    /// The hash of its types, sixteen hexadecimal digits.
+    pub type_hash: String,
+    /// Whether an answer comes back.
+    pub two_way: bool,
+    /// `pub fn …(&mut self, …) -> … {` of the calling end.
+    pub call_signature: String,
+    /// `pub fn …(&mut self, …) -> … {` of the publishing end.
+    pub publish_signature: String,
+    /// Statements that write its parameters.
+    pub write: Vec<String>,
+    /// `fn read_…(reader) -> … {`
+    pub read_signature: String,
+    /// The name of the function that reads its parameters.
+    pub read_function: String,
+    /// Statements that read its parameters.
+    pub read: Vec<String>,
+    /// The expression of all parameters, `(a, b)`.
+    pub read_value: String,
+    /// Statements that read its answer.
+    pub read_answer: Vec<String>,
+    /// The expression of its answer.
+    pub answer_value: String,
+    /// The name of its error type; empty where it does not throw.
+    pub error: String,
+    /// Its exceptions.
+    pub throws: Vec<ExceptionView>,
+}
+
+/// An exception of an operation.
+#[derive(Debug, Serialize)]
+pub struct ExceptionView {
+    /// The variant of the error.
+    pub name: String,
+    /// Its type.
+    pub path: String,
+    /// The constant of its hash.
+    pub constant: String,
+}
+
+pub(super) fn of(component: &Component, found: &mut Diagnostics) -> Vec<Interface> {
+    let mut ids: Vec<InterfaceId> = component.slots.iter().map(|s| s.interface).collect();
+    ids.sort();
+    ids.dedup();
+    let mut all: Vec<Interface> = ids
+        .into_iter()
+        .map(|id| interface(component, id, found))
+        .collect();
+    all.sort_by(|a, b| a.module.cmp(&b.module));
+    all
+}
+
+fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) -> Interface {
+    let library = &component.library;
+    let interface = library.interface(id);
+    let used = |role: Role| {
+        component
+            .slots
+            .iter()
+            .any(|s| s.interface == id && s.role == role)
+    };
+    let role = if used(Role::Publishes) || used(Role::SubscribesTo) {
+        Role::Publishes
+    } else {
+        Role::Requires
+    };
+    let methods = interface
+        .operations
+        .iter()
+        .map(|o| (&o.name, names::snake(&o.name.text)));
+    super::collisions(methods, "operations", found);
+    let operations: Vec<OperationView> = interface
+        .operations
+        .iter()
+        .map(|o| operation(library, id, o, role, found))
+        .collect();
+    let mut exceptions: Vec<(String, i32)> = interface
+        .operations
+        .iter()
+        .flat_map(|o| &o.throws)
+        .map(|t| {
+            (
+                names::shout(&library.ty(*t).name.text),
+                super::rpc_hash(&library.ty(*t).name.text),
+            )
+        })
+        .collect();
+    exceptions.sort();
+    exceptions.dedup();
+    let name = names::camel(&interface.name.text);
+    let required = used(Role::Requires);
+    let published = used(Role::Publishes);
+    let received = used(Role::Implements) || used(Role::SubscribesTo);
+    let throws = operations.iter().any(|o| !o.throws.is_empty());
+    let queries = operations.iter().any(|o| o.two_way);
+    let by_reference = operations
+        .iter()
+        .any(|o| o.write.iter().any(|line| line.starts_with("cdr::")));
+    let listed = |wanted: &[(&'static str, bool)]| -> Vec<&'static str> {
+        wanted
+            .iter()
+            .filter(|(_, used)| *used)
+            .map(|(name, _)| *name)
+            .collect()
+    };
+    let typed = listed(&[
+        ("Caller", required),
+        ("Operation", true),
+        ("Topic", published),
+        ("expect_result", required && queries),
+    ]);
+    let middleware = listed(&[
+        ("CallError", required || throws),
+        ("DecodeError", received || (required && throws)),
+        ("Reader", received),
+        ("SendError", published),
+        ("cdr", (required || published) && by_reference),
+    ]);
+    Interface {
+        module: super::interface_module(library, id),
+        name: interface.name.text.clone(),
+        doc: interface.doc.clone(),
+        required,
+        published,
+        received,
+        uses: uses(library, &interface.operations),
+        client: format!("{name}Client"),
+        publisher: format!("{name}Publisher"),
+        typed_uses: braced(typed),
+        middleware_uses: braced(middleware),
+        all: layout::array(
+            &operations
+                .iter()
+                .map(|o| o.constant.clone())
+                .collect::<Vec<_>>(),
+        ),
+        throws,
+        operations,
+        exceptions,
+    }
+}
+
+/// The names of one `use`, as rustfmt has them.
+fn braced(names: Vec<&str>) -> String {
+    match names.as_slice() {
+        [one] => (*one).to_owned(),
+        [] => String::new(),
+        many => format!("{{{}}}", many.join(", ")),
+    }
+}
+
+/// The modules of types that stand in signatures, as paths.
+pub(super) fn uses(library: &Library, operations: &[Operation]) -> Vec<String> {
+    let mut modules: Vec<ModuleId> = Vec::new();
+    for operation in operations {
+        let members = operation
+            .inputs
+            .iter()
+            .chain(&operation.outputs)
+            .map(|m| &m.ty);
+        members
+            .chain(&operation.result)
+            .for_each(|ty| types::modules_of(library, ty, &mut modules));
+        modules.extend(operation.throws.iter().map(|t| library.ty(*t).module));
+    }
+    let mut uses: Vec<String> = modules
+        .iter()
+        .map(|m| format!("crate::types::{}", super::type_module(library, *m)))
+        .collect();
+    uses.sort();
+    uses.dedup();
+    uses
+}
+
+/// A type outside of its own module: with its module's name.
+pub(super) fn outside(library: &Library, ty: &Type) -> String {
+    types::rust_with(ty, &|id| path(library, id))
+}
+
+pub(super) fn path(library: &Library, id: TypeId) -> String {
+    let decl = library.ty(id);
+    format!(
+        "{}::{}",
+        super::type_module(library, decl.module),
+        names::camel(&decl.name.text)
+    )
+}
+
+/// The name of the error of an operation that throws.
+pub(super) fn error_name(operation: &Operation) -> String {
+    let name = operation.name.text.as_str();
+    let (first, rest) = name.split_at(name.chars().next().map_or(0, char::len_utf8));
+    format!(
+        "{}Error",
+        names::camel(&format!("{}{rest}", first.to_uppercase()))
+    )
+}
+
+pub(super) fn owned(library: &Library, member: &Member) -> String {
+    let ty = outside(library, &member.ty);
+    if member.optional {
+        format!("Option<{ty}>")
+    } else {
+        ty
+    }
+}
+
+/// How a parameter is taken by the sending end: small values as they are, the rest by reference.
+fn borrowed(library: &Library, member: &Member) -> String {
+    if member.optional {
+        return format!("&{}", owned(library, member));
+    }
+    match library.resolved(&member.ty) {
+        Type::Primitive(_) => outside(library, &member.ty),
+        Type::Text(_) => "&str".to_owned(),
+        Type::Sequence(element, _) => format!("&[{}]", outside(library, element)),
+        Type::Named(id) if matches!(library.ty(*id).kind, TypeDeclKind::Enum(_)) => {
+            outside(library, &member.ty)
+        }
+        _ => format!("&{}", outside(library, &member.ty)),
+    }
+}
+
+/// The statement that writes a parameter that was taken so.
+fn write(library: &Library, member: &Member) -> String {
+    let name = names::local(&member.name.text);
+    if member.optional {
+        return format!("writer.put({name});");
+    }
+    match library.resolved(&member.ty) {
+        Type::Primitive(_) => format!("writer.put(&{name});"),
+        Type::Text(_) => format!("cdr::text({name}, writer);"),
+        Type::Sequence(..) => format!("cdr::sequence({name}, writer);"),
+        Type::Named(id) if matches!(library.ty(*id).kind, TypeDeclKind::Enum(_)) => {
+            format!("writer.put(&{name});")
+        }
+        _ => format!("writer.put({name});"),
+    }
+}
+
+/// The type of what an operation returns: its value, then its `out` parameters, as one tuple.
+pub(super) fn result_type(library: &Library, operation: &Operation) -> String {
+    let result = operation.result.iter().map(|ty| outside(library, ty));
+    let outputs = operation.outputs.iter().map(|m| owned(library, m));
+    tuple(&result.chain(outputs).collect::<Vec<_>>())
+}
+
+pub(super) fn tuple(parts: &[String]) -> String {
+    match parts {
+        [one] => one.clone(),
+        all => format!("({})", all.join(", ")),
+    }
+}
+
+/// The statements that read members one after the other; the second part names the variables.
+fn read(
+    library: &Library,
+    interface: &str,
+    members: &[Member],
+    indent: usize,
+) -> (Vec<String>, Vec<String>) {
+    let (mut lines, mut names) = (Vec::new(), Vec::new());
+    for member in members {
+        let name = names::local(&member.name.text);
+        lines.push(format!(
+            "let {name}: {} = reader.get()?;",
+            owned(library, member)
+        ));
+        let what = format!("{interface}.{}", member.name.text);
+        lines.extend(checks::lines_at(
+            library,
+            member,
+            &what,
+            &name,
+            checks::Side::Read,
+            indent,
+        ));
+        names.push(name);
+    }
+    (lines, names)
+}
+
+fn operation(
+    library: &Library,
+    id: InterfaceId,
+    operation: &Operation,
+    role: Role,
+    found: &mut Diagnostics,
+) -> OperationView {
+    let interface = library.interface(id).name.text.as_str();
+    let params = operation.inputs.iter().chain(&operation.outputs);
+    super::collisions(
+        params.map(|m| (&m.name, names::local(&m.name.text))),
+        "parameters",
+        found,
+    );
+    let method = names::snake(&operation.name.text);
+    let what = format!("{interface}.{}", operation.name.text);
+    let two_way = super::two_way(role, operation);
+    let args = |first: &str| -> Vec<String> {
+        let rest = operation.inputs.iter();
+        let rest =
+            rest.map(|m| format!("{}: {}", names::local(&m.name.text), borrowed(library, m)));
+        std::iter::once(first.to_owned()).chain(rest).collect()
+    };
+    let error = if operation.throws.is_empty() {
+        String::new()
+    } else {
+        error_name(operation)
+    };
+    let result = result_type(library, operation);
+    let call_error = if error.is_empty() {
+        "CallError"
+    } else {
+        &error
+    };
+    let head = format!("pub fn {method}");
+    let mut statements = Vec::new();
+    for member in &operation.inputs {
+        let name = names::local(&member.name.text);
+        // Parameters that are taken by reference are dereferenced by the checks themselves, where they have to.
+        let place = if member.optional {
+            format!("(*{name})")
+        } else {
+            name
+        };
+        let lines = checks::lines(
+            library,
+            member,
+            &format!("{what}.{}", member.name.text),
+            &place,
+            checks::Side::Write,
+        );
+        statements.extend(
+            lines
+                .into_iter()
+                .map(|line| line.replace("for item in &", "for item in ")),
+        );
+        statements.push(write(library, member));
+    }
+    if statements.is_empty() {
+        statements.push("writer.put(&0_u8);".to_owned());
+    }
+    let (mut read_lines, names) = read(library, &what, &operation.inputs, 4);
+    if names.is_empty() {
+        read_lines.push("reader.get::<u8>()?;".to_owned());
+    }
+    let (mut answer_lines, mut outs) = read(library, &what, &operation.outputs, 8);
+    if let Some(ty) = &operation.result {
+        answer_lines.push(format!(
+            "let result: {} = reader.get()?;",
+            outside(library, ty)
+        ));
+        outs.insert(0, "result".to_owned());
+    }
+    if outs.is_empty() {
+        answer_lines.push("reader.get::<u8>()?;".to_owned());
+    }
+    let inputs: Vec<String> = operation.inputs.iter().map(|m| owned(library, m)).collect();
+    let read_function = format!("read_{}", names::shout(&operation.name.text).to_lowercase());
+    OperationView {
+        name: operation.name.text.clone(),
+        constant: names::shout(&operation.name.text),
+        doc: super::doc(&operation_doc(operation), None, None),
+        id: super::rpc_hash(&operation.name.text),
+        type_hash: format!(
+            "{:016x}",
+            rc_idsl::canonical::operation_hash(library, id, operation)
+        ),
+        two_way,
+        call_signature: layout::signature(
+            4,
+            &head,
+            &args("&mut self"),
+            &format!(" -> Result<{result}, {call_error}> {{"),
+        ),
+        publish_signature: layout::signature(
+            4,
+            &head,
+            &args("&mut self"),
+            " -> Result<(), SendError> {",
+        ),
+        write: statements,
+        read_signature: layout::signature(
+            0,
+            &format!("pub(crate) fn {read_function}"),
+            &["reader: &mut Reader<'_>".to_owned()],
+            &format!(" -> Result<{}, DecodeError> {{", tuple(&inputs)),
+        ),
+        read_function,
+        read: read_lines,
+        read_value: tuple(&names),
+        read_answer: answer_lines,
+        answer_value: tuple(&outs),
+        throws: operation
+            .throws
+            .iter()
+            .map(|t| ExceptionView {
+                name: names::camel(&library.ty(*t).name.text),
+                path: path(library, *t),
+                constant: names::shout(&library.ty(*t).name.text),
+            })
+            .collect(),
+        method,
+        error,
+    }
+}
+
+/// The documentation of an operation with the units and ranges of its parameters.
+pub(super) fn operation_doc(operation: &Operation) -> Vec<String> {
+    let mut doc = operation.doc.clone();
+    let mut facts = Vec::new();
+    for member in operation.inputs.iter().chain(&operation.outputs) {
+        let unit = member.unit.as_ref().map(|u| format!("in {u}"));
+        let range = checks::range_text(member);
+        let about: Vec<String> = unit.into_iter().chain(range).collect();
+        if !about.is_empty() {
+            facts.push(format!(
+                "- `{}`: {}",
+                names::local(&member.name.text),
+                about.join(", ")
+            ));
+        }
+    }
+    if !facts.is_empty() && !doc.is_empty() {
+        doc.push(String::new());
+    }
+    doc.extend(facts);
+    doc
+}

@@ -1,0 +1,476 @@
+//! The slots of a component: traits that the user implements, ends that the user calls.
+
+use super::interfaces::{error_name, operation_doc, owned, result_type, tuple};
+use super::types;
+use crate::{layout, names};
+use rc_cdsl::Component;
+use rc_cdsl::model::{Backend, Qos, Role};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_idsl::Library;
+use rc_idsl::model::{Operation, Type};
+use serde::Serialize;
+
+/// One slot.
+#[derive(Debug, Serialize)]
+pub struct Slot {
+    /// Its name in the CDSL.
+    pub name: String,
+    /// Its number.
+    pub index: usize,
+    /// The field of the context.
+    pub field: String,
+    /// The module of its code, where it receives.
+    pub module: String,
+    /// Its trait, where it receives.
+    pub type_name: String,
+    /// `Implements`, `Requires`, `Publishes`, `SubscribesTo`.
+    pub role: String,
+    /// The word of the CDSL.
+    pub role_word: String,
+    /// Whether the user implements a trait for it.
+    pub receives: bool,
+    /// Whether it calls or publishes.
+    pub sends: bool,
+    /// The interface's name in the IDSL.
+    pub interface: String,
+    /// The module of its interface's code.
+    pub interface_module: String,
+    /// The type of its sending end, with the module.
+    pub end: String,
+    /// `Module::Interface`
+    pub path: String,
+    /// Hash over all operations, sixteen hexadecimal digits.
+    pub type_hash: String,
+    /// The middleware, where the file chooses it; else empty.
+    pub backend: String,
+    /// The quality of service, as an expression.
+    pub qos: Vec<String>,
+    /// Modules that its code uses.
+    pub uses: Vec<String>,
+    /// Its operations.
+    pub operations: Vec<Handler>,
+    /// The signature of the function that serves it.
+    pub serve_signature: String,
+    /// The arm that calls this function.
+    pub serve_call: String,
+    /// Its documentation.
+    pub doc: Vec<String>,
+    /// Whether a handler answers.
+    pub queries: bool,
+    /// Names of types that the user's handlers mention.
+    #[serde(skip)]
+    pub mentioned: Vec<String>,
+}
+
+/// One operation of a slot that receives.
+#[derive(Debug, Serialize)]
+pub struct Handler {
+    /// Its name in Rust.
+    pub method: String,
+    /// The constant that describes it.
+    pub constant: String,
+    /// Its documentation.
+    pub doc: Vec<String>,
+    /// `fn …(&mut self, ctx: &mut Context, …) -> …;` of the trait, without the semicolon.
+    pub signature: String,
+    /// The same for the user's file, with the types by their bare names and the brace.
+    pub user_signature: String,
+    /// What the user's handler does at first.
+    pub user_body: Vec<String>,
+    /// The signature of the function that answers one request.
+    pub serve_signature: String,
+    /// The statement that reads its parameters.
+    pub open: String,
+    /// The statement that calls the worker.
+    pub call: String,
+    /// The function that answers one request.
+    pub function: String,
+    /// The statement that calls the worker with a value of a topic.
+    pub take_call: String,
+    /// The statement that reads a value of a topic.
+    pub take: String,
+    /// Whether an answer comes back.
+    pub two_way: bool,
+    /// The variants of its error and the constants of their hashes.
+    pub throws: Vec<(String, String)>,
+    /// The path of its error.
+    pub error: String,
+    /// Statements that take the answer apart.
+    pub parts: String,
+    /// Statements that write the answer.
+    pub write: Vec<String>,
+}
+
+pub(super) fn of(component: &Component, middleware: Backend, found: &mut Diagnostics) -> Vec<Slot> {
+    const OWN: [&str; 3] = ["core", "params", "deref"];
+    let library = &component.library;
+    let mut seen: Vec<(String, String)> = Vec::new();
+    let mut slots = Vec::new();
+    for (index, slot) in component.slots.iter().enumerate() {
+        let view = one(library, index, slot, middleware);
+        let taken = seen
+            .iter()
+            .find(|(_, field)| *field == view.field)
+            .map(|(name, _)| name.clone());
+        if let Some(other) = taken {
+            let message = format!(
+                "slots `{other}` and `{}` are both `{}` in Rust",
+                slot.name, view.field
+            );
+            let help = format!(
+                "name one of them: `{} as other`",
+                library.interface(slot.interface).name.text
+            );
+            found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
+        } else if OWN.contains(&view.field.as_str())
+            || view.type_name == "Worker"
+            || view.type_name == "Context"
+        {
+            let message = format!(
+                "a slot cannot be called `{}`: generated code uses the name itself",
+                slot.name
+            );
+            found.push(
+                Diagnostic::error("name-collision", slot.span, message).help("name it with `as`"),
+            );
+        }
+        seen.push((slot.name.clone(), view.field.clone()));
+        slots.push(view);
+    }
+    slots
+}
+
+fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware: Backend) -> Slot {
+    let interface = library.interface(slot.interface);
+    let module = super::interface_module(library, slot.interface);
+    let texts: Vec<String> = interface
+        .operations
+        .iter()
+        .map(|o| rc_idsl::canonical::operation_text(library, slot.interface, o))
+        .collect();
+    let receives = matches!(slot.role, Role::Implements | Role::SubscribesTo);
+    let base = names::camel(&interface.name.text);
+    let end = match slot.role {
+        Role::Publishes => format!("{module}::{base}Publisher"),
+        _ => format!("{module}::{base}Client"),
+    };
+    let mut uses = vec![format!("crate::interfaces::{module}")];
+    uses.extend(super::interfaces::uses(library, &interface.operations));
+    uses.push("crate::context::Context".to_owned());
+    uses.sort();
+    let field = names::snake(&slot.name);
+    let type_name = names::camel(&slot.name);
+    let operations: Vec<Handler> = interface
+        .operations
+        .iter()
+        .map(|o| handler(library, slot.role, &module, &type_name, o))
+        .collect();
+    let role = slot.role;
+    let (last, function, arguments) = match role {
+        Role::SubscribesTo => (
+            vec![
+                "operation: usize".to_owned(),
+                "reader: &mut Reader<'_>".to_owned(),
+            ],
+            "receive",
+            "operation, reader",
+        ),
+        _ => (
+            vec!["request: &mut Request<'_>".to_owned()],
+            "serve",
+            "request",
+        ),
+    };
+    let first = ["worker: &mut W".to_owned(), "ctx: &mut Context".to_owned()];
+    let parameters: Vec<String> = first.into_iter().chain(last).collect();
+    let head = format!("pub(crate) fn {function}<W: {type_name}>");
+    let call = format!("slots::{field}::{function}(&mut self.worker, &mut self.ctx, {arguments})");
+    Slot {
+        serve_signature: layout::signature(0, &head, &parameters, " -> Result<(), HandlerError> {"),
+        serve_call: layout::arm(12, &index.to_string(), &call),
+        name: slot.name.clone(),
+        index,
+        module: field.clone(),
+        field,
+        type_name,
+        role: format!("{role:?}"),
+        role_word: role.word().to_owned(),
+        receives,
+        sends: !receives,
+        interface: interface.name.text.clone(),
+        interface_module: module,
+        end,
+        path: library.interface_path(slot.interface),
+        type_hash: format!("{:016x}", rc_idsl::canonical::hash(&texts.join("\n"))),
+        backend: slot
+            .backend
+            .filter(|b| *b != middleware)
+            .map(|b| b.word().to_owned())
+            .unwrap_or_default(),
+        qos: qos(role, &slot.qos),
+        uses,
+        doc: interface.doc.clone(),
+        queries: operations.iter().any(|o| o.two_way),
+        operations,
+        mentioned: mentioned(library, &interface.operations),
+    }
+}
+
+/// The fields of `Qos` that differ from the default of the role.
+fn qos(role: Role, qos: &Qos) -> Vec<String> {
+    let base = match role {
+        Role::Publishes => "Qos::PUBLISHER",
+        Role::SubscribesTo => "Qos::SUBSCRIBER",
+        Role::Implements | Role::Requires => "Qos::CALL",
+    };
+    let choose = |choice: bool, yes: &str, no: &str| {
+        if choice {
+            yes.to_owned()
+        } else {
+            no.to_owned()
+        }
+    };
+    let mut fields = Vec::new();
+    if let Some(reliable) = qos.reliable {
+        fields.push(format!(
+            "reliability: {},",
+            choose(reliable, "Reliability::Reliable", "Reliability::BestEffort")
+        ));
+    }
+    if let Some(local) = qos.transient_local {
+        fields.push(format!(
+            "durability: {},",
+            choose(local, "Durability::TransientLocal", "Durability::Volatile")
+        ));
+    }
+    if let Some(depth) = qos.depth {
+        fields.push(format!("depth: {depth},"));
+    }
+    if let Some(timeout) = qos.timeout {
+        fields.push(format!(
+            "timeout: Duration::new({}, {}),",
+            timeout.as_secs(),
+            timeout.subsec_nanos()
+        ));
+    }
+    if fields.is_empty() {
+        return vec![base.to_owned()];
+    }
+    let mut lines = vec!["Qos {".to_owned()];
+    lines.extend(fields.into_iter().map(|field| format!("    {field}")));
+    lines.push(format!("    ..{base}"));
+    lines.push("}".to_owned());
+    lines
+}
+
+fn mentioned(library: &Library, operations: &[Operation]) -> Vec<String> {
+    let mut names = Vec::new();
+    for operation in operations {
+        let members = operation
+            .inputs
+            .iter()
+            .chain(&operation.outputs)
+            .map(|m| &m.ty);
+        members
+            .chain(&operation.result)
+            .for_each(|ty| named(library, ty, &mut names));
+        if !operation.throws.is_empty() {
+            names.push(error_name(operation));
+        }
+    }
+    names
+}
+
+fn named(library: &Library, ty: &Type, out: &mut Vec<String>) {
+    match ty {
+        Type::Named(id) => out.push(names::camel(&library.ty(*id).name.text)),
+        Type::Sequence(element, _) | Type::Array(element, _) => named(library, element, out),
+        Type::Dictionary(key, value) => {
+            named(library, key, out);
+            named(library, value, out);
+        }
+        Type::Primitive(_) | Type::Text(_) => {}
+    }
+}
+
+/// A type by its bare name, as the user's file has it.
+fn bare(library: &Library, ty: &Type) -> String {
+    types::rust_with(ty, &|id| names::camel(&library.ty(id).name.text))
+}
+
+fn handler(
+    library: &Library,
+    role: Role,
+    module: &str,
+    type_name: &str,
+    operation: &Operation,
+) -> Handler {
+    let method = names::snake(&operation.name.text);
+    let plain = names::shout(&operation.name.text).to_lowercase();
+    let constant = format!("{module}::{}", names::shout(&operation.name.text));
+    let two_way = super::two_way(role, operation);
+    let throws = !operation.throws.is_empty();
+    let error = format!("{module}::{}", error_name(operation));
+    let params = |ty: &dyn Fn(&rc_idsl::model::Member) -> String| -> Vec<String> {
+        let own = ["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
+        let rest = operation
+            .inputs
+            .iter()
+            .map(|m| format!("{}: {}", names::local(&m.name.text), ty(m)));
+        own.into_iter().chain(rest).collect()
+    };
+    let returns = |result: String, error: String| match (two_way, throws) {
+        (true, true) => format!(" -> Result<{result}, {error}>"),
+        (true, false) if result != "()" => format!(" -> {result}"),
+        _ => String::new(),
+    };
+    let names: Vec<String> = operation
+        .inputs
+        .iter()
+        .map(|m| names::local(&m.name.text))
+        .collect();
+    let worker_args: Vec<String> = std::iter::once("ctx".to_owned())
+        .chain(names.clone())
+        .collect();
+    let bare_result: Vec<String> = operation
+        .result
+        .iter()
+        .map(|ty| bare(library, ty))
+        .chain(operation.outputs.iter().map(|m| {
+            let ty = bare(library, &m.ty);
+            if m.optional {
+                format!("Option<{ty}>")
+            } else {
+                ty
+            }
+        }))
+        .collect();
+    let user_returns = returns(tuple(&bare_result), error_name(operation));
+    let bound = match names.as_slice() {
+        [] => String::new(),
+        many => format!("let {} = ", tuple(many)),
+    };
+    let read = format!("{module}::read_{plain}");
+    let answer = if two_way && (throws || !bare_result.is_empty()) {
+        "let answer = "
+    } else {
+        ""
+    };
+    let mut parts: Vec<String> = Vec::new();
+    if operation.result.is_some() {
+        parts.push("result".to_owned());
+    }
+    parts.extend(operation.outputs.iter().map(|m| names::local(&m.name.text)));
+    let mut write = write_answer(library, operation, module);
+    if two_way && write.is_empty() {
+        write.push("writer.put(&0_u8);".to_owned());
+    }
+    Handler {
+        doc: super::doc(&operation_doc(operation), None, None),
+        signature: layout::signature(
+            4,
+            &format!("fn {method}"),
+            &params(&|m| owned(library, m)),
+            &returns(result_type(library, operation), error.clone()),
+        ),
+        user_signature: layout::signature(
+            4,
+            &format!("fn {method}"),
+            &params(&|m| {
+                let ty = bare(library, &m.ty);
+                if m.optional {
+                    format!("Option<{ty}>")
+                } else {
+                    ty
+                }
+            }),
+            &format!("{user_returns} {{"),
+        ),
+        user_body: user_body(&names, two_way, throws, &bare_result),
+        serve_signature: layout::signature(
+            0,
+            &format!("fn {plain}<W: {type_name}>"),
+            &[
+                "worker: &mut W".to_owned(),
+                "ctx: &mut Context".to_owned(),
+                "request: &mut Request<'_>".to_owned(),
+            ],
+            " -> Result<(), HandlerError> {",
+        ),
+        open: layout::call(
+            4,
+            &format!("{bound}request.arguments"),
+            &[format!("&{constant}"), read.clone()],
+            "?;",
+        ),
+        call: layout::call(4, &format!("{answer}worker.{method}"), &worker_args, ";"),
+        take_call: layout::call(12, &format!("worker.{method}"), &worker_args, ";"),
+        take: layout::call(12, &format!("{bound}{read}"), &["reader".to_owned()], "?;"),
+        two_way,
+        throws: operation
+            .throws
+            .iter()
+            .map(|t| {
+                let name = &library.ty(*t).name.text;
+                (
+                    format!("{error}::{}", names::camel(name)),
+                    format!("{module}::{}", names::shout(name)),
+                )
+            })
+            .collect(),
+        error,
+        parts: if parts.is_empty() || !two_way {
+            String::new()
+        } else {
+            format!("let {} = answer;", tuple(&parts))
+        },
+        write,
+        constant,
+        function: plain,
+        method,
+    }
+}
+
+fn write_answer(library: &Library, operation: &Operation, module: &str) -> Vec<String> {
+    let mut lines = Vec::new();
+    for member in &operation.outputs {
+        let name = names::local(&member.name.text);
+        let what = format!("{module}.{}.{}", operation.name.text, member.name.text);
+        lines.extend(super::checks::lines_at(
+            library,
+            member,
+            &what,
+            &name,
+            super::checks::Side::Write,
+            4,
+        ));
+        lines.push(format!("writer.put(&{name});"));
+    }
+    if operation.result.is_some() {
+        lines.push("writer.put(&result);".to_owned());
+    }
+    lines
+}
+
+/// What a handler does before its user has written it: nothing, and the default answer.
+fn user_body(names: &[String], two_way: bool, throws: bool, result: &[String]) -> Vec<String> {
+    let mut unused = vec!["ctx".to_owned()];
+    unused.extend(names.iter().cloned());
+    let mut lines = vec![format!(
+        "let _ = {};",
+        if unused.len() == 1 {
+            "ctx".to_owned()
+        } else {
+            tuple(&unused)
+        }
+    )];
+    if two_way {
+        match (result, throws) {
+            ([], true) => lines.push("Ok(())".to_owned()),
+            ([], false) => {}
+            (_, true) => lines.push("Ok(Default::default())".to_owned()),
+            (_, false) => lines.push("Default::default()".to_owned()),
+        }
+    }
+    lines
+}

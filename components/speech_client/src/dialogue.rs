@@ -1,0 +1,104 @@
+//! What to do next in a one-sided conversation.
+
+/// The next thing to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// Tell the voice how it is to announce its words.
+    Synchronize,
+    /// Say the sentence with this index.
+    Say(usize),
+    /// Ask whether the voice is still busy.
+    Listen,
+    /// Everything has been said.
+    End,
+}
+
+/// How far the conversation has come.
+///
+/// Each `…ed` method is called after what [`Dialogue::next`] asked for has worked; until then it asks for the same again.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Dialogue {
+    sentences: usize,
+    repeat: bool,
+    synchronized: bool,
+    listening: bool,
+    said: usize,
+}
+
+impl Dialogue {
+    /// So many sentences, once or again and again.
+    pub(crate) fn new(sentences: usize, repeat: bool) -> Self {
+        Self {
+            sentences,
+            repeat,
+            synchronized: false,
+            listening: false,
+            said: 0,
+        }
+    }
+
+    /// What is to be done now.
+    pub(crate) fn next(&self) -> Next {
+        if !self.synchronized {
+            Next::Synchronize
+        } else if self.listening {
+            Next::Listen
+        } else if self.said < self.sentences {
+            Next::Say(self.said)
+        } else {
+            Next::End
+        }
+    }
+
+    /// The voice was told how to announce its words.
+    pub(crate) fn synchronized(&mut self) {
+        self.synchronized = true;
+    }
+
+    /// The voice has accepted a sentence.
+    pub(crate) fn accepted(&mut self) {
+        self.said += 1;
+        self.listening = true;
+    }
+
+    /// The voice is quiet again.
+    pub(crate) fn finished(&mut self) {
+        self.listening = false;
+        if self.repeat && self.said == self.sentences {
+            self.said = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sentence(dialogue: &mut Dialogue) {
+        dialogue.accepted();
+        assert_eq!(dialogue.next(), Next::Listen);
+        dialogue.finished();
+    }
+
+    #[test]
+    fn every_sentence_is_said_once_and_listened_to() {
+        let mut dialogue = Dialogue::new(2, false);
+        assert_eq!(dialogue.next(), Next::Synchronize);
+        dialogue.synchronized();
+        assert_eq!(dialogue.next(), Next::Say(0));
+        // Refused, or nobody there: the same again.
+        assert_eq!(dialogue.next(), Next::Say(0));
+        sentence(&mut dialogue);
+        assert_eq!(dialogue.next(), Next::Say(1));
+        sentence(&mut dialogue);
+        assert_eq!(dialogue.next(), Next::End);
+    }
+
+    #[test]
+    fn a_repeated_conversation_begins_again() {
+        let mut dialogue = Dialogue::new(1, true);
+        dialogue.synchronized();
+        sentence(&mut dialogue);
+        assert_eq!(dialogue.next(), Next::Say(0));
+    }
+}

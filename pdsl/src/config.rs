@@ -1,0 +1,222 @@
+//! The configuration of one instance: a TOML file, read by the model of the component's parameters.
+//!
+//! `[component]`, `[bindings]` and `[middleware.NAME]` belong to the framework, `[parameters]` to the `.pdsl`.
+
+mod document;
+mod parameters;
+mod template;
+mod values;
+
+pub use template::template;
+pub use values::Values;
+
+use crate::model::{Misfit, Parameters, Type, Value};
+use document::Place;
+use parameters::Reader;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use std::collections::BTreeMap;
+use std::time::Duration;
+use toml_edit::{Document, Item, Key, TableLike};
+
+const TABLES: [&str; 4] = ["component", "bindings", "middleware", "parameters"];
+const COMPONENT: [&str; 2] = ["period", "log"];
+/// The levels of `log`.
+const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
+
+/// What a configuration file says, with the defaults of the parameters that it leaves out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Configuration {
+    /// `period` of `[component]`: how often the component computes.
+    pub period: Option<Duration>,
+    /// `log` of `[component]`: `error`, `warn`, `info`, `debug` or `trace`.
+    pub log: Option<String>,
+    /// `[bindings]`: the address of the other end, by slot.
+    pub bindings: BTreeMap<String, String>,
+    /// `[middleware.NAME]`, unread, by the name of the middleware; a date is a text.
+    pub middleware: BTreeMap<String, serde_json::Value>,
+    /// `[parameters]`.
+    pub parameters: Values,
+}
+
+/// Reads one configuration, and finds all that is wrong with it at once. `parameters` is the model of the
+/// component's parameters; none where it has none. Where there are errors, what they concern is left out.
+pub fn check(
+    sources: &SourceMap,
+    source: SourceId,
+    parameters: Option<&Parameters>,
+) -> (Configuration, Diagnostics) {
+    let (configuration, found, _) = read(sources, source, parameters);
+    (configuration, found)
+}
+
+/// The configuration of a component that has no file; or the paths of the parameters that need one.
+pub fn defaults(parameters: Option<&Parameters>) -> Result<Configuration, Vec<String>> {
+    let mut sources = SourceMap::new();
+    let source = sources.add("", "");
+    let (configuration, _, missing) = read(&sources, source, parameters);
+    if missing.is_empty() {
+        Ok(configuration)
+    } else {
+        Err(missing)
+    }
+}
+
+fn read(
+    sources: &SourceMap,
+    source: SourceId,
+    parameters: Option<&Parameters>,
+) -> (Configuration, Diagnostics, Vec<String>) {
+    let mut checker = Checker {
+        place: Place { source },
+        found: Diagnostics::new(),
+        missing: Vec::new(),
+    };
+    let mut configuration = Configuration::default();
+    match Document::parse(sources.text(source)) {
+        Ok(document) => checker.document(document.as_table(), parameters, &mut configuration),
+        Err(error) => {
+            let span = checker.place.of(error.span(), checker.place.start());
+            let message = error.message().lines().collect::<Vec<_>>().join("; ");
+            checker
+                .found
+                .push(Diagnostic::error("toml-syntax", span, message));
+        }
+    }
+    (configuration, checker.found, checker.missing)
+}
+
+struct Checker {
+    place: Place,
+    found: Diagnostics,
+    missing: Vec<String>,
+}
+
+impl Checker {
+    fn document(
+        &mut self,
+        root: &dyn TableLike,
+        parameters: Option<&Parameters>,
+        out: &mut Configuration,
+    ) {
+        self.unknown_keys(root, &TABLES, "", self.place.start());
+        if let Some((table, at)) = self.table(root, "component") {
+            self.unknown_keys(table, &COMPONENT, "component.", at);
+            out.period = self.period(table, at);
+            out.log = self.log(table, at);
+        }
+        if let Some((table, at)) = self.table(root, "bindings") {
+            for (slot, item) in table.iter() {
+                match item.as_str() {
+                    Some(address) => drop(out.bindings.insert(slot.to_owned(), address.to_owned())),
+                    None => self.wrong_type(
+                        item,
+                        &format!("bindings.{slot}"),
+                        at,
+                        "an address in quotes",
+                    ),
+                }
+            }
+        }
+        if let Some((table, at)) = self.table(root, "middleware") {
+            for (name, item) in table.iter() {
+                if item.is_table_like() {
+                    out.middleware.insert(name.to_owned(), document::json(item));
+                } else {
+                    self.wrong_type(item, &format!("middleware.{name}"), at, "a table");
+                }
+            }
+        }
+        let given = self.table(root, "parameters");
+        if given.is_none() && root.contains_key("parameters") {
+            return;
+        }
+        let declared = parameters.map_or(&[][..], |model| &model.parameters);
+        let (table, at) = given.map_or((None, self.place.start()), |(table, at)| (Some(table), at));
+        let mut reader = Reader {
+            place: self.place,
+            found: &mut self.found,
+            missing: Vec::new(),
+        };
+        out.parameters = reader.values(declared, table, "", at);
+        self.missing = reader.missing;
+    }
+
+    /// A table of `root`, and where it stands.
+    fn table<'a>(
+        &mut self,
+        root: &'a dyn TableLike,
+        name: &str,
+    ) -> Option<(&'a dyn TableLike, Span)> {
+        let (key, item) = root.get_key_value(name)?;
+        let at = self
+            .place
+            .of(item.span().or(key.span()), self.place.start());
+        let table = item.as_table_like();
+        if table.is_none() {
+            self.wrong_type(item, name, at, "a table");
+        }
+        table.map(|table| (table, at))
+    }
+
+    fn unknown_keys(&mut self, table: &dyn TableLike, known: &[&str], prefix: &str, at: Span) {
+        for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
+            let span = self.place.of(table.key(name).and_then(Key::span), at);
+            let message = format!("unknown key `{prefix}{name}`");
+            self.found.push(
+                Diagnostic::error("unknown-key", span, message)
+                    .suggest(name, known.iter().copied()),
+            );
+        }
+    }
+
+    fn wrong_type(&mut self, item: &Item, path: &str, at: Span, allowed: &str) {
+        let message = format!("`{path}` cannot be {}", document::described(item, false));
+        let span = self.place.of(item.span(), at);
+        self.found.push(
+            Diagnostic::error("wrong-type", span, message).help(format!("allowed is {allowed}")),
+        );
+    }
+
+    fn period(&mut self, table: &dyn TableLike, at: Span) -> Option<Duration> {
+        let item = table.get("period")?;
+        match document::value(item)
+            .ok_or(Misfit::Type)
+            .and_then(|value| Type::Duration.accept(&value))
+        {
+            Ok(Value::Duration(ns)) if ns > 0 => return Some(Duration::from_nanos(ns)),
+            Ok(_) | Err(Misfit::Size) => {
+                let message = format!(
+                    "`component.period` cannot be {}",
+                    document::described(item, false)
+                );
+                let span = self.place.of(item.span(), at);
+                let diagnostic = Diagnostic::error("out-of-range", span, message);
+                self.found
+                    .push(diagnostic.help("allowed is a time longer than 0"));
+            }
+            Err(Misfit::Type) => {
+                self.wrong_type(item, "component.period", at, Type::Duration.described());
+            }
+        }
+        None
+    }
+
+    fn log(&mut self, table: &dyn TableLike, at: Span) -> Option<String> {
+        let item = table.get("log")?;
+        match item.as_str() {
+            Some(level) if LEVELS.contains(&level) => return Some(level.to_owned()),
+            Some(level) => {
+                let message = format!(
+                    "`component.log` cannot be {}",
+                    document::described(item, false)
+                );
+                let span = self.place.of(item.span(), at);
+                self.found.push(
+                    Diagnostic::error("invalid-choice", span, message).suggest(level, LEVELS),
+                );
+            }
+            None => self.wrong_type(item, "component.log", at, "a level in quotes"),
+        }
+        None
+    }
+}

@@ -1,0 +1,111 @@
+//! What a TOML document holds, in this project's words.
+
+use crate::model::Value;
+use rc_diagnostics::{SourceId, Span};
+use serde_json::Value as Json;
+use std::ops::Range;
+use toml_edit::{Item, TableLike};
+
+/// Turns the places of a document into places of a text.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) source: SourceId,
+}
+
+impl Place {
+    /// The place of `range`; of what is around it where it has none of its own.
+    pub(super) fn of(self, range: Option<Range<usize>>, around: Span) -> Span {
+        range.map_or(around, |range| {
+            Span::new(self.source, range.start, range.end)
+        })
+    }
+
+    /// The beginning of the text.
+    pub(super) fn start(self) -> Span {
+        Span::new(self.source, 0, 0)
+    }
+}
+
+/// A single value or an array; none for a table and for a date, which no parameter can be.
+pub(super) fn value(item: &Item) -> Option<Value> {
+    match item.as_value()? {
+        toml_edit::Value::String(text) => Some(Value::Text(text.value().clone())),
+        toml_edit::Value::Integer(value) => Some(Value::Int(*value.value())),
+        toml_edit::Value::Float(value) => Some(Value::Float(*value.value())),
+        toml_edit::Value::Boolean(value) => Some(Value::Bool(*value.value())),
+        toml_edit::Value::Datetime(_)
+        | toml_edit::Value::Array(_)
+        | toml_edit::Value::InlineTable(_) => None,
+    }
+}
+
+/// A table of a list, and its place.
+pub(super) type Element<'a> = (&'a dyn TableLike, Option<Range<usize>>);
+
+/// The tables of `[[name]]` or of `[{ … }, { … }]`, each with its place.
+pub(super) fn tables(item: &Item) -> Option<Vec<Element<'_>>> {
+    if let Some(tables) = item.as_array_of_tables() {
+        return Some(
+            tables
+                .iter()
+                .map(|table| (table as &dyn TableLike, table.span()))
+                .collect(),
+        );
+    }
+    item.as_array()?
+        .iter()
+        .map(|value| {
+            value
+                .as_inline_table()
+                .map(|table| (table as &dyn TableLike, table.span()))
+        })
+        .collect()
+}
+
+/// "the number 5", "a table" …, for messages; without the value where it is secret.
+pub(super) fn described(item: &Item, secret: bool) -> String {
+    match value(item) {
+        Some(Value::Text(_)) if secret => "this text".to_owned(),
+        Some(Value::Int(_) | Value::Float(_)) if secret => "this number".to_owned(),
+        Some(value @ Value::Text(_)) => format!("the text {}", value.to_toml()),
+        Some(value @ Value::Bool(_)) => format!("`{}`", value.to_toml()),
+        Some(value) => format!("the number {}", value.to_toml()),
+        None if item.is_array() => "an array".to_owned(),
+        None if item.is_array_of_tables() => "a list of tables".to_owned(),
+        None if item.is_table_like() => "a table".to_owned(),
+        None => "a date".to_owned(),
+    }
+}
+
+/// The same as JSON, for whoever reads a table that this crate knows nothing about.
+pub(super) fn json(item: &Item) -> Json {
+    if let Some(table) = item.as_table_like() {
+        return Json::Object(
+            table
+                .iter()
+                .map(|(key, item)| (key.to_owned(), json(item)))
+                .collect(),
+        );
+    }
+    if let Some(tables) = item.as_array_of_tables() {
+        return tables
+            .iter()
+            .map(|table| json(&Item::Table(table.clone())))
+            .collect();
+    }
+    if let Some(array) = item.as_array() {
+        return array
+            .iter()
+            .map(|value| json(&Item::Value(value.clone())))
+            .collect();
+    }
+    match value(item) {
+        Some(Value::Text(text)) => Json::from(text),
+        Some(Value::Int(value)) => Json::from(value),
+        Some(Value::Float(value)) => Json::from(value),
+        Some(Value::Bool(value)) => Json::from(value),
+        _ => item
+            .as_datetime()
+            .map_or(Json::Null, |date| Json::from(date.to_string())),
+    }
+}

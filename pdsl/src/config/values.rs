@@ -1,0 +1,205 @@
+//! The values of one configuration, for generated code and for the management endpoint.
+
+use crate::model::Value;
+use rc_diagnostics::duration_text;
+use serde_json::{Map, Value as Json};
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What stands under one name.
+#[derive(Clone, PartialEq)]
+pub(super) enum Entry {
+    /// A value, and whether it is secret.
+    Value(Value, bool),
+    /// A group.
+    Group(Values),
+    /// A list of structures.
+    List(Vec<Values>),
+}
+
+/// The values of parameters in the order of their declarations.
+///
+/// The accessors are for code that was generated from the same model: a name that is not there, or is of another
+/// type, gives zero, nothing, an empty text. A value shown with `{:?}` hides what is secret.
+#[derive(Clone, Default, PartialEq)]
+pub struct Values {
+    entries: Vec<(String, Entry)>,
+}
+
+static EMPTY: Values = Values {
+    entries: Vec::new(),
+};
+
+impl Values {
+    pub(super) fn push(&mut self, name: &str, entry: Entry) {
+        self.entries.push((name.to_owned(), entry));
+    }
+
+    fn entry(&self, name: &str) -> Option<&Entry> {
+        self.entries
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, entry)| entry)
+    }
+
+    /// The value of a scalar or an array.
+    pub fn value(&self, name: &str) -> Option<&Value> {
+        match self.entry(name) {
+            Some(Entry::Value(value, _)) => Some(value),
+            _ => None,
+        }
+    }
+
+    fn elements(&self, name: &str) -> &[Value] {
+        match self.value(name) {
+            Some(Value::Array(values)) => values,
+            _ => &[],
+        }
+    }
+
+    /// A `bool`.
+    pub fn bool(&self, name: &str) -> bool {
+        self.value(name).and_then(as_bool).unwrap_or_default()
+    }
+
+    /// An `int` or a `long`.
+    pub fn int(&self, name: &str) -> i64 {
+        self.value(name).and_then(as_int).unwrap_or_default()
+    }
+
+    /// A `float` or a `double`.
+    pub fn float(&self, name: &str) -> f64 {
+        self.value(name).and_then(as_float).unwrap_or_default()
+    }
+
+    /// A `string`.
+    pub fn text(&self, name: &str) -> String {
+        self.value(name).and_then(as_text).unwrap_or_default()
+    }
+
+    /// A `duration`.
+    pub fn duration(&self, name: &str) -> Duration {
+        self.value(name).and_then(as_duration).unwrap_or_default()
+    }
+
+    /// A `path`.
+    pub fn path(&self, name: &str) -> PathBuf {
+        PathBuf::from(self.text(name))
+    }
+
+    /// An array of `bool`.
+    pub fn bools(&self, name: &str) -> Vec<bool> {
+        self.elements(name).iter().filter_map(as_bool).collect()
+    }
+
+    /// An array of `int` or `long`.
+    pub fn ints(&self, name: &str) -> Vec<i64> {
+        self.elements(name).iter().filter_map(as_int).collect()
+    }
+
+    /// An array of `float` or `double`.
+    pub fn floats(&self, name: &str) -> Vec<f64> {
+        self.elements(name).iter().filter_map(as_float).collect()
+    }
+
+    /// An array of `string`.
+    pub fn texts(&self, name: &str) -> Vec<String> {
+        self.elements(name).iter().filter_map(as_text).collect()
+    }
+
+    /// An array of `duration`.
+    pub fn durations(&self, name: &str) -> Vec<Duration> {
+        self.elements(name).iter().filter_map(as_duration).collect()
+    }
+
+    /// An array of `path`.
+    pub fn paths(&self, name: &str) -> Vec<PathBuf> {
+        self.elements(name)
+            .iter()
+            .filter_map(as_text)
+            .map(PathBuf::from)
+            .collect()
+    }
+
+    /// A group.
+    pub fn group(&self, name: &str) -> &Values {
+        match self.entry(name) {
+            Some(Entry::Group(values)) => values,
+            _ => &EMPTY,
+        }
+    }
+
+    /// The structures of a list.
+    pub fn list(&self, name: &str) -> &[Values] {
+        match self.entry(name) {
+            Some(Entry::List(values)) => values,
+            _ => &[],
+        }
+    }
+
+    /// All values as a JSON object, times as texts like `50ms`, and `***` for each one that is secret.
+    pub fn to_json(&self) -> Json {
+        let mut object = Map::new();
+        for (name, entry) in &self.entries {
+            let value = match entry {
+                Entry::Value(_, true) => Json::from("***"),
+                Entry::Value(value, false) => json(value),
+                Entry::Group(values) => values.to_json(),
+                Entry::List(list) => list.iter().map(Values::to_json).collect(),
+            };
+            object.insert(name.clone(), value);
+        }
+        Json::Object(object)
+    }
+}
+
+impl fmt::Debug for Values {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.to_json())
+    }
+}
+
+fn as_bool(value: &Value) -> Option<bool> {
+    match value {
+        Value::Bool(value) => Some(*value),
+        _ => None,
+    }
+}
+
+fn as_int(value: &Value) -> Option<i64> {
+    match value {
+        Value::Int(value) => Some(*value),
+        _ => None,
+    }
+}
+
+fn as_float(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(value) => Some(*value),
+        _ => None,
+    }
+}
+
+fn as_text(value: &Value) -> Option<String> {
+    value.as_text().map(str::to_owned)
+}
+
+fn as_duration(value: &Value) -> Option<Duration> {
+    match value {
+        Value::Duration(value) => Some(Duration::from_nanos(*value)),
+        _ => None,
+    }
+}
+
+fn json(value: &Value) -> Json {
+    match value {
+        Value::Bool(value) => Json::from(*value),
+        Value::Int(value) => Json::from(*value),
+        // JSON has no word for what is not a number.
+        Value::Float(value) => Json::from(*value),
+        Value::Text(value) => Json::from(value.as_str()),
+        Value::Duration(value) => Json::from(duration_text(*value)),
+        Value::Array(values) => values.iter().map(json).collect(),
+    }
+}

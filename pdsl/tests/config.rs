@@ -1,0 +1,429 @@
+//! What is said about configuration files, and what is understood of them.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use expect_test::{Expect, expect};
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_pdsl::config::{self, Configuration};
+use rc_pdsl::model::Parameters;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The motor bus: a list of motors, and one parameter of every kind.
+const BUS: &str = r#"ComponentParams MotorBus {
+    /// The serial port.
+    device path "/dev/ttyUSB0" restart;
+    rate int 115200 9600:1000000 unit "baud" T;
+    gain float 1.0 0:10 T;
+    mode string fast {slow, fast};
+    timeout duration 50ms 1ms:2s;
+    offsets double[2:3] [0, 0.5] -1:1;
+    token string "s3cret" secret;
+    pin int 1234 0:9999 secret;
+    verbose bool false;
+    group log { path path "/tmp"; keep long 7; };
+    /// The motors on the bus.
+    list motors 1:3 { name string; id int 0:127; max float 1.5; tags string[] []; };
+};"#;
+
+fn load(text: &str) -> Parameters {
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.pdsl", text);
+    let (model, found) = rc_pdsl::load(&sources, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    model.expect("parameters")
+}
+
+fn read(text: &str, parameters: Option<&Parameters>) -> (Configuration, Diagnostics, String) {
+    let mut sources = SourceMap::new();
+    let source = sources.add("config.toml", text);
+    let (configuration, found) = config::check(&sources, source, parameters);
+    let rendered = render(&sources, &found, Format::Short);
+    (configuration, found, rendered)
+}
+
+fn check(text: &str, expected: &Expect) -> Configuration {
+    let (configuration, _, rendered) = read(text, Some(&load(BUS)));
+    expected.assert_eq(&rendered);
+    configuration
+}
+
+#[test]
+fn values_and_defaults_are_read() {
+    let text = r#"
+[component]
+period = "20ms"
+log = "debug"
+[bindings]
+laser = "robot/laser"
+[middleware.iceoryx2]
+segment = { size = 4096, names = ["a", "b"] }
+[parameters]
+gain = 2
+timeout = 100
+device = "/dev/x"
+log.keep = 3
+[[parameters.motors]]
+name = "left"
+id = 1
+[[parameters.motors]]
+name = "right"
+id = 2
+max = 3.5
+tags = ["x"]
+"#;
+    let configuration = check(text, &expect![[""]]);
+    assert_eq!(configuration.period, Some(Duration::from_millis(20)));
+    assert_eq!(configuration.log.as_deref(), Some("debug"));
+    assert_eq!(configuration.bindings["laser"], "robot/laser");
+    let values = &configuration.parameters;
+    assert_eq!(
+        (
+            values.int("rate"),
+            values.float("gain"),
+            values.bool("verbose")
+        ),
+        (115_200, 2.0, false)
+    );
+    assert_eq!(values.duration("timeout"), Duration::from_millis(100));
+    assert_eq!(values.path("device"), PathBuf::from("/dev/x"));
+    assert_eq!(values.floats("offsets"), [0.0, 0.5]);
+    assert_eq!(values.group("log").int("keep"), 3);
+    assert_eq!(values.text("token"), "s3cret");
+    let motors = values.list("motors");
+    assert_eq!(
+        (motors.len(), motors[1].text("name"), motors[1].float("max")),
+        (2, "right".to_owned(), 3.5)
+    );
+    assert_eq!(motors[1].texts("tags"), ["x"]);
+    // Nothing that generated code could ask for stops it.
+    assert_eq!(
+        (
+            values.int("nothing"),
+            values.group("motors").list("x").len()
+        ),
+        (0, 0)
+    );
+    expect![[r#"
+        {"iceoryx2": Object {"segment": Object {"names": Array [String("a"), String("b")], "size": Number(4096)}}}
+        {"device":"/dev/x","gain":2.0,"log":{"keep":3,"path":"/tmp"},"mode":"fast","motors":[{"id":1,"max":1.5,"name":"left","tags":[]},{"id":2,"max":3.5,"name":"right","tags":["x"]}],"offsets":[0.0,0.5],"pin":"***","rate":115200,"timeout":"100ms","token":"***","verbose":false}
+    "#]].assert_eq(&format!("{:?}\n{:?}\n", configuration.middleware, values));
+}
+
+#[test]
+fn every_fault_is_reported_at_once() {
+    let text = r#"
+[parameters]
+rate = 5
+gain = "much"
+mode = "fasst"
+timeout = "soon"
+offsets = [0.5]
+verbos = true
+pin = 123456
+token = 7
+device = 1979-05-27
+[parameters.log]
+keep = "x"
+kep = 1
+[[parameters.motors]]
+name = "left"
+id = 200
+[[parameters.motors]]
+id = 1
+[[parameters.motors]]
+name = "m2"
+id = 3
+max = true
+tags = ["x", 3]
+"#;
+    check(
+        text,
+        &expect![[r#"
+        config.toml:3:8: error[out-of-range]: `rate` cannot be the number 5 (allowed is a whole number of 32 bits, from 9600 to 1000000, in baud)
+        config.toml:4:8: error[wrong-type]: `gain` cannot be the text "much" (allowed is a number of 32 bits, from 0 to 10)
+        config.toml:5:8: error[invalid-choice]: `mode` cannot be the text "fasst" (allowed is a text in quotes, one of "slow", "fast"; did you mean `fast`?)
+        config.toml:6:11: error[wrong-type]: `timeout` cannot be the text "soon" (allowed is a time like "50ms", or a number of milliseconds, from 1ms to 2s)
+        config.toml:7:11: error[wrong-length]: `offsets` has length 1 (allowed are 2 to 3 elements)
+        config.toml:8:1: error[unknown-parameter]: unknown parameter `verbos` (did you mean `verbose`?)
+        config.toml:9:7: error[out-of-range]: `pin` cannot be this number (allowed is a whole number of 32 bits, from 0 to 9999)
+        config.toml:10:9: error[wrong-type]: `token` cannot be this number (allowed is a text in quotes)
+        config.toml:11:10: error[wrong-type]: `device` cannot be a date (allowed is a path in quotes)
+        config.toml:13:8: error[wrong-type]: `log.keep` cannot be the text "x" (allowed is a whole number of 64 bits)
+        config.toml:14:1: error[unknown-parameter]: unknown parameter `log.kep` (did you mean `keep`?)
+        config.toml:17:6: error[out-of-range]: `motors[0].id` cannot be the number 200 (allowed is a whole number of 32 bits, from 0 to 127)
+        config.toml:18:1: error[missing-parameter]: `motors[1].name` must be set (allowed is a text in quotes)
+        config.toml:23:7: error[wrong-type]: `motors[2].max` cannot be `true` (allowed is a number of 32 bits)
+        config.toml:24:14: error[wrong-type]: `motors[2].tags[1]` cannot be the number 3 (allowed is a text in quotes)
+    "#]],
+    );
+}
+
+#[test]
+fn numbers_at_their_limits() {
+    let text = "parameters.motors = [{ name = 'a', id = 3000000000 }, { name = 'b', id = 1, max = 1e99 }]\n\
+                parameters.gain = nan\nparameters.timeout = -1\nparameters.offsets = [0.1, 2.0, nan, 0.0]\n\
+                parameters.log.keep = 9223372036854775807\nparameters.rate = 10000.0";
+    check(
+        text,
+        &expect![[r#"
+        config.toml:1:41: error[out-of-range]: `motors[0].id` cannot be the number 3000000000 (allowed is a whole number of 32 bits, from 0 to 127)
+        config.toml:1:83: error[out-of-range]: `motors[1].max` cannot be the number 1e99 (allowed is a number of 32 bits)
+        config.toml:2:19: error[out-of-range]: `gain` cannot be the number nan (allowed is a number of 32 bits, from 0 to 10)
+        config.toml:3:22: error[out-of-range]: `timeout` cannot be the number -1 (allowed is a time like "50ms", or a number of milliseconds, from 1ms to 2s)
+        config.toml:4:22: error[wrong-length]: `offsets` has length 4 (allowed are 2 to 3 elements)
+        config.toml:4:28: error[out-of-range]: `offsets[1]` cannot be the number 2.0 (allowed is a number of 64 bits, from -1 to 1)
+        config.toml:4:33: error[out-of-range]: `offsets[2]` cannot be the number nan (allowed is a number of 64 bits, from -1 to 1)
+        config.toml:6:19: error[wrong-type]: `rate` cannot be the number 10000.0 (allowed is a whole number of 32 bits, from 9600 to 1000000, in baud)
+    "#]],
+    );
+}
+
+#[test]
+fn a_missing_parameter_points_at_its_table() {
+    check(
+        "",
+        &expect![[r#"
+        config.toml:1:1: error[missing-parameter]: `motors` must be set (allowed is a list of tables, 1 to 3 elements)
+    "#]],
+    );
+    check(
+        "\n[parameters]\nrate = 10000\n[parameters.log]\n",
+        &expect![[r#"
+        config.toml:2:1: error[missing-parameter]: `motors` must be set (allowed is a list of tables, 1 to 3 elements)
+    "#]],
+    );
+    check(
+        "[parameters]\nmotors = [{}]",
+        &expect![[r#"
+        config.toml:2:11: error[missing-parameter]: `motors[0].name` must be set (allowed is a text in quotes)
+        config.toml:2:11: error[missing-parameter]: `motors[0].id` must be set (allowed is a whole number of 32 bits, from 0 to 127)
+    "#]],
+    );
+}
+
+#[test]
+fn tables_and_values_are_not_confused() {
+    check(
+        "[parameters]\nlog = 3\nmotors = 5\nrate = {}\noffsets = 1",
+        &expect![[r#"
+        config.toml:2:7: error[wrong-type]: `log` cannot be the number 3 (allowed is a table)
+        config.toml:3:10: error[wrong-type]: `motors` cannot be the number 5 (allowed is a list of tables, 1 to 3 elements)
+        config.toml:4:8: error[wrong-type]: `rate` cannot be a table (allowed is a whole number of 32 bits, from 9600 to 1000000, in baud)
+        config.toml:5:11: error[wrong-type]: `offsets` cannot be the number 1 (allowed is an array, 2 to 3 elements, each a number of 64 bits, from -1 to 1)
+    "#]],
+    );
+    check(
+        "[parameters]\nmotors = [1, 2]\nlog = [[1]]\n[parameters.gain]\nx = 1",
+        &expect![[r#"
+        config.toml:2:10: error[wrong-type]: `motors` cannot be an array (allowed is a list of tables, 1 to 3 elements)
+        config.toml:3:7: error[wrong-type]: `log` cannot be an array (allowed is a table)
+        config.toml:4:1: error[wrong-type]: `gain` cannot be a table (allowed is a number of 32 bits, from 0 to 10)
+    "#]],
+    );
+    check(
+        "parameters = 3\ncomponent = []\nbindings = 'x'\nmiddleware = { a = 1 }",
+        &expect![[r#"
+        config.toml:1:14: error[wrong-type]: `parameters` cannot be the number 3 (allowed is a table)
+        config.toml:2:13: error[wrong-type]: `component` cannot be an array (allowed is a table)
+        config.toml:3:12: error[wrong-type]: `bindings` cannot be the text "x" (allowed is a table)
+        config.toml:4:20: error[wrong-type]: `middleware.a` cannot be the number 1 (allowed is a table)
+    "#]],
+    );
+    check(
+        "[parameters]\nmotors = []",
+        &expect![[r#"
+        config.toml:2:10: error[wrong-length]: `motors` has length 0 (allowed are 1 to 3 elements)
+    "#]],
+    );
+    let four = "[[parameters.motors]]\nname = 'x'\nid = 1\n".repeat(4);
+    check(
+        &four,
+        &expect![[r#"
+        config.toml:1:1: error[wrong-length]: `motors` has length 4 (allowed are 1 to 3 elements)
+    "#]],
+    );
+}
+
+#[test]
+fn what_belongs_to_the_framework() {
+    let text = "[component]\nperiod = 0\nlog = \"inf\"\nperoid = 3\n[bindings]\na = 3\nb = \"x\"\n[middlewares.dds]\nx = 1\n";
+    let (configuration, _, rendered) = read(text, None);
+    expect![[r#"
+        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number 0 (allowed is a time longer than 0)
+        config.toml:3:7: error[invalid-choice]: `component.log` cannot be the text "inf" (did you mean `info`?)
+        config.toml:4:1: error[unknown-key]: unknown key `component.peroid` (did you mean `period`?)
+        config.toml:6:5: error[wrong-type]: `bindings.a` cannot be the number 3 (allowed is an address in quotes)
+        config.toml:8:2: error[unknown-key]: unknown key `middlewares` (did you mean `middleware`?)
+    "#]].assert_eq(&rendered);
+    assert_eq!(configuration.bindings.len(), 1);
+    let (_, _, rendered) = read("[component]\nperiod = \"x\"\nlog = 3", None);
+    expect![[r#"
+        config.toml:2:10: error[wrong-type]: `component.period` cannot be the text "x" (allowed is a time like "50ms", or a number of milliseconds)
+        config.toml:3:7: error[wrong-type]: `component.log` cannot be the number 3 (allowed is a level in quotes)
+    "#]].assert_eq(&rendered);
+    let (_, _, rendered) = read("[component]\nperiod = -3", None);
+    expect![[r#"
+        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number -3 (allowed is a time longer than 0)
+    "#]].assert_eq(&rendered);
+    let (_, _, rendered) = read("[parameters]\nx = 3", None);
+    expect![[r#"
+        config.toml:2:1: error[unknown-parameter]: unknown parameter `x` (there are no parameters here)
+    "#]].assert_eq(&rendered);
+}
+
+#[test]
+fn toml_that_is_none() {
+    check(
+        "[parameters\nrate = 3",
+        &expect![[r#"
+        config.toml:1:12: error[toml-syntax]: unclosed table, expected `]`
+    "#]],
+    );
+    check(
+        "[parameters]\nrate = 3\nrate = 4",
+        &expect![[r#"
+        config.toml:3:1: error[toml-syntax]: duplicate key
+    "#]],
+    );
+    check(
+        "rate = é",
+        &expect![[r#"
+        config.toml:1:8: error[toml-syntax]: string values must be quoted, expected literal string
+    "#]],
+    );
+}
+
+#[test]
+fn a_component_without_a_file() {
+    assert_eq!(config::defaults(None), Ok(Configuration::default()));
+    assert_eq!(
+        config::defaults(Some(&load(BUS))),
+        Err(vec!["motors".to_owned()])
+    );
+    let model = load("ComponentParams C { a int 3; group g { b string; }; list l { c int; }; };");
+    assert_eq!(config::defaults(Some(&model)), Err(vec!["g.b".to_owned()]));
+    let model = load("ComponentParams C { a int 3; list l { c int; }; };");
+    assert_eq!(
+        config::defaults(Some(&model)).map(|c| c.parameters.int("a")),
+        Ok(3)
+    );
+}
+
+#[test]
+fn the_template_is_a_configuration() {
+    expect![[r##"
+        # The configuration of MotorBus. It was written once and is yours to change.
+
+        # [component]
+        # period = "100ms"    # how often it computes
+        # log = "info"        # error, warn, info, debug or trace
+
+        [parameters]
+
+        # The serial port.
+        # path; a change takes effect at the next start
+        device = "/dev/ttyUSB0"
+
+        # int, from 9600 to 1000000, in baud; may be changed while the component runs
+        rate = 115200
+
+        # float, from 0 to 10; may be changed while the component runs
+        gain = 1.0
+
+        # string, one of "slow", "fast"
+        mode = "fast"
+
+        # duration, from 1ms to 2s
+        timeout = "50ms"
+
+        # double[], 2 to 3 elements, from -1 to 1
+        offsets = [0.0, 0.5]
+
+        # string
+        token = "s3cret"
+
+        # int, from 0 to 9999
+        pin = 1234
+
+        # bool
+        verbose = false
+
+        [parameters.log]
+
+        # path
+        path = "/tmp"
+
+        # long
+        keep = 7
+
+        # The motors on the bus.
+        # list, 1 to 3 elements
+        [[parameters.motors]]
+
+        # string
+        # name =     # must be set
+
+        # int, from 0 to 127
+        # id =     # must be set
+
+        # float
+        max = 1.5
+
+        # string[], any number of elements
+        tags = []
+    "##]]
+    .assert_eq(&config::template("MotorBus", Some(&load(BUS))));
+    expect![[r##"
+        # The configuration of Plain. It was written once and is yours to change.
+
+        # [component]
+        # period = "100ms"    # how often it computes
+        # log = "info"        # error, warn, info, debug or trace
+    "##]]
+    .assert_eq(&config::template("Plain", None));
+}
+
+#[test]
+fn the_template_gives_the_defaults_again() {
+    let model = load(
+        r#"ComponentParams C {
+            a int -3; b long 9007199254740993; c float 0.1; d double 1e300; e string "a\"b\\c\nd" unit "1/s";
+            f duration 1.5ms; g path "x y"; h bool[] [true, false]; i duration[] [1s, 3us]; j double 2 0:;
+            group k { l int 1; list m 2:2 { n string "x"; group o { p int 1; }; }; q int 5; };
+            list r 1:3 { s int 1; list t 0:5 { u int; }; };
+            list v { w int; group x { y int 1; }; };
+            z int 1;
+        };"#,
+    );
+    let text = config::template("C", Some(&model));
+    let (configuration, _, rendered) = read(&text, Some(&model));
+    assert_eq!(rendered, "", "{text}");
+    let values = &configuration.parameters;
+    assert_eq!(
+        (values.text("e"), values.int("b"), values.float("d")),
+        ("a\"b\\c\nd".to_owned(), 9_007_199_254_740_993, 1e300)
+    );
+    assert_eq!(
+        values.durations("i"),
+        [Duration::from_secs(1), Duration::from_micros(3)]
+    );
+    assert_eq!(
+        (
+            values.group("k").list("m").len(),
+            values.list("r").len(),
+            values.list("v").len()
+        ),
+        (2, 1, 0)
+    );
+    // What is commented out is TOML, too.
+    let uncommented = text
+        .replace("# [component]", "[component]")
+        .replace("# period", "period")
+        .replace("# log", "log");
+    let (configuration, _, rendered) = read(&uncommented, Some(&model));
+    assert_eq!(
+        (rendered.as_str(), configuration.log.as_deref()),
+        ("", Some("info"))
+    );
+}

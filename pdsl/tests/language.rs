@@ -1,0 +1,308 @@
+//! What is said about `.pdsl` texts, and what is understood of them.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use expect_test::{Expect, expect};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_pdsl::model::{Kind, Parameters};
+
+/// What is found in `body`, which stands in a component `C` from line 2 on.
+fn check(body: &str, expected: &Expect) -> Parameters {
+    check_file(&format!("ComponentParams C {{\n{body}\n}};\n"), expected)
+}
+
+fn check_file(text: &str, expected: &Expect) -> Parameters {
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.pdsl", text);
+    let (model, found) = rc_pdsl::load(&sources, source);
+    expected.assert_eq(&render(&sources, &found, Format::Short));
+    model.unwrap_or_default()
+}
+
+/// The model of `body` as JSON, one parameter a line; nothing may be found in it.
+fn model(body: &str, expected: &Expect) {
+    let model = check(body, &expect![[""]]);
+    let lines: Vec<String> = model
+        .parameters
+        .iter()
+        .map(|p| serde_json::to_string(p).expect("a model is JSON"))
+        .collect();
+    expected.assert_eq(&format!("{}\n", lines.join("\n")));
+    assert_eq!(
+        Parameters::from_json(&model.to_json()).expect("its own JSON"),
+        model
+    );
+}
+
+#[test]
+fn the_line_form_of_robocomp() {
+    model(
+        "device string \"\" T;\nstartValue int 169 0:1000 T;\nid int 0:127;\nname string T;\nfixed Bool true F;",
+        &expect![[r#"
+            {"name":"device","kind":{"scalar":{"type":"string"}},"default":{"text":""},"editable":true}
+            {"name":"startValue","kind":{"scalar":{"type":"int"}},"default":{"int":169},"range":{"min":{"int":0},"max":{"int":1000}},"editable":true}
+            {"name":"id","kind":{"scalar":{"type":"int"}},"range":{"min":{"int":0},"max":{"int":127}}}
+            {"name":"name","kind":{"scalar":{"type":"string"}},"editable":true}
+            {"name":"fixed","kind":{"scalar":{"type":"bool"}},"default":{"bool":true}}
+        "#]],
+    );
+}
+
+#[test]
+fn every_type_default_and_limit() {
+    model(
+        r#"a long -9007199254740993 :9007199254740993;
+        b float 1 0.5:; c double 1e-3 -1:1 unit "m/s" T restart;
+        d duration 50ms 1ms:2s; e duration 20; f path "/dev/ttyUSB0" secret;
+        g int[2:4] [1, 2] 0:9; h string[] ["x"]; i string[] []; j float[3:3];
+        mode string fast {slow, fast, "very fast"}; k int {1, 2}; l int :;"#,
+        &expect![[r#"
+            {"name":"a","kind":{"scalar":{"type":"long"}},"range":{"min":{"int":-9007199254740993},"max":{"int":9007199254740993}}}
+            {"name":"b","kind":{"scalar":{"type":"float"}},"default":{"float":1.0},"range":{"min":{"float":0.5}}}
+            {"name":"c","kind":{"scalar":{"type":"double"}},"default":{"float":0.001},"range":{"min":{"float":-1.0},"max":{"float":1.0}},"unit":"m/s","editable":true,"restart":true}
+            {"name":"d","kind":{"scalar":{"type":"duration"}},"default":{"duration":50000000},"range":{"min":{"duration":1000000},"max":{"duration":2000000000}}}
+            {"name":"e","kind":{"scalar":{"type":"duration"}},"default":{"duration":20000000}}
+            {"name":"f","kind":{"scalar":{"type":"path"}},"default":{"text":"/dev/ttyUSB0"},"secret":true}
+            {"name":"g","kind":{"scalar":{"type":"int","array":{"min":2,"max":4}}},"default":{"array":[{"int":1},{"int":2}]},"range":{"min":{"int":0},"max":{"int":9}}}
+            {"name":"h","kind":{"scalar":{"type":"string","array":{"min":0}}},"default":{"array":[{"text":"x"}]}}
+            {"name":"i","kind":{"scalar":{"type":"string","array":{"min":0}}},"default":{"array":[]}}
+            {"name":"j","kind":{"scalar":{"type":"float","array":{"min":3,"max":3}}}}
+            {"name":"mode","kind":{"scalar":{"type":"string"}},"default":{"text":"fast"},"choices":[{"text":"slow"},{"text":"fast"},{"text":"very fast"}]}
+            {"name":"k","kind":{"scalar":{"type":"int"}},"choices":[{"int":1},{"int":2}]}
+            {"name":"l","kind":{"scalar":{"type":"int"}}}
+        "#]],
+    );
+}
+
+#[test]
+fn words_are_keywords_only_in_one_place() {
+    model(
+        "T int 3; unit string unit {unit, T}; group int {1, 2}; list path \"x\"; require string \"x\";\n\
+         group path { group group { list int 3; }; }\nlist duration 1:2 { min int 0; }\nlen int 4; secret bool secret;",
+        &expect![[r#"
+            {"name":"T","kind":{"scalar":{"type":"int"}},"default":{"int":3}}
+            {"name":"unit","kind":{"scalar":{"type":"string"}},"default":{"text":"unit"},"choices":[{"text":"unit"},{"text":"T"}]}
+            {"name":"group","kind":{"scalar":{"type":"int"}},"choices":[{"int":1},{"int":2}]}
+            {"name":"list","kind":{"scalar":{"type":"path"}},"default":{"text":"x"}}
+            {"name":"require","kind":{"scalar":{"type":"string"}},"default":{"text":"x"}}
+            {"name":"path","kind":{"group":[{"name":"group","kind":{"group":[{"name":"list","kind":{"scalar":{"type":"int"}},"default":{"int":3}}]}}]}}
+            {"name":"duration","kind":{"list":{"length":{"min":1,"max":2},"parameters":[{"name":"min","kind":{"scalar":{"type":"int"}},"default":{"int":0}}]}}}
+            {"name":"len","kind":{"scalar":{"type":"int"}},"default":{"int":4}}
+            {"name":"secret","kind":{"scalar":{"type":"bool"}},"secret":true}
+        "#]],
+    );
+}
+
+#[test]
+fn documentation_groups_and_lists() {
+    let text = "/// The bus.\n/// Two lines.\ngroup bus { /** The port. */ port path; }\n\
+                /// The motors.\nlist motors 1:8 { name string; max float 1.0; };";
+    model(
+        text,
+        &expect![[r#"
+        {"name":"bus","doc":["The bus.","Two lines."],"kind":{"group":[{"name":"port","kind":{"scalar":{"type":"path"}}}]}}
+        {"name":"motors","doc":["The motors."],"kind":{"list":{"length":{"min":1,"max":8},"parameters":[{"name":"name","kind":{"scalar":{"type":"string"}}},{"name":"max","kind":{"scalar":{"type":"float"}},"default":{"float":1.0}}]}}}
+    "#]],
+    );
+}
+
+#[test]
+fn rules_are_kept_with_their_scope() {
+    let text = "a int 1; b int 2;\nrequire a  <= b * 2 /* why */ and not (a == -3 or len(m) > 0) \"a is too large\";\n\
+                list m { x int 1; require x > a - 1 \"x is too small\"; }\nrequire unique(m.x) \"twice\"";
+    let model = check(
+        text,
+        &expect![[r#"
+        c.pdsl:3:9: warning[not-checked-yet]: this rule is kept, but nothing checks it yet
+        c.pdsl:4:27: warning[not-checked-yet]: this rule is kept, but nothing checks it yet
+        c.pdsl:5:9: warning[not-checked-yet]: this rule is kept, but nothing checks it yet
+        c.pdsl:5:28: error[missing-semicolon]: `;` expected here
+    "#]],
+    );
+    expect![[r#"
+        [
+          {
+            "condition": "a <= b * 2 and not (a == -3 or len(m) > 0)",
+            "message": "a is too large"
+          },
+          {
+            "scope": "m",
+            "condition": "x > a - 1",
+            "message": "x is too small"
+          },
+          {
+            "condition": "unique(m.x)",
+            "message": "twice"
+          }
+        ]
+    "#]]
+    .assert_eq(&format!(
+        "{}\n",
+        serde_json::to_string_pretty(&model.rules).expect("JSON")
+    ));
+    let Kind::List { length, .. } = &model.parameters[2].kind else {
+        panic!("a list")
+    };
+    assert_eq!((length.min, length.max), (0, None));
+}
+
+#[test]
+fn what_cannot_be_read_does_not_hide_the_rest() {
+    check(
+        "a int 3 TT;\nb int 4\nc string;\nd int 0:5 7;\nrequire a < \"x\";\nrequire a == 1;\nlist m 1 { };\n\
+         e int[1] 3;\nf string \"open;\ng int q;\nh string T unit;\n§;\ni int 5;",
+        &expect![[r#"
+            c.pdsl:2:9: error[syntax-error]: expected `;`, a flag or choices, found `TT`
+            c.pdsl:3:8: error[missing-semicolon]: `;` expected here
+            c.pdsl:5:11: error[syntax-error]: expected `;` or a flag, found `7`
+            c.pdsl:6:16: error[syntax-error]: expected a text in quotes, found `;`
+            c.pdsl:7:15: error[syntax-error]: expected a text in quotes, found `;`
+            c.pdsl:8:10: error[syntax-error]: expected `:`, found `{`
+            c.pdsl:9:10: error[syntax-error]: expected `;`, a flag, a range or choices, found `3`
+            c.pdsl:10:10: error[syntax-error]: expected `;`, a default, a flag or choices, found `"`
+            c.pdsl:11:7: error[bad-default]: `q` cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:12:16: error[syntax-error]: expected a text in quotes, found `;`
+            c.pdsl:13:1: error[syntax-error]: expected a name, found `§`
+        "#]],
+    );
+}
+
+#[test]
+fn a_forgotten_semicolon_is_one_error() {
+    check(
+        "a int 3\nb bool true\nc string\ngroup g { d int 1 T }\ne int 2 // two",
+        &expect![[r#"
+        c.pdsl:2:8: error[missing-semicolon]: `;` expected here
+        c.pdsl:3:12: error[missing-semicolon]: `;` expected here
+        c.pdsl:4:9: error[missing-semicolon]: `;` expected here
+        c.pdsl:5:20: error[missing-semicolon]: `;` expected here
+        c.pdsl:6:8: error[missing-semicolon]: `;` expected here
+    "#]],
+    );
+}
+
+#[test]
+fn whole_files() {
+    check_file(
+        "",
+        &expect![[r#"
+        c.pdsl:1:1: error[empty-file]: this file is empty; it should hold `ComponentParams NAME { … };`
+    "#]],
+    );
+    check_file("componentparams C { a int 1; }", &expect![[""]]);
+    check_file(
+        "Component C { a int 1; };",
+        &expect![[r#"
+        c.pdsl:1:1: error[syntax-error]: expected `ComponentParams`, found `Component`
+    "#]],
+    );
+    check_file(
+        "ComponentParams C { a int 1; }; b int 2;",
+        &expect![[r#"
+        c.pdsl:1:33: error[text-after-end]: there is text after the end of the parameters; a file holds one `ComponentParams`
+    "#]],
+    );
+    check_file(
+        "ComponentParams C { a int 1;",
+        &expect![[r#"
+        c.pdsl:1:29: error[syntax-error]: expected `}` or a name, found the end of the file
+    "#]],
+    );
+    check_file(
+        "import \"base.pdsl\"\nComponentParams C { };",
+        &expect![[r#"
+        c.pdsl:1:8: warning[not-supported-yet]: `base.pdsl` is not read: imports between .pdsl files do not exist yet
+        c.pdsl:1:19: error[missing-semicolon]: `;` expected here
+    "#]],
+    );
+    check_file(
+        &format!("ComponentParams C {{ {} }};", "group g {".repeat(200)),
+        &expect![[r#"
+        c.pdsl:1:920: error[nested-too-deep]: brackets nest deeper than 100 levels here
+    "#]],
+    );
+}
+
+#[test]
+fn names_are_unique_without_regard_to_case() {
+    check(
+        "a int 1;\na int 2;\nA string;\ngroup a { a int 1; };\nlist b { };",
+        &expect![[r#"
+        c.pdsl:3:1: error[duplicate-name]: parameter `a` is declared twice; first declared here at c.pdsl:2:1
+        c.pdsl:4:1: error[duplicate-name]: parameter `A` differs from `a` only in case; first declared here at c.pdsl:2:1
+        c.pdsl:5:7: error[duplicate-name]: parameter `a` is declared twice; first declared here at c.pdsl:2:1
+    "#]],
+    );
+}
+
+#[test]
+fn types_are_known() {
+    check(
+        "a itn 1;\nb colour;\nc LONG 1;",
+        &expect![[r#"
+        c.pdsl:2:3: error[unknown-type]: unknown type `itn` (did you mean `int`?)
+        c.pdsl:3:3: error[unknown-type]: unknown type `colour` (allowed here: `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
+    "#]],
+    );
+}
+
+#[test]
+fn defaults_fit_their_type_range_and_choices() {
+    check(
+        "a int 200 0:127;\nb int \"x\";\nc int 3000000000;\nd bool 1;\ne string fast;\nf string fsat {fast, slow};\n\
+         g int 3 {1, 2};\nh float[2:3] [1.0];\ni float[] 1.0;\nj int [1];\nk int[] [1, 200, true] 0:127;\n\
+         l duration \"soon\";\nm duration 5s :1s;\nn float 1e99;\no double 1e999;",
+        &expect![[r#"
+            c.pdsl:2:7: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:2:11 (allowed is from 0 to 127)
+            c.pdsl:3:7: error[bad-default]: the text "x" cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:4:7: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:5:8: error[bad-default]: the number 1 cannot be the default of `bool` (allowed is `true` or `false`)
+            c.pdsl:6:10: error[bad-default]: `fast` cannot be the default of `string` (allowed is a text in quotes)
+            c.pdsl:7:10: error[default-not-a-choice]: the default "fsat" is not one of the choices (allowed is a text in quotes, one of "fast", "slow"; did you mean `fast`?)
+            c.pdsl:8:7: error[default-not-a-choice]: the default 3 is not one of the choices (allowed is a whole number of 32 bits, one of 1, 2)
+            c.pdsl:9:14: error[bad-default]: the default has length 1; allowed are 2 to 3 elements
+            c.pdsl:10:11: error[bad-default]: the default of an array stands in brackets, not the number 1
+            c.pdsl:11:7: error[bad-default]: only an array has a list of values as default (an array is declared with `int[]`)
+            c.pdsl:12:13: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:12:24 (allowed is from 0 to 127)
+            c.pdsl:12:18: error[bad-default]: `true` cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:13:12: error[bad-default]: the text "soon" cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
+            c.pdsl:14:12: error[bad-range]: this range is empty: its end is below its begin
+            c.pdsl:15:9: error[bad-default]: the number 1000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000 cannot be the default of `float` (allowed is a number of 32 bits)
+            c.pdsl:16:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)
+        "#]],
+    );
+}
+
+#[test]
+fn ranges_and_lengths_make_sense() {
+    check(
+        "a int 9:1;\nb string \"x\" 0:5;\nc int 0.5:3;\nd int 0:3000000000;\ne duration 1s:1ms;\nf int[4:2];\n\
+         g int[-1:2];\nh int[0:0];\nlist i 1.5:2 { };\nj bool 0:1;\nk int {1, two, 1};",
+        &expect![[r#"
+            c.pdsl:2:7: error[bad-range]: this range is empty: its end is below its begin
+            c.pdsl:3:14: error[bad-range]: a range is only possible for numbers and times; this is of type `string`
+            c.pdsl:4:7: error[bad-range]: the number 0.5 cannot limit `int`; allowed is a whole number of 32 bits
+            c.pdsl:5:9: error[bad-range]: the number 3000000000 cannot limit `int`; allowed is a whole number of 32 bits
+            c.pdsl:6:12: error[bad-range]: this range is empty: its end is below its begin
+            c.pdsl:7:7: error[bad-length]: no length is at least 4 and at most 2
+            c.pdsl:8:7: error[bad-length]: a length is a whole number from 0 to 4294967295
+            c.pdsl:9:9: error[bad-length]: this could never have an element
+            c.pdsl:10:8: error[bad-length]: a length is a whole number from 0 to 4294967295
+            c.pdsl:11:8: error[bad-range]: a range is only possible for numbers and times; this is of type `bool`
+            c.pdsl:12:11: error[bad-choice]: `two` is not of type `int`; allowed is a whole number of 32 bits
+            c.pdsl:12:16: error[bad-choice]: the number 1 is a choice already; first here at c.pdsl:12:8
+        "#]],
+    );
+}
+
+#[test]
+fn flags_come_once() {
+    check(
+        "a int 1 T F;\nb int 1 T T;\nc int 1 unit \"m\" T unit \"s\";\nd int 1 t Restart SECRET;",
+        &expect![[r#"
+        c.pdsl:2:11: error[repeated-flag]: a parameter is either `T`, changeable while the component runs, or `F`, fixed; first here at c.pdsl:2:9
+        c.pdsl:3:11: error[repeated-flag]: this was said already; first here at c.pdsl:3:9
+        c.pdsl:4:20: error[repeated-flag]: this was said already; first here at c.pdsl:4:9
+    "#]],
+    );
+}
