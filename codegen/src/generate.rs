@@ -117,7 +117,15 @@ impl Printer<'_> {
             |path: std::path::PathBuf, text: String| files.add(path, Owner::Generic, text);
         let view = self.view;
         add(base.join("Cargo.toml"), self.print("cargo.toml", &[])?);
-        for name in ["lib.rs", "backend.rs", "description.rs"] {
+        let has_types = view
+            .modules
+            .iter()
+            .any(|m| !m.types.is_empty() || !m.consts.is_empty());
+        add(
+            src.join("lib.rs"),
+            self.print("lib.rs", &[("has_types", has_types.into())])?,
+        );
+        for name in ["backend.rs", "description.rs"] {
             add(src.join(name), self.print(name, &[])?);
         }
         let ends = view.slots.iter().any(|s| s.sends);
@@ -133,7 +141,10 @@ impl Printer<'_> {
         if view.parameters.is_some() {
             add(src.join("parameters.rs"), self.print("parameters.rs", &[])?);
         }
-        add(src.join("types.rs"), self.print("types_mod.rs", &[])?);
+        add(
+            src.join("types.rs"),
+            self.print("types_mod.rs", &[("has_types", has_types.into())])?,
+        );
         for module in &view.modules {
             let value = serde_json::to_value(module).map_err(|e| TemplateError(e.to_string()))?;
             add(
@@ -162,13 +173,13 @@ impl Printer<'_> {
             .map(|s| (s.module.as_str(), s.type_name.as_str()))
             .collect();
         modules.sort_unstable();
-        add(
-            src.join("slots.rs"),
-            self.print(
-                "slots_mod.rs",
-                &[("slot_modules", serde_json::json!(modules))],
-            )?,
-        );
+        if !modules.is_empty() {
+            let modules = serde_json::json!(modules);
+            add(
+                src.join("slots.rs"),
+                self.print("slots_mod.rs", &[("slot_modules", modules)])?,
+            );
+        }
         for slot in view.slots.iter().filter(|s| s.receives) {
             let value = serde_json::to_value(slot).map_err(|e| TemplateError(e.to_string()))?;
             add(

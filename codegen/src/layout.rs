@@ -35,29 +35,34 @@ fn broken(indent: usize, head: &str, args: &[String], tail: &str) -> String {
     format!("{head}(\n{lines}{pad}){tail}")
 }
 
-/// An arm of a match whose value is one call.
-pub fn arm(indent: usize, pattern: &str, value: &str) -> String {
-    let one = format!("{pattern} => {value},");
-    if indent + one.len() <= LINE {
-        return one;
-    }
-    let pad = " ".repeat(indent);
-    format!("{pattern} => {{\n{pad}    {value}\n{pad}}}")
+/// An array that is not indented.
+pub fn array(items: &[String]) -> String {
+    array_in(0, items)
 }
 
-/// An array of names: as many a line as fit, at most 60 characters on one line.
-pub fn array(names: &[String]) -> String {
-    let one = names.join(", ");
+/// An array: on one line up to 60 characters; else short items fill lines and others have a line each.
+pub fn array_in(indent: usize, items: &[String]) -> String {
+    const SHORT: usize = 10;
+    let one = items.join(", ");
     if one.len() <= CALL {
         return format!("&[{one}]");
     }
-    format!(
-        "&[\n{}]",
-        names
-            .iter()
-            .map(|name| format!("    {name},\n"))
-            .collect::<String>()
-    )
+    let pad = " ".repeat(indent);
+    let mut lines: Vec<String> = Vec::new();
+    for item in items {
+        match lines.last_mut() {
+            Some(last)
+                if items.iter().all(|i| i.len() <= SHORT)
+                    && last.len() + item.len() + 2 <= LINE =>
+            {
+                last.push(' ');
+                last.push_str(item);
+                last.push(',');
+            }
+            _ => lines.push(format!("{pad}    {item},")),
+        }
+    }
+    format!("&[\n{}\n{pad}]", lines.join("\n"))
 }
 
 /// A documentation comment, one line each.

@@ -38,6 +38,10 @@ pub struct View {
     pub middleware: String,
     /// Every middleware that is used: its word and its crate.
     pub backends: Vec<BackendCrate>,
+    /// The array of their functions.
+    pub connects: String,
+    /// The array of the constants of the slots.
+    pub slot_constants: String,
     /// The content of the byte string of the note.
     pub note: String,
     /// The default period, as the arguments of `Duration::new`.
@@ -115,6 +119,16 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         doc: component.doc.clone(),
         hash: note.model.clone(),
         middleware: note.middleware.clone(),
+        connects: layout::array(
+            &backends
+                .iter()
+                .map(|b| format!("(\"{}\", {}::connect)", b.word, b.module))
+                .collect::<Vec<_>>(),
+        ),
+        slot_constants: layout::array_in(
+            4,
+            &slots.iter().map(|s| s.constant.clone()).collect::<Vec<_>>(),
+        ),
         backends,
         note: note.to_byte_string(),
         period: (component.period.as_secs(), component.period.subsec_nanos()),

@@ -17,6 +17,7 @@ pub mod interrupt;
 pub mod qos;
 pub mod rpc;
 pub mod typed;
+pub mod wait;
 
 pub use address::Address;
 pub use backend::{Backend, Client, Endpoint, Header, Publisher, Server, Subscriber, TypeIdentity};
@@ -25,3 +26,4 @@ pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
 pub use interrupt::Interrupt;
 pub use qos::{Durability, Qos, Reliability};
+pub use wait::wait;

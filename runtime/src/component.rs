@@ -94,8 +94,8 @@ pub trait Component {
     /// The last call.
     fn finalize(&mut self);
 
-    /// How many peers the sending slots have: the number of the slot and that of its peers.
-    fn sending_peers(&self) -> Vec<(usize, usize)>;
+    /// Writes how many peers the sending slots have, each at the number of its slot.
+    fn sending_peers(&self, peers: &mut [usize]);
 
     /// Answers a request at an implemented slot.
     fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError>;
@@ -129,5 +129,12 @@ impl<E: std::error::Error> From<E> for WorkerError {
             source = inner.source();
         }
         Self::Failed(message)
+    }
+}
+
+impl std::fmt::Display for WorkerError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (Self::Failed(reason) | Self::Emergency(reason) | Self::Fatal(reason)) = self;
+        f.write_str(reason)
     }
 }

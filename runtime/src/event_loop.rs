@@ -4,7 +4,7 @@
 //! takes longer than the period is counted and reported; what was missed is never made up for.
 
 use crate::component::{Component, Description, WorkerError};
-use crate::ports::{Ports, Receiver};
+use crate::ports::Receiver;
 use crate::status::{Shared, State, Wish};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Header, Reader};
@@ -374,9 +374,7 @@ impl<'a> EventLoop<'a> {
                 } => subscriber.peers().max(counts[port.slot]),
             };
         }
-        for (slot, peers) in self.component.sending_peers() {
-            counts[slot] = peers;
-        }
+        self.component.sending_peers(&mut counts);
         for (slot, peers) in self.shared.status().slots.iter_mut().zip(counts) {
             slot.peers = peers;
         }

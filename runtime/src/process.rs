@@ -62,7 +62,7 @@ impl From<WorkerError> for StartError {
 }
 
 /// Makes the component: its sending ends, its context, its worker.
-pub type Start<C> = fn(Core, &Ports, &Values) -> Result<C, StartError>;
+pub(crate) type Start<C> = fn(Core, &Ports, &Values) -> Result<C, StartError>;
 
 /// Runs a component with the command line of this process, until it ends.
 pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> ExitCode {

@@ -36,10 +36,8 @@ pub struct Interface {
     pub exceptions: Vec<(String, i32)>,
     /// Whether an operation throws.
     pub throws: bool,
-    /// What it imports of the typed layer.
-    pub typed_uses: String,
-    /// What it imports of the middleware; empty for nothing.
-    pub middleware_uses: String,
+    /// What it imports of the runtime, in rustfmt's order.
+    pub runtime_uses: Vec<String>,
     /// The array of its operations.
     pub all: String,
 }
@@ -81,6 +79,8 @@ pub struct OperationView {
     pub answer_value: String,
     /// The name of its error type; empty where it does not throw.
     pub error: String,
+    /// `pub type …Answer = (…);` where several values come back; else empty.
+    pub answer_alias: String,
     /// Its exceptions.
     pub throws: Vec<ExceptionView>,
 }
@@ -170,10 +170,12 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     let middleware = listed(&[
         ("CallError", required || throws),
         ("DecodeError", received || (required && throws)),
+        ("OpenError", published),
         ("Reader", received),
         ("SendError", published),
         ("cdr", (required || published) && by_reference),
     ]);
+    let runtime_uses = runtime_uses(typed, middleware, published);
     Interface {
         module: super::interface_module(library, id),
         name: interface.name.text.clone(),
@@ -181,11 +183,13 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
         required,
         published,
         received,
-        uses: uses(library, &interface.operations),
+        uses: uses(library, &interface.operations)
+            .into_iter()
+            .filter(|path| mentions(&operations, path, required, published, received))
+            .collect(),
         client: format!("{name}Client"),
         publisher: format!("{name}Publisher"),
-        typed_uses: braced(typed),
-        middleware_uses: braced(middleware),
+        runtime_uses,
         all: layout::array(
             &operations
                 .iter()
@@ -198,6 +202,24 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     }
 }
 
+/// The imports of the runtime: a list in braces stands after longer paths, a single name before them.
+fn runtime_uses(typed: Vec<&str>, middleware: Vec<&str>, published: bool) -> Vec<String> {
+    let single = middleware.len() == 1;
+    let mut uses = Vec::new();
+    if published {
+        uses.push("Ports".to_owned());
+    }
+    let typed = format!("middleware::typed::{}", braced(typed));
+    let middleware = Some(braced(middleware)).filter(|names| !names.is_empty());
+    let middleware = middleware.map(|names| format!("middleware::{names}"));
+    if single {
+        uses.extend(middleware.into_iter().chain([typed]));
+    } else {
+        uses.extend([typed].into_iter().chain(middleware));
+    }
+    uses
+}
+
 /// The names of one `use`, as rustfmt has them.
 fn braced(names: Vec<&str>) -> String {
     match names.as_slice() {
@@ -205,6 +227,33 @@ fn braced(names: Vec<&str>) -> String {
         [] => String::new(),
         many => format!("{{{}}}", many.join(", ")),
     }
+}
+
+/// Whether what is printed for an interface mentions a module of types.
+fn mentions(
+    operations: &[OperationView],
+    path: &str,
+    required: bool,
+    published: bool,
+    received: bool,
+) -> bool {
+    let module = format!("{}::", path.trim_start_matches("crate::types::"));
+    operations.iter().any(|operation| {
+        let mut texts: Vec<&str> = operation.throws.iter().map(|t| t.path.as_str()).collect();
+        texts.push(&operation.answer_alias);
+        if required {
+            texts.push(&operation.call_signature);
+            texts.extend(operation.read_answer.iter().map(String::as_str));
+        }
+        if published {
+            texts.push(&operation.publish_signature);
+        }
+        if received {
+            texts.push(&operation.read_signature);
+            texts.extend(operation.read.iter().map(String::as_str));
+        }
+        texts.iter().any(|text| text.contains(&module))
+    })
 }
 
 /// The modules of types that stand in signatures, as paths.
@@ -296,11 +345,38 @@ fn write(library: &Library, member: &Member) -> String {
     }
 }
 
-/// The type of what an operation returns: its value, then its `out` parameters, as one tuple.
-pub(super) fn result_type(library: &Library, operation: &Operation) -> String {
+/// The types of what an operation returns: its value, then its `out` parameters.
+fn results(library: &Library, operation: &Operation) -> Vec<String> {
     let result = operation.result.iter().map(|ty| outside(library, ty));
     let outputs = operation.outputs.iter().map(|m| owned(library, m));
-    tuple(&result.chain(outputs).collect::<Vec<_>>())
+    result.chain(outputs).collect()
+}
+
+/// The type of what an operation returns; several values are one tuple, which has a name of its own in the
+/// interface's module, `prefix`.
+pub(super) fn answer_type(library: &Library, operation: &Operation, prefix: &str) -> String {
+    match results(library, operation).as_slice() {
+        [] => "()".to_owned(),
+        [one] => one.clone(),
+        _ => format!("{prefix}{}", answer_name(operation)),
+    }
+}
+
+fn answer_name(operation: &Operation) -> String {
+    format!("{}Answer", error_name(operation).trim_end_matches("Error"))
+}
+
+fn answer_alias(library: &Library, operation: &Operation) -> String {
+    let results = results(library, operation);
+    if results.len() < 2 {
+        return String::new();
+    }
+    layout::call(
+        0,
+        &format!("pub type {} = ", answer_name(operation)),
+        &results,
+        ";",
+    )
 }
 
 pub(super) fn tuple(parts: &[String]) -> String {
@@ -366,7 +442,7 @@ fn operation(
     } else {
         error_name(operation)
     };
-    let result = result_type(library, operation);
+    let result = answer_type(library, operation, "");
     let call_error = if error.is_empty() {
         "CallError"
     } else {
@@ -448,6 +524,7 @@ fn operation(
         read_function,
         read: read_lines,
         read_value: tuple(&names),
+        answer_alias: answer_alias(library, operation),
         read_answer: answer_lines,
         answer_value: tuple(&outs),
         throws: operation

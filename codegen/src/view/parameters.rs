@@ -63,16 +63,12 @@ fn structure(name: &str, doc: &[String], parameters: &[Parameter], out: &mut Vec
 
 fn field(owner: &str, parameter: &Parameter, out: &mut Vec<Struct>) -> Field {
     let name = &parameter.name;
+    // `laser` becomes `LaserParams`, so that it cannot be taken for the trait or the type `Laser`.
     let inner = format!(
-        "{}{}",
-        if owner == "Params" { "" } else { owner },
+        "{}{}Params",
+        owner.trim_end_matches("Params"),
         name.to_upper_camel_case()
     );
-    let inner = if inner == "Params" {
-        "ParamsGroup".to_owned()
-    } else {
-        inner
-    };
     let (ty, value) = match &parameter.kind {
         Kind::Scalar { ty, array } => scalar(*ty, array.is_some(), name),
         Kind::Group(members) => {

@@ -1,6 +1,6 @@
 //! The slots of a component: traits that the user implements, ends that the user calls.
 
-use super::interfaces::{error_name, operation_doc, owned, result_type, tuple};
+use super::interfaces::{answer_type, error_name, operation_doc, owned, tuple};
 use super::types;
 use crate::{layout, names};
 use rc_cdsl::Component;
@@ -17,6 +17,8 @@ pub struct Slot {
     pub name: String,
     /// Its number.
     pub index: usize,
+    /// The constant that describes it.
+    pub constant: String,
     /// The field of the context.
     pub field: String,
     /// The module of its code, where it receives.
@@ -150,14 +152,20 @@ fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware:
         .collect();
     let receives = matches!(slot.role, Role::Implements | Role::SubscribesTo);
     let base = names::camel(&interface.name.text);
-    let end = match slot.role {
-        Role::Publishes => format!("{module}::{base}Publisher"),
-        _ => format!("{module}::{base}Client"),
+    let same = library
+        .interfaces
+        .iter()
+        .filter(|i| names::camel(&i.name.text) == base)
+        .count();
+    let path = if same > 1 {
+        format!("{module}::")
+    } else {
+        String::new()
     };
-    let mut uses = vec![format!("crate::interfaces::{module}")];
-    uses.extend(super::interfaces::uses(library, &interface.operations));
-    uses.push("crate::context::Context".to_owned());
-    uses.sort();
+    let end = match slot.role {
+        Role::Publishes => format!("{path}{base}Publisher"),
+        _ => format!("{path}{base}Client"),
+    };
     let field = names::snake(&slot.name);
     let type_name = names::camel(&slot.name);
     let operations: Vec<Handler> = interface
@@ -165,6 +173,14 @@ fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware:
         .iter()
         .map(|o| handler(library, slot.role, &module, &type_name, o))
         .collect();
+    let mut uses = super::interfaces::uses(library, &interface.operations);
+    uses.retain(|path| {
+        let module = format!("{}::", path.trim_start_matches("crate::types::"));
+        operations.iter().any(|o| o.signature.contains(&module))
+    });
+    uses.push(format!("crate::interfaces::{module}"));
+    uses.push("crate::context::Context".to_owned());
+    uses.sort();
     let role = slot.role;
     let (last, function, arguments) = match role {
         Role::SubscribesTo => (
@@ -184,10 +200,20 @@ fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware:
     let first = ["worker: &mut W".to_owned(), "ctx: &mut Context".to_owned()];
     let parameters: Vec<String> = first.into_iter().chain(last).collect();
     let head = format!("pub(crate) fn {function}<W: {type_name}>");
-    let call = format!("slots::{field}::{function}(&mut self.worker, &mut self.ctx, {arguments})");
+    let call: Vec<String> = ["&mut self.worker", "&mut self.ctx"]
+        .into_iter()
+        .chain(arguments.split(", "))
+        .map(str::to_owned)
+        .collect();
     Slot {
+        constant: format!("SLOT_{}", names::shout(&slot.name)),
         serve_signature: layout::signature(0, &head, &parameters, " -> Result<(), HandlerError> {"),
-        serve_call: layout::arm(12, &index.to_string(), &call),
+        serve_call: layout::call(
+            12,
+            &format!("{index} => slots::{field}::{function}"),
+            &call,
+            ",",
+        ),
         name: slot.name.clone(),
         index,
         module: field.clone(),
@@ -345,7 +371,14 @@ fn handler(
             }
         }))
         .collect();
-    let user_returns = returns(tuple(&bare_result), error_name(operation));
+    let bare_tuple = tuple(&bare_result);
+    // rustfmt breaks a tuple that is longer than a call may be; the type has a name for that.
+    let user_result = if bare_result.len() > 1 && bare_tuple.len() > 62 {
+        answer_type(library, operation, "")
+    } else {
+        bare_tuple
+    };
+    let user_returns = returns(user_result, error_name(operation));
     let bound = match names.as_slice() {
         [] => String::new(),
         many => format!("let {} = ", tuple(many)),
@@ -371,7 +404,10 @@ fn handler(
             4,
             &format!("fn {method}"),
             &params(&|m| owned(library, m)),
-            &returns(result_type(library, operation), error.clone()),
+            &returns(
+                answer_type(library, operation, &format!("{module}::")),
+                error.clone(),
+            ),
         ),
         user_signature: layout::signature(
             4,

@@ -1,6 +1,6 @@
 //! What is kept of the poses that were seen.
 
-use planar_map::Pose;
+use pose_monitor_generated::planar_map::Pose;
 
 /// A pose nearer than this to the last one that was kept adds nothing to a picture, in mm.
 const SPACING: f64 = 20.0;

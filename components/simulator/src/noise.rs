@@ -1,6 +1,6 @@
 //! Random numbers that are the same on every machine.
 
-use planar_map::libm;
+use simulator_generated::planar_map::libm;
 use std::f64::consts::TAU;
 
 /// Weyl constant of `SplitMix64` (Steele, Lea, Flood: Fast Splittable Pseudorandom Number Generators, 2014).
@@ -37,7 +37,7 @@ impl Noise {
     /// A normal number with mean 0 and standard deviation 1.
     pub(crate) fn normal(&mut self) -> f64 {
         let (u, v) = (self.unit(), self.unit());
-        (-2.0 * libm::log(u)).sqrt() * planar_map::libm::cos(TAU * v)
+        (-2.0 * libm::log(u)).sqrt() * libm::cos(TAU * v)
     }
 }
 

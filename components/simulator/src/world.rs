@@ -2,7 +2,7 @@
 
 use crate::lidar::{Beam, Lidar};
 use crate::noise::Noise;
-use planar_map::{Map, Point, Pose, Segment};
+use simulator_generated::planar_map::{Map, Point, Pose, Segment};
 
 /// How often the last way to a wall is halved; the robot ends nearer to it than a micrometre.
 const HALVINGS: u32 = 24;

@@ -1,0 +1,225 @@
+//! Commands and queries that succeed, and who may serve.
+
+use crate::Subject;
+use crate::network::{LIMIT, Network, endpoint, header, serve, until};
+use crate::topics::pattern;
+use rc_middleware::{CallError, Client, Header, OpenError, TypeIdentity};
+use std::sync::mpsc::channel;
+
+/// Answers with the request and one byte more; the request `-` is a command.
+pub(crate) fn echo(_: Header, request: &[u8], reply: &mut Vec<u8>) {
+    reply.extend_from_slice(request);
+    reply.push(b'!');
+}
+
+/// The answer to `request`, which has to come.
+pub(crate) fn ask(client: &mut dyn Client, request: &[u8]) -> Vec<u8> {
+    let mut reply = b"what was there before".to_vec();
+    client
+        .call(header(1), request, LIMIT, &mut reply)
+        .expect("an answer");
+    reply
+}
+
+/// One client, one queue.
+pub fn commands_and_queries_keep_their_order(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let served = std::sync::Mutex::new(Vec::new());
+    let record = |header: Header, request: &[u8], reply: &mut Vec<u8>| {
+        served.lock().expect("a record").push(header.sequence);
+        echo(header, request, reply);
+    };
+    network.serving(&address, record, || {
+        let backend = network.join("client");
+        let mut client = backend.client(&address).expect("a client");
+        for sequence in 1..=60 {
+            if sequence % 6 == 0 {
+                let mut reply = Vec::new();
+                client
+                    .call(header(sequence), b"q", LIMIT, &mut reply)
+                    .expect("an answer");
+                assert_eq!(reply, b"q!");
+            } else {
+                client
+                    .send(header(sequence), b"command")
+                    .expect("to be sent");
+            }
+        }
+        backend.linger(LIMIT);
+    });
+    let served = served.into_inner().expect("a record");
+    assert_eq!(served, (1..=60).collect::<Vec<_>>());
+}
+
+/// Eight clients at once, 200 calls each.
+pub fn each_client_gets_its_own_answers(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    network.serving(&address, echo, || {
+        std::thread::scope(|scope| {
+            for number in 0..8 {
+                let (network, address) = (&network, &address);
+                scope.spawn(move || {
+                    let backend = network.join("client");
+                    let mut client = backend.client(address).expect("a client");
+                    for call in 0..200 {
+                        let request = format!("{number}/{call}");
+                        let answer = ask(&mut *client, request.as_bytes());
+                        assert_eq!(answer, format!("{request}!").as_bytes());
+                    }
+                });
+            }
+        });
+    });
+}
+
+/// The client is there first.
+pub fn a_late_server_is_found(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let backend = network.join("client");
+    let mut client = backend.client(&address).expect("a client");
+    assert_eq!(client.peers(), 0);
+    network.serving(&address, echo, || {
+        until("the server is seen", || client.peers() == 1);
+        assert_eq!(ask(&mut *client, b"late"), b"late!");
+    });
+}
+
+/// Three servers, one after the other, and one client that goes on.
+pub fn a_server_comes_back(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let backend = network.join("client");
+    let mut client = backend.client(&address).expect("a client");
+    for _ in 0..3 {
+        network.serving(&address, echo, || {
+            assert_eq!(ask(&mut *client, b"again"), b"again!");
+        });
+        let gone = client.send(header(1), b"nobody hears");
+        assert_eq!(gone, Err(CallError::NoServer("default/Motor".to_owned())));
+    }
+}
+
+/// Three clients, one after the other, and one server that goes on.
+pub fn a_client_comes_back(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    network.serving(&address, echo, || {
+        for _ in 0..3 {
+            let backend = network.join("client");
+            let mut client = backend.client(&address).expect("a client");
+            assert_eq!(ask(&mut *client, b"again"), b"again!");
+        }
+    });
+}
+
+/// A client that sends much does not keep another one waiting.
+pub fn clients_are_served_in_turn(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let backend = network.join("all");
+    let mut server = backend.server(&address).expect("a server");
+    let mut busy = backend.client(&address).expect("a client");
+    let mut modest = backend.client(&address).expect("a client");
+    for _ in 0..10 {
+        busy.send(header(1), b"busy").expect("to be sent");
+    }
+    modest.send(header(1), b"modest").expect("to be sent");
+    let served = serve(&mut *server, 11, &|_, _, _| {});
+    assert!(
+        served[..2].iter().any(|body| body == b"modest"),
+        "{served:?}"
+    );
+}
+
+/// 8 MiB there, 8 MiB and a byte back; then small again.
+pub fn requests_and_answers_may_be_large(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Map");
+    network.serving(&address, echo, || {
+        let backend = network.join("client");
+        let mut client = backend.client(&address).expect("a client");
+        for size in [0, 1, 300, 70_000, 8 << 20, 3, 8 << 20, 1 << 20] {
+            let request = pattern(size);
+            let answer = ask(&mut *client, &request);
+            assert_eq!(answer.len(), size + 1);
+            assert!(answer[..size] == request, "{size} bytes differ");
+        }
+    });
+}
+
+/// Both sides see how many there are of the other.
+pub fn sides_are_counted(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let (one, other) = (network.join("one"), network.join("other"));
+    let first = one.client(&address).expect("a client");
+    let second = other.client(&address).expect("a client");
+    assert_eq!((first.peers(), second.peers()), (0, 0));
+    let server = one.server(&address).expect("a server");
+    until("both clients are seen", || server.peers() == 2);
+    until("the server is seen", || second.peers() == 1);
+    drop(second);
+    until("one has left", || server.peers() == 1);
+    drop(server);
+    until("the server has left", || first.peers() == 0);
+}
+
+/// The second is told who the first is, and takes over when that one has left.
+pub fn a_second_server_is_refused(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let (one, other) = (network.join("lidar"), network.join("simulator"));
+    let first = one.server(&address).expect("a server");
+    let refused = other.server(&address).err();
+    let expected = OpenError::AddressTaken {
+        address: "default/Motor".to_owned(),
+        holder: format!("pid {} (lidar)", std::process::id()),
+    };
+    assert_eq!(refused, Some(expected));
+    drop(first);
+    assert!(other.server(&address).is_ok());
+}
+
+/// Both names are told, whichever side comes first.
+pub fn calls_of_different_types_refuse_each_other(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let (one, other) = (network.join("one"), network.join("other"));
+    let ours = endpoint("default/Motor");
+    let mut theirs = ours.clone();
+    theirs.types = TypeIdentity {
+        name: "Other::Motor".to_owned(),
+        hash: 8,
+    };
+    let mismatch = |ours: &TypeIdentity, theirs: &TypeIdentity| OpenError::TypeMismatch {
+        address: "default/Motor".to_owned(),
+        ours: ours.to_string(),
+        theirs: theirs.to_string(),
+    };
+    let client = one.client(&theirs).expect("a client");
+    let refused = other.server(&ours).err();
+    assert_eq!(refused, Some(mismatch(&ours.types, &theirs.types)));
+    drop(client);
+    let _server = other.server(&ours).expect("a server");
+    let refused = one.client(&theirs).err();
+    assert_eq!(refused, Some(mismatch(&theirs.types, &ours.types)));
+}
+
+/// The same address in two networks is two addresses.
+pub fn networks_are_apart(subject: &dyn Subject) {
+    let (network, elsewhere) = (Network::new(subject), Network::new(subject));
+    let address = endpoint("default/Motor");
+    let stranger = elsewhere.join("client");
+    let mut client = stranger.client(&address).expect("a client");
+    let (sender, receiver) = channel();
+    network.serving(&address, echo, || {
+        let sent = client.send(header(1), b"into another network");
+        sender.send(sent).expect("a test that waits");
+    });
+    assert_eq!(
+        receiver.recv().expect("a result"),
+        Err(CallError::NoServer("default/Motor".to_owned()))
+    );
+}

@@ -1,0 +1,204 @@
+//! Calls that fail, and how soon.
+
+use crate::Subject;
+use crate::calls::{ask, echo};
+use crate::network::{LIMIT, Network, StopOnDrop, endpoint, header, serve, serve_until, until};
+use rc_middleware::qos::REQUEST_QUEUE;
+use rc_middleware::{CallError, Header, Interrupt, wait};
+use std::os::fd::AsFd;
+use std::sync::Mutex;
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
+
+/// A deadline that is meant to pass.
+const SHORT: Duration = Duration::from_millis(60);
+
+/// Neither a command nor a query waits for a server to come.
+pub fn without_a_server_a_call_fails_at_once(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let backend = network.join("client");
+    let mut client = backend.client(&address).expect("a client");
+    let start = Instant::now();
+    let nobody = Err(CallError::NoServer("default/Motor".to_owned()));
+    assert_eq!(client.send(header(1), b"command"), nobody);
+    let mut reply = Vec::new();
+    assert_eq!(client.call(header(2), b"query", LIMIT, &mut reply), nobody);
+    assert!(start.elapsed() < LIMIT / 10, "{:?}", start.elapsed());
+}
+
+/// The server does not serve; later it does, and each new call has its own answer.
+pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let stop = Interrupt::new().expect("an interrupt");
+    std::thread::scope(|scope| {
+        let (ready, is_ready) = channel();
+        let (go, may_go) = channel();
+        let (network, address, stop) = (&network, &address, &stop);
+        scope.spawn(move || {
+            let backend = network.join("server");
+            let mut server = backend.server(address).expect("a server");
+            ready.send(()).expect("a test that waits");
+            may_go.recv().expect("a test that goes on");
+            serve_until(&mut *server, stop, &echo);
+        });
+        let _stop = StopOnDrop(stop);
+        is_ready.recv_timeout(LIMIT).expect("a server");
+        let backend = network.join("client");
+        let mut client = backend.client(address).expect("a client");
+        let mut reply = Vec::new();
+        for request in [b"first", b"other"] {
+            let start = Instant::now();
+            let result = client.call(header(1), request, SHORT, &mut reply);
+            let expected = CallError::Deadline {
+                address: "default/Motor".to_owned(),
+                limit: SHORT,
+            };
+            assert_eq!(result, Err(expected));
+            assert!(start.elapsed() >= SHORT, "{:?}", start.elapsed());
+            assert!(start.elapsed() < LIMIT / 10, "{:?}", start.elapsed());
+        }
+        go.send(()).expect("a server");
+        for request in [b"third", b"forth"] {
+            assert_eq!(ask(&mut *client, request)[..5], *request);
+        }
+    });
+}
+
+/// The server is at the first request when its caller gives up, and answers it while the second call waits.
+pub fn a_late_answer_is_not_taken_for_the_next(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let (go, may_go) = channel::<()>();
+    let may_go = Mutex::new(may_go);
+    let answer = |header: Header, request: &[u8], reply: &mut Vec<u8>| {
+        if request == b"slow" {
+            let _ = may_go.lock().map(|may_go| may_go.recv());
+        }
+        echo(header, request, reply);
+    };
+    network.serving(&address, answer, || {
+        let backend = network.join("client");
+        let mut client = backend.client(&address).expect("a client");
+        let mut reply = Vec::new();
+        let late = client.call(header(1), b"slow", SHORT, &mut reply);
+        assert!(matches!(late, Err(CallError::Deadline { .. })), "{late:?}");
+        go.send(()).expect("a server");
+        assert_eq!(ask(&mut *client, b"second"), b"second!");
+        assert_eq!(ask(&mut *client, b"third"), b"third!");
+        drop(go);
+    });
+}
+
+/// A server that does not take its requests: the sender is told, never blocked; what was accepted is served.
+pub fn a_full_queue_is_told(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let backend = network.join("both");
+    let mut server = backend.server(&address).expect("a server");
+    let mut client = backend.client(&address).expect("a client");
+    for _ in 0..3 {
+        let mut accepted = 0;
+        let refused = loop {
+            match client.send(header(1), &[accepted as u8]) {
+                Ok(()) => accepted += 1,
+                Err(error) => break error,
+            }
+            assert!(accepted <= 4 * REQUEST_QUEUE, "the queue has no end");
+        };
+        let full = CallError::QueueFull("default/Motor".to_owned());
+        assert_eq!(refused, full);
+        assert!(accepted >= REQUEST_QUEUE, "only {accepted} were accepted");
+        let mut reply = Vec::new();
+        let refused = client.call(header(1), b"query", LIMIT, &mut reply);
+        assert_eq!(refused, Err(full));
+        let served = serve(&mut *server, accepted, &|_, _, _| {});
+        let expected: Vec<_> = (0..accepted).map(|number| vec![number as u8]).collect();
+        assert_eq!(served, expected);
+    }
+}
+
+/// A component that stops does not wait for its answers.
+pub fn a_stop_ends_a_call(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let environment = network.environment("client");
+    std::thread::scope(|scope| {
+        let backend = network.join("server");
+        let mut server = backend.server(&address).expect("a server");
+        let (network, address, own) = (&network, &address, &environment);
+        let (ended, end) = channel();
+        scope.spawn(move || {
+            let backend = network.join_as(own);
+            let mut client = backend.client(address).expect("a client");
+            let mut reply = Vec::new();
+            let first = client.call(header(1), b"query", LIMIT, &mut reply);
+            ended.send(first).expect("a test that waits");
+            let second = client.call(header(1), b"query", LIMIT, &mut reply);
+            ended.send(second).expect("a test that waits");
+        });
+        let start = Instant::now();
+        serve(&mut *server, 1, &|_, _, _| {
+            // The call waits now, and its answer does not come before it has ended.
+            environment.interrupt.stop();
+            let result = end.recv_timeout(LIMIT).expect("a result");
+            assert_eq!(result, Err(CallError::Stopping));
+        });
+        let result = end.recv_timeout(LIMIT).expect("a result");
+        assert_eq!(
+            result,
+            Err(CallError::Stopping),
+            "no call is begun any more"
+        );
+        assert!(start.elapsed() < LIMIT / 2, "{:?}", start.elapsed());
+    });
+}
+
+/// The management wakes the event loop, and a call of it waits: the call goes on, and the wake-up is not lost.
+pub fn a_wake_up_ends_no_call_and_stays(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let environment = network.environment("client");
+    let woken = |header: Header, request: &[u8], reply: &mut Vec<u8>| {
+        environment.interrupt.wake();
+        echo(header, request, reply);
+    };
+    network.serving(&address, woken, || {
+        let backend = network.join_as(&environment);
+        let mut client = backend.client(&address).expect("a client");
+        for _ in 0..3 {
+            assert_eq!(ask(&mut *client, b"query"), b"query!");
+        }
+    });
+    let readable = wait(&[environment.interrupt.as_fd()], Duration::ZERO);
+    assert_eq!(readable, 1, "the wake-up is still there");
+}
+
+/// A server ends with a request in its queue: the caller learns it long before its deadline.
+pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    std::thread::scope(|scope| {
+        let backend = network.join("server");
+        let mut server = backend.server(&address).expect("a server");
+        let (network, address) = (&network, &address);
+        let caller = scope.spawn(move || {
+            let backend = network.join("client");
+            let mut client = backend.client(address).expect("a client");
+            let mut reply = Vec::new();
+            let start = Instant::now();
+            let result = client.call(header(1), b"query", LIMIT, &mut reply);
+            (result, start.elapsed())
+        });
+        until("a request is there", || {
+            wait(&[server.descriptor()], LIMIT) == 1
+        });
+        server.acknowledge();
+        drop(server);
+        let (result, elapsed) = caller.join().expect("a caller");
+        let died = CallError::ServerDied("default/Motor".to_owned());
+        assert_eq!(result, Err(died));
+        assert!(elapsed < LIMIT / 2, "{elapsed:?}");
+    });
+}

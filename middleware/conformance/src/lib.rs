@@ -1,0 +1,103 @@
+//! What every backend has to do, as one suite of tests.
+//!
+//! A backend implements [`Subject`] and instantiates the suite in a file of its `tests/`:
+//!
+//! ```ignore
+//! struct Local;
+//! impl rc_conformance::Subject for Local {
+//!     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+//!         rc_local::connect(environment)
+//!     }
+//! }
+//! rc_conformance::suite!(Local);
+//! ```
+//!
+//! Each test has a network of its own. Peers run in threads, each joined to the network by itself. Tests wait for
+//! events, with a generous limit, and never for a time.
+#![expect(
+    clippy::missing_panics_doc,
+    reason = "every function is a test, and a test that fails panics"
+)]
+
+pub mod calls;
+pub mod failures;
+pub mod limits;
+pub mod network;
+pub mod topics;
+pub mod typed;
+
+use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
+use std::path::PathBuf;
+
+/// A backend under test.
+pub trait Subject: Sync {
+    /// Joins the network of `environment`.
+    fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError>;
+
+    /// What the network has left on the system although all its ends were closed; this fails a test.
+    fn leftovers(&self, _directory: &RunDirectory) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    /// Removes what the network may leave.
+    fn wipe(&self, _directory: &RunDirectory) {}
+}
+
+/// One `#[test]` for each requirement, on the [`Subject`] that the expression gives.
+#[macro_export]
+macro_rules! suite {
+    ($subject:expr) => {
+        $crate::suite!(@of topics, $subject,
+            a_value_reaches_every_subscriber
+            many_publishers_reach_one_subscriber_in_order
+            every_size_travels
+            no_subscriber_is_no_error
+            a_late_subscriber_gets_nothing_old
+            a_late_subscriber_gets_what_was_kept
+            a_publisher_that_keeps_values_reaches_all
+            a_slow_subscriber_keeps_the_newest_and_delays_nobody
+            publishers_come_and_go
+            ends_are_counted
+            a_value_wakes
+            topics_of_different_types_refuse_each_other
+        );
+        $crate::suite!(@of calls, $subject,
+            commands_and_queries_keep_their_order
+            each_client_gets_its_own_answers
+            a_late_server_is_found
+            a_server_comes_back
+            a_client_comes_back
+            clients_are_served_in_turn
+            requests_and_answers_may_be_large
+            sides_are_counted
+            a_second_server_is_refused
+            calls_of_different_types_refuse_each_other
+            networks_are_apart
+        );
+        $crate::suite!(@of failures, $subject,
+            without_a_server_a_call_fails_at_once
+            a_deadline_leaves_nothing_behind
+            a_late_answer_is_not_taken_for_the_next
+            a_full_queue_is_told
+            a_stop_ends_a_call
+            a_wake_up_ends_no_call_and_stays
+            a_server_that_leaves_ends_the_call
+        );
+        $crate::suite!(@of limits, $subject,
+            sixty_four_clients_are_served
+            sixteen_publishers_reach_sixty_four_subscribers
+        );
+        $crate::suite!(@of typed, $subject,
+            topics_carry_values
+            queries_bring_results_exceptions_and_refusals
+        );
+    };
+    (@of $module:ident, $subject:expr, $($name:ident)*) => {
+        $(
+            #[test]
+            fn $name() {
+                $crate::$module::$name(&$subject);
+            }
+        )*
+    };
+}

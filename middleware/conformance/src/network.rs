@@ -1,0 +1,220 @@
+//! A network for one test, its components, and waiting for what happens in it.
+
+use crate::Subject;
+use rc_middleware::{
+    Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, RunDirectory, Server,
+    Subscriber, TypeIdentity, wait,
+};
+use std::os::fd::AsFd;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
+
+/// No test waits longer for anything.
+pub const LIMIT: Duration = Duration::from_secs(30);
+/// After this a waiting end looks into its queue all the same, as the runtime does.
+const CYCLE: Duration = Duration::from_millis(50);
+
+/// How a server under test answers: header, request, reply.
+pub type Answer<'a> = dyn Fn(Header, &[u8], &mut Vec<u8>) + 'a;
+
+static NETWORKS: AtomicU32 = AtomicU32::new(0);
+
+/// A network that nobody else is in. When it goes it must have left nothing behind.
+pub struct Network<'a> {
+    subject: &'a dyn Subject,
+    name: String,
+    directory: RunDirectory,
+}
+
+impl<'a> Network<'a> {
+    /// A new network.
+    pub fn new(subject: &'a dyn Subject) -> Self {
+        let number = NETWORKS.fetch_add(1, Ordering::Relaxed);
+        let name = format!("t{number}-{}", std::process::id());
+        let directory = RunDirectory::open(&name).expect("a run directory");
+        Self {
+            subject,
+            name,
+            directory,
+        }
+    }
+
+    /// What a component called `instance` knows of itself.
+    pub fn environment(&self, instance: &str) -> Environment {
+        Environment {
+            network: self.name.clone(),
+            instance: instance.to_owned(),
+            directory: self.directory.clone(),
+            interrupt: Interrupt::new().expect("an interrupt"),
+        }
+    }
+
+    /// A component called `instance`, for the calling thread.
+    pub fn join(&self, instance: &str) -> Box<dyn Backend> {
+        self.join_as(&self.environment(instance))
+    }
+
+    /// The component of `environment`, for the calling thread.
+    pub fn join_as(&self, environment: &Environment) -> Box<dyn Backend> {
+        self.subject.connect(environment).expect("the network")
+    }
+
+    /// Runs `body` while a component called `server` serves `endpoint` with `answer`.
+    pub fn serving<R>(
+        &self,
+        endpoint: &Endpoint,
+        answer: impl Fn(Header, &[u8], &mut Vec<u8>) + Sync,
+        body: impl FnOnce() -> R,
+    ) -> R {
+        let stop = Interrupt::new().expect("an interrupt");
+        std::thread::scope(|scope| {
+            let (ready, is_ready) = channel();
+            let (stop, answer) = (&stop, &answer);
+            scope.spawn(move || {
+                let backend = self.join("server");
+                let mut server = backend.server(endpoint).expect("a server");
+                ready.send(()).expect("a test that waits");
+                serve_until(&mut *server, stop, answer);
+                backend.linger(LIMIT);
+            });
+            let _stop = StopOnDrop(stop);
+            is_ready.recv_timeout(LIMIT).expect("a server");
+            body()
+        })
+    }
+}
+
+impl Drop for Network<'_> {
+    fn drop(&mut self) {
+        let left = self.subject.leftovers(&self.directory);
+        self.subject.wipe(&self.directory);
+        let removed = self.directory.remove();
+        if !std::thread::panicking() {
+            assert!(left.is_empty(), "left behind: {left:?}");
+            removed.expect("a run directory that can be removed");
+        }
+    }
+}
+
+/// Stops what waits for an interrupt, also when a test fails.
+pub struct StopOnDrop<'a>(pub &'a Interrupt);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.stop();
+    }
+}
+
+/// One end with the defaults of publishers and calls.
+pub fn endpoint(address: &str) -> Endpoint {
+    Endpoint {
+        address: Address::parse(address).expect("an address"),
+        types: TypeIdentity {
+            name: "Test::Types".to_owned(),
+            hash: 7,
+        },
+        qos: Qos::PUBLISHER,
+    }
+}
+
+/// `endpoint` with another depth.
+pub fn keep_last(depth: u32, endpoint: &Endpoint) -> Endpoint {
+    let mut endpoint = endpoint.clone();
+    endpoint.qos.depth = depth;
+    endpoint
+}
+
+/// The header of the message `sequence`.
+pub fn header(sequence: u64) -> Header {
+    Header {
+        type_hash: 7,
+        sequence,
+        sent: rc_middleware::backend::now(),
+    }
+}
+
+/// Serves until `stop` stops, and then what is still there.
+pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_>) {
+    loop {
+        let last = stop.is_stopping();
+        server.acknowledge();
+        while server
+            .serve(&mut |header, body, reply| answer(header, body, reply))
+            .expect("requests")
+        {}
+        if last {
+            return;
+        }
+        wait(&[server.descriptor(), stop.as_fd()], CYCLE);
+    }
+}
+
+/// Serves `count` requests; gives their bodies.
+pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<Vec<u8>> {
+    let mut bodies = Vec::new();
+    let end = Instant::now() + LIMIT;
+    while bodies.len() < count {
+        assert!(
+            Instant::now() < end,
+            "{} of {count} requests came",
+            bodies.len()
+        );
+        wait(&[server.descriptor()], CYCLE);
+        server.acknowledge();
+        while bodies.len() < count
+            && server
+                .serve(&mut |header, body, reply| {
+                    bodies.push(body.to_vec());
+                    answer(header, body, reply);
+                })
+                .expect("requests")
+        {}
+    }
+    bodies
+}
+
+/// Receives `count` values.
+pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Vec<u8>)> {
+    let mut values = Vec::new();
+    let end = Instant::now() + LIMIT;
+    while values.len() < count {
+        assert!(
+            Instant::now() < end,
+            "{} of {count} values came",
+            values.len()
+        );
+        wait(&[subscriber.descriptor()], CYCLE);
+        subscriber.acknowledge();
+        while values.len() < count && take(subscriber, &mut values) {}
+    }
+    values
+}
+
+/// Receives what is there now.
+pub fn receive_all(subscriber: &mut dyn Subscriber) -> Vec<(Header, Vec<u8>)> {
+    let mut values = Vec::new();
+    subscriber.acknowledge();
+    while take(subscriber, &mut values) {}
+    values
+}
+
+fn take(subscriber: &mut dyn Subscriber, values: &mut Vec<(Header, Vec<u8>)>) -> bool {
+    subscriber
+        .receive(&mut |header, body| values.push((header, body.to_vec())))
+        .expect("values")
+}
+
+/// The sequence numbers of values.
+pub fn sequences(values: &[(Header, Vec<u8>)]) -> Vec<u64> {
+    values.iter().map(|(header, _)| header.sequence).collect()
+}
+
+/// Waits until `condition` holds.
+pub fn until(what: &str, mut condition: impl FnMut() -> bool) {
+    let end = Instant::now() + LIMIT;
+    while !condition() {
+        assert!(Instant::now() < end, "waited in vain until {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}

@@ -1,0 +1,331 @@
+//! Publish and subscribe.
+
+use crate::Subject;
+use crate::network::{
+    LIMIT, Network, endpoint, header, keep_last, receive, receive_all, sequences, until,
+};
+use rc_middleware::{Durability, Endpoint, OpenError, Qos, TypeIdentity, wait};
+use std::sync::mpsc::channel;
+use std::time::Instant;
+
+/// Sizes that are special to somebody, and 8 MiB.
+const SIZES: [usize; 15] = [
+    0,
+    1,
+    2,
+    15,
+    16,
+    17,
+    255,
+    256,
+    257,
+    4095,
+    4097,
+    1 << 16,
+    1 << 20,
+    (1 << 20) + 1,
+    8 << 20,
+];
+
+/// Bytes that differ from place to place.
+pub(crate) fn pattern(length: usize) -> Vec<u8> {
+    (0..length)
+        .map(|at| (at ^ (at >> 8) ^ (at >> 16)) as u8)
+        .collect()
+}
+
+fn keeping(endpoint: &Endpoint) -> Endpoint {
+    let mut endpoint = endpoint.clone();
+    endpoint.qos.durability = Durability::TransientLocal;
+    endpoint
+}
+
+fn asking(endpoint: &Endpoint) -> Endpoint {
+    let mut endpoint = endpoint.clone();
+    endpoint.qos = Qos::SUBSCRIBER;
+    endpoint
+}
+
+/// One publisher, three subscribers in three components.
+pub fn a_value_reaches_every_subscriber(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    std::thread::scope(|scope| {
+        let (ready, is_ready) = channel();
+        let receivers: Vec<_> = (0..3)
+            .map(|_| {
+                let (network, topic, ready) = (&network, asking(&topic), ready.clone());
+                scope.spawn(move || {
+                    let backend = network.join("subscriber");
+                    let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
+                    ready.send(()).expect("a test that waits");
+                    receive(&mut *subscriber, 5)
+                })
+            })
+            .collect();
+        for _ in 0..3 {
+            is_ready.recv_timeout(LIMIT).expect("a subscriber");
+        }
+        let backend = network.join("publisher");
+        let mut publisher = backend.publisher(&topic).expect("a publisher");
+        let headers: Vec<_> = (1..=5).map(header).collect();
+        for header in &headers {
+            publisher.publish(*header, b"beam").expect("to publish");
+        }
+        for receiver in receivers {
+            let values = receiver.join().expect("a receiver");
+            let expected: Vec<_> = headers.iter().map(|h| (*h, b"beam".to_vec())).collect();
+            assert_eq!(values, expected);
+        }
+    });
+}
+
+/// Four publishers in four components; what one sends stays in order.
+pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
+    const EACH: u64 = 25;
+    let network = Network::new(subject);
+    let topic = keep_last(100, &endpoint("default/Laser/scan"));
+    let backend = network.join("subscriber");
+    let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
+    std::thread::scope(|scope| {
+        let (done, all_done) = channel::<()>();
+        let all_done = std::sync::Arc::new(std::sync::Mutex::new(all_done));
+        for number in 0..4_u8 {
+            let (network, topic, all_done) = (&network, &topic, all_done.clone());
+            scope.spawn(move || {
+                let backend = network.join("publisher");
+                let mut publisher = backend.publisher(topic).expect("a publisher");
+                for sequence in 1..=EACH {
+                    publisher
+                        .publish(header(sequence), &[number])
+                        .expect("to publish");
+                }
+                // Stays until the receiver has all: it ends when the sender of this channel is dropped.
+                let _ = all_done.lock().map(|all_done| all_done.recv());
+            });
+        }
+        let values = receive(&mut *subscriber, 4 * EACH as usize);
+        drop(done);
+        for number in 0..4_u8 {
+            let own: Vec<_> = values
+                .iter()
+                .filter(|(_, body)| body == &[number])
+                .map(|(header, _)| header.sequence)
+                .collect();
+            assert_eq!(own, (1..=EACH).collect::<Vec<_>>(), "publisher {number}");
+        }
+    });
+}
+
+/// From nothing to 8 MiB, up and down.
+pub fn every_size_travels(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Camera/image");
+    let backend = network.join("both");
+    let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
+    let mut publisher = backend.publisher(&topic).expect("a publisher");
+    let sizes = SIZES.iter().chain(SIZES.iter().rev()).copied();
+    for (size, sequence) in sizes.zip(1..) {
+        let sent = (header(sequence), pattern(size));
+        publisher.publish(sent.0, &sent.1).expect("to publish");
+        let values = receive(&mut *subscriber, 1);
+        assert!(values == [sent], "{size} bytes came back different");
+    }
+}
+
+/// Publishing into the void.
+pub fn no_subscriber_is_no_error(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let backend = network.join("publisher");
+    for topic in [endpoint("a/b/c"), keeping(&endpoint("a/b/d"))] {
+        let mut publisher = backend.publisher(&topic).expect("a publisher");
+        assert_eq!(publisher.peers(), 0);
+        for sequence in 1..100 {
+            publisher
+                .publish(header(sequence), b"x")
+                .expect("to publish");
+        }
+    }
+}
+
+/// Volatile: only what is sent from now on.
+pub fn a_late_subscriber_gets_nothing_old(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    let backend = network.join("both");
+    let mut publisher = backend.publisher(&topic).expect("a publisher");
+    publisher.publish(header(1), b"old").expect("to publish");
+    let mut subscriber = backend.subscriber(&asking(&topic)).expect("a subscriber");
+    publisher.publish(header(2), b"new").expect("to publish");
+    assert_eq!(sequences(&receive(&mut *subscriber, 1)), [2]);
+    assert!(receive_all(&mut *subscriber).is_empty());
+}
+
+/// Transient local: the last values, up to the depth of the publisher, although it sends no more.
+pub fn a_late_subscriber_gets_what_was_kept(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Map/map");
+    let publishing = network.join("publisher");
+    let mut publisher = publishing
+        .publisher(&keeping(&keep_last(3, &topic)))
+        .expect("a publisher");
+    for sequence in 1..=5 {
+        publisher
+            .publish(header(sequence), b"map")
+            .expect("to publish");
+    }
+    let backend = network.join("subscriber");
+    let mut late = backend.subscriber(&keeping(&topic)).expect("a subscriber");
+    assert_eq!(sequences(&receive(&mut *late, 3)), [3, 4, 5]);
+    let mut shallow = backend
+        .subscriber(&keeping(&keep_last(1, &topic)))
+        .expect("a subscriber");
+    assert_eq!(sequences(&receive(&mut *shallow, 1)), [5]);
+    let mut uninterested = backend.subscriber(&asking(&topic)).expect("a subscriber");
+    until("all three are there", || publisher.peers() == 3);
+    publisher.publish(header(6), b"map").expect("to publish");
+    for subscriber in [&mut late, &mut shallow, &mut uninterested] {
+        assert_eq!(sequences(&receive(&mut **subscriber, 1)), [6]);
+        assert!(receive_all(&mut **subscriber).is_empty());
+    }
+}
+
+/// Who is there already gets all, whether it asked for old values or not, and beside an ordinary publisher.
+pub fn a_publisher_that_keeps_values_reaches_all(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Map/map");
+    let backend = network.join("subscriber");
+    let mut volatile = backend.subscriber(&asking(&topic)).expect("a subscriber");
+    let mut late = backend.subscriber(&keeping(&topic)).expect("a subscriber");
+    let publishing = network.join("publisher");
+    let mut ordinary = publishing.publisher(&topic).expect("a publisher");
+    let mut keeper = publishing.publisher(&keeping(&topic)).expect("a publisher");
+    for sequence in 1..=3 {
+        keeper
+            .publish(header(sequence), b"kept")
+            .expect("to publish");
+        ordinary
+            .publish(header(sequence), b"ordinary")
+            .expect("to publish");
+    }
+    for subscriber in [&mut volatile, &mut late] {
+        let values = receive(&mut **subscriber, 6);
+        for body in [b"kept".as_slice(), b"ordinary"] {
+            let own: Vec<_> = values.iter().filter(|(_, b)| b == body).collect();
+            let own: Vec<_> = own.iter().map(|(header, _)| header.sequence).collect();
+            assert_eq!(own, [1, 2, 3]);
+        }
+        assert_eq!(subscriber.peers(), 2);
+    }
+}
+
+/// Depth 4 keeps 4 of 100; a quicker one beside it gets all.
+pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    let backend = network.join("both");
+    let mut slow = backend
+        .subscriber(&keep_last(4, &asking(&topic)))
+        .expect("a subscriber");
+    let mut quick = backend.subscriber(&asking(&topic)).expect("a subscriber");
+    let mut publisher = backend.publisher(&topic).expect("a publisher");
+    let mut got = Vec::new();
+    let start = Instant::now();
+    for sequence in 1..=100 {
+        publisher
+            .publish(header(sequence), &[0; 1000])
+            .expect("to publish");
+        got.extend(sequences(&receive_all(&mut *quick)));
+    }
+    assert!(start.elapsed() < LIMIT / 2, "{:?}", start.elapsed());
+    assert_eq!(got, (1..=100).collect::<Vec<_>>());
+    assert_eq!(
+        sequences(&receive_all(&mut *slow)),
+        (97..=100).collect::<Vec<_>>()
+    );
+}
+
+/// A subscriber outlives its publishers, and what they sent before they left arrives.
+pub fn publishers_come_and_go(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    let backend = network.join("subscriber");
+    let mut subscriber = backend.subscriber(&asking(&topic)).expect("a subscriber");
+    for round in 1..=3 {
+        std::thread::scope(|scope| {
+            let (network, topic) = (&network, &topic);
+            scope.spawn(move || {
+                let backend = network.join("publisher");
+                let mut publisher = backend.publisher(topic).expect("a publisher");
+                publisher
+                    .publish(header(round), b"bye")
+                    .expect("to publish");
+                backend.linger(LIMIT);
+            });
+            assert_eq!(sequences(&receive(&mut *subscriber, 1)), [round]);
+        });
+        until("the publisher is gone", || subscriber.peers() == 0);
+    }
+}
+
+/// Both ends see how many there are of the other.
+pub fn ends_are_counted(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    let (one, other) = (network.join("one"), network.join("other"));
+    let publisher = one.publisher(&topic).expect("a publisher");
+    let first = one.subscriber(&asking(&topic)).expect("a subscriber");
+    let second = other.subscriber(&asking(&topic)).expect("a subscriber");
+    until("both subscribers are seen", || publisher.peers() == 2);
+    until("the publisher is seen", || first.peers() == 1);
+    drop(first);
+    until("one has left", || publisher.peers() == 1);
+    drop(publisher);
+    until("the publisher has left", || second.peers() == 0);
+}
+
+/// The descriptor is quiet, then readable, then quiet again.
+pub fn a_value_wakes(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    let backend = network.join("both");
+    let mut subscriber = backend.subscriber(&asking(&topic)).expect("a subscriber");
+    let mut publisher = backend.publisher(&topic).expect("a publisher");
+    until("the connection stands", || publisher.peers() == 1);
+    subscriber.acknowledge();
+    let now = std::time::Duration::ZERO;
+    assert_eq!(wait(&[subscriber.descriptor()], now), 0, "quiet at first");
+    publisher.publish(header(1), b"x").expect("to publish");
+    assert_eq!(wait(&[subscriber.descriptor()], LIMIT), 1, "woken");
+    subscriber.acknowledge();
+    assert_eq!(wait(&[subscriber.descriptor()], now), 0, "quiet again");
+    assert_eq!(receive_all(&mut *subscriber).len(), 1);
+}
+
+/// Both names are told, whichever end comes first.
+pub fn topics_of_different_types_refuse_each_other(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let (one, other) = (network.join("one"), network.join("other"));
+    for (address, first_keeps) in [("a/b/c", false), ("a/b/d", true)] {
+        let ours = endpoint(address);
+        let mut theirs = ours.clone();
+        theirs.types = TypeIdentity {
+            hash: 8,
+            ..theirs.types
+        };
+        let first = if first_keeps {
+            keeping(&theirs)
+        } else {
+            theirs.clone()
+        };
+        let _publisher = one.publisher(&first).expect("a publisher");
+        let expected = OpenError::TypeMismatch {
+            address: address.to_owned(),
+            ours: ours.types.to_string(),
+            theirs: theirs.types.to_string(),
+        };
+        assert_eq!(other.subscriber(&ours).err(), Some(expected.clone()));
+        assert_eq!(other.publisher(&ours).err(), Some(expected.clone()));
+        assert_eq!(other.publisher(&keeping(&ours)).err(), Some(expected));
+    }
+}

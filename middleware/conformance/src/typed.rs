@@ -1,0 +1,97 @@
+//! The typed layer on the backend: envelopes, results, exceptions, refusals.
+
+use crate::Subject;
+use crate::network::{LIMIT, Network, endpoint, receive};
+use rc_middleware::typed::{Caller, Operation, Request, Topic};
+use rc_middleware::{CallError, Cdr, Header, Reader};
+
+/// `int32 divide(int32 a, int32 b)`, which throws where b is 0.
+const DIVIDE: Operation = Operation {
+    name: "divide",
+    id: 11,
+    type_hash: 7,
+    two_way: true,
+};
+/// The same, from an IDSL that differs.
+const OTHER_DIVIDE: Operation = Operation {
+    type_hash: 8,
+    ..DIVIDE
+};
+/// `void note(string text)`
+const NOTE: Operation = Operation {
+    name: "note",
+    id: 12,
+    type_hash: 9,
+    two_way: false,
+};
+/// The hash of the exception.
+const BY_ZERO: i32 = 13;
+
+/// What is published is what is received.
+pub fn topics_carry_values(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Laser/scan");
+    let backend = network.join("both");
+    let mut subscriber = backend.subscriber(&address).expect("a subscriber");
+    let port = backend.publisher(&address).expect("a publisher");
+    let mut topic = Topic::new(port, DIVIDE);
+    for number in 1..=3_i32 {
+        topic.begin().put(&number);
+        topic.publish().expect("to publish");
+    }
+    for ((header, body), number) in receive(&mut *subscriber, 3).iter().zip(1..) {
+        assert_eq!(header.type_hash, DIVIDE.type_hash);
+        assert_eq!(header.sequence, number as u64);
+        assert!(header.sent > 0 && header.sent <= rc_middleware::backend::now());
+        assert_eq!(i32::decode(&mut Reader::new(body)), Ok(number));
+    }
+}
+
+/// All that can come back from a query, and a command before it.
+pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Calculator");
+    let notes = std::sync::Mutex::new(Vec::new());
+    let answer = |header: Header, body: &[u8], reply: &mut Vec<u8>| {
+        let mut request = Request::open(header, body, reply).expect("an envelope");
+        if request.operation == DIVIDE.id {
+            let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
+            if let Ok((a, b)) = request.arguments(&DIVIDE, read) {
+                match a.checked_div(b) {
+                    Some(result) => request.begin(0).put(&result),
+                    None => request.begin(BY_ZERO).put(&a),
+                }
+                request.finish().expect("an answer");
+            }
+        } else {
+            let note = request
+                .arguments(&NOTE, Reader::get::<String>)
+                .expect("a text");
+            notes.lock().expect("the notes").push(note);
+        }
+        request.close(reply);
+    };
+    network.serving(&address, answer, || {
+        let backend = network.join("client");
+        let port = backend.client(&address).expect("a client");
+        let mut caller = Caller::new(port, LIMIT);
+        caller.begin(&NOTE).put(&"begin".to_owned());
+        caller.send().expect("to be sent");
+        let mut divide = |operation: &Operation, a: i32, b: i32| {
+            let writer = caller.begin(operation);
+            writer.put(&a);
+            writer.put(&b);
+            let (case, mut reader) = caller.call()?;
+            Ok((case, reader.get::<i32>()?))
+        };
+        assert_eq!(divide(&DIVIDE, 42, 6), Ok((0, 7)));
+        assert_eq!(divide(&DIVIDE, 42, 0), Ok((BY_ZERO, 42)));
+        let refused = divide(&OTHER_DIVIDE, 42, 6);
+        assert!(
+            matches!(&refused, Err(CallError::Refused(why)) if why.contains("divide")),
+            "{refused:?}"
+        );
+        assert_eq!(divide(&DIVIDE, 9, 3), Ok((0, 3)));
+    });
+    assert_eq!(notes.into_inner().expect("the notes"), ["begin"]);
+}

@@ -1,0 +1,123 @@
+//! Waking: who receives listens, who sends rings. A ring carries no data.
+
+use crate::service::{Audience, Event, Listener, Notifier, event, existing_event, refusal};
+use crate::session::Session;
+use iceoryx2::port::EventId;
+use iceoryx2::service::port_factory::PortFactory as _;
+use rc_middleware::{OpenError, TypeIdentity};
+use std::os::fd::BorrowedFd;
+
+/// The event that says: look into your queue.
+const DATA: usize = 0;
+/// The event that says: there is a publisher that keeps values.
+pub(crate) const KEPT: usize = 1;
+
+/// The ringing end.
+pub(crate) struct Bell {
+    event: Event,
+    notifier: Notifier,
+}
+
+/// The listening end.
+pub(crate) struct Ear {
+    listener: Listener,
+    _event: Event,
+}
+
+/// What was rung for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Heard {
+    /// Something was rung for.
+    pub(crate) any: bool,
+    /// There is a publisher that keeps values.
+    pub(crate) kept: bool,
+}
+
+impl Bell {
+    /// The ringing end of `name`, which is made if it is not there.
+    pub(crate) fn open(
+        session: &Session,
+        name: &str,
+        audience: Audience,
+        types: Option<&TypeIdentity>,
+    ) -> Result<Self, OpenError> {
+        let event = event(session, name, audience, types)?;
+        let notifier = event
+            .notifier_builder()
+            .default_event_id(EventId::new(DATA))
+            .create()
+            .map_err(|error| refusal(name)(format!("{error:?}")))?;
+        Ok(Self { event, notifier })
+    }
+
+    /// The ringing end of `name`, where that is there.
+    pub(crate) fn existing(session: &Session, name: &str) -> Option<Self> {
+        let event = existing_event(session, name)?;
+        let notifier = event.notifier_builder().create().ok()?;
+        Some(Self { event, notifier })
+    }
+
+    /// Wakes all who listen.
+    pub(crate) fn ring(&self) {
+        self.notify(DATA);
+    }
+
+    /// Tells all who listen that there is a publisher that keeps values.
+    pub(crate) fn announce(&self) {
+        self.notify(KEPT);
+    }
+
+    /// Whether anybody listens.
+    pub(crate) fn is_heard(&self) -> bool {
+        self.event.dynamic_config().number_of_listeners() > 0
+    }
+
+    fn notify(&self, id: usize) {
+        if self.is_heard() {
+            // A listener that cannot be reached is dead or has been rung for already; those who wait look into
+            // their queues from time to time all the same.
+            let _ = self.notifier.notify_with_custom_event_id(EventId::new(id));
+        }
+    }
+}
+
+impl Ear {
+    /// The listening end of `name`, which is made if it is not there.
+    pub(crate) fn open(
+        session: &Session,
+        name: &str,
+        audience: Audience,
+        types: Option<&TypeIdentity>,
+    ) -> Result<Self, OpenError> {
+        let event = event(session, name, audience, types)?;
+        let listener = event
+            .listener_builder()
+            .create()
+            .map_err(|error| refusal(name)(format!("{error:?}")))?;
+        Ok(Self {
+            listener,
+            _event: event,
+        })
+    }
+
+    /// Readable when it was rung for.
+    pub(crate) fn descriptor(&self) -> BorrowedFd<'_> {
+        crate::descriptor::of(&self.listener)
+    }
+
+    /// Takes the rings back. A ring that comes during one pass can be swallowed while its state stays set, and then
+    /// no later one is heard (iceoryx2 0.10.0); so passes are made until one finds nothing.
+    pub(crate) fn drain(&self) -> Heard {
+        let mut heard = Heard::default();
+        loop {
+            let pass = self.listener.try_wait(|event| {
+                heard.any = true;
+                heard.kept |= event.id.as_value() == KEPT;
+            });
+            match pass {
+                Ok(0) | Err(_) => return heard,
+                Ok(_) => {}
+            }
+        }
+    }
+}

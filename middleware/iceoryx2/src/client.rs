@@ -1,0 +1,239 @@
+//! The calling end of a connection.
+
+use crate::bell::{Bell, Ear};
+use crate::message::RequestHeader;
+use crate::names;
+use crate::service::{Audience, Calls, ClientPort, Pending, calls, refusal};
+use crate::session::{OnItsWay, Session, lock};
+use crate::watch::Watch;
+use iceoryx2::port::client::RequestSendError;
+use iceoryx2::port::{BackpressureAction, LoanError, SendError};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
+use iceoryx2::service::port_factory::PortFactory as _;
+use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, wait};
+use std::cell::RefCell;
+use std::fmt::Debug;
+use std::os::fd::AsFd;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Bytes that a client is ready for; its memory grows by doubling.
+const INITIAL: usize = 256;
+/// Longest wait before the queue is looked into all the same: a ring can be lost, see [`Ear::drain`].
+const CYCLE: Duration = Duration::from_millis(50);
+
+/// Opens the calling end of a connection.
+pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedClient, OpenError> {
+    let address = &endpoint.address;
+    let calls = calls(session, &names::calls(address), &endpoint.types)?;
+    let port = calls
+        .client_builder()
+        .initial_max_slice_len(INITIAL)
+        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        // Without a handler a request that finds the queue full is dropped, and `send` says that all is well.
+        .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
+        .create()
+        .map_err(|error| refusal(address.as_str())(format!("{error:?}")))?;
+    let guid = port.id().value().to_be_bytes();
+    let own = names::client(address, guid);
+    Ok(SharedClient {
+        address: address.to_string(),
+        guid,
+        ear: Ear::open(session, &own, Audience::Client, None)?,
+        server: Bell::open(session, &names::server(address), Audience::Server, None)?,
+        watch: RefCell::new(None),
+        command: session.command(),
+        port,
+        calls,
+        session: Arc::clone(session),
+    })
+}
+
+/// The calling end of a connection.
+pub(crate) struct SharedClient {
+    address: String,
+    guid: [u8; 16],
+    ear: Ear,
+    server: Bell,
+    /// The server that was seen last.
+    watch: RefCell<Option<Watch>>,
+    command: OnItsWay,
+    port: ClientPort,
+    calls: Calls,
+    session: Arc<Session>,
+}
+
+impl SharedClient {
+    /// The server that is registered now: its identity and its process.
+    fn registered(&self) -> Option<(u128, Option<i32>)> {
+        let mut found = None;
+        self.calls.dynamic_config().list_servers(|server| {
+            let process = server.node_id.pid::<crate::service::Service>();
+            let pid = process.ok().map(|pid| pid.value());
+            found = Some((server.server_id.value(), pid));
+            CallbackProgression::Stop
+        });
+        found
+    }
+
+    /// Whether there is a live server; it is watched afterwards. What a dead one left is removed.
+    fn has_server(&self) -> bool {
+        let mut cleaned = false;
+        loop {
+            let Some((server, pid)) = self.registered() else {
+                *self.watch.borrow_mut() = None;
+                return false;
+            };
+            let mut watch = self.watch.borrow_mut();
+            if watch.as_ref().is_none_or(|watch| watch.server != server) {
+                *watch = Some(Watch::new(server, pid));
+            }
+            if cleaned || !watch.as_ref().is_some_and(Watch::is_dead) {
+                // What is still registered after a clean-up is alive, in a process that we cannot watch.
+                return true;
+            }
+            self.session.clean();
+            cleaned = true;
+        }
+    }
+
+    /// Puts a request into the queue of the server.
+    fn submit(&self, header: RequestHeader, request: &[u8]) -> Result<Pending, CallError> {
+        if !self.has_server() {
+            return Err(CallError::NoServer(self.address.clone()));
+        }
+        let full = || CallError::QueueFull(self.address.clone());
+        let mut loan = match self.port.loan_slice_uninit(request.len()) {
+            Ok(loan) => loan,
+            Err(LoanError::ExceedsMaxLoans | LoanError::OutOfMemory) => return Err(full()),
+            Err(error) => return Err(self.failed(&error)),
+        };
+        *loan.user_header_mut() = header;
+        match loan.write_from_slice(request).send() {
+            Ok(pending) if pending.number_of_server_connections() == 0 => {
+                // A server that has not looked since this client was made refuses in this way.
+                Err(match self.registered() {
+                    Some(_) => full(),
+                    None => CallError::NoServer(self.address.clone()),
+                })
+            }
+            Ok(pending) => {
+                self.server.ring();
+                Ok(pending)
+            }
+            Err(
+                RequestSendError::SendError(SendError::UnableToDeliver)
+                | RequestSendError::ExceedsMaxActiveRequests,
+            ) => Err(full()),
+            Err(error) => Err(self.failed(&error)),
+        }
+    }
+
+    /// Takes the answer, where it is there.
+    fn take(&self, pending: &Pending, reply: &mut Vec<u8>) -> Result<bool, CallError> {
+        match pending.receive() {
+            Ok(Some(answer)) => {
+                reply.extend_from_slice(answer.payload());
+                Ok(true)
+            }
+            Ok(None) => Ok(false),
+            Err(error) => Err(self.failed(&error)),
+        }
+    }
+
+    /// Why there will be no answer any more, where that is so.
+    fn hopeless(&self, pending: &Pending, asked: Option<u128>) -> Option<CallError> {
+        let registered = self.registered().map(|(server, _)| server);
+        let dead = self.watch.borrow().as_ref().is_some_and(Watch::is_dead);
+        if dead {
+            self.session.clean();
+        }
+        if dead || registered.is_none() || registered != asked {
+            return Some(CallError::ServerDied(self.address.clone()));
+        }
+        (!pending.is_connected()).then(|| CallError::Backend {
+            address: self.address.clone(),
+            reason: "the server took the request and gave no answer".to_owned(),
+        })
+    }
+
+    fn failed(&self, error: &dyn Debug) -> CallError {
+        CallError::Backend {
+            address: self.address.clone(),
+            reason: format!("{error:?}"),
+        }
+    }
+
+    /// Waits for a ring, the death of the server, a stop, or the end of a cycle.
+    fn wait(&self, limit: Duration, interrupted: &mut bool) {
+        let watch = self.watch.borrow();
+        let interrupt = &self.session.environment.interrupt;
+        let mut descriptors = vec![self.ear.descriptor()];
+        // The wake-up of somebody else stays where it is, and is not waited for again.
+        if !*interrupted {
+            descriptors.push(interrupt.as_fd());
+        }
+        descriptors.extend(watch.as_ref().and_then(Watch::descriptor));
+        let readable = wait(&descriptors, limit.min(CYCLE));
+        *interrupted |= readable & 2 != 0;
+    }
+}
+
+impl Client for SharedClient {
+    fn guid(&self) -> [u8; 16] {
+        self.guid
+    }
+
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+        // The command before this one need not be remembered: the queue keeps their order.
+        drop(lock(&self.command).take());
+        let header = RequestHeader::new(header, self.guid, true);
+        let pending = self.submit(header, request)?;
+        *lock(&self.command) = Some(pending);
+        Ok(())
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        reply: &mut Vec<u8>,
+    ) -> Result<(), CallError> {
+        reply.clear();
+        let end = Instant::now() + limit;
+        let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
+        let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
+        let mut interrupted = false;
+        loop {
+            self.ear.drain();
+            if self.take(&pending, reply)? {
+                return Ok(());
+            }
+            if let Some(error) = self.hopeless(&pending, asked) {
+                // The answer may have come between the look into the queue and the look at the server.
+                return if self.take(&pending, reply)? {
+                    Ok(())
+                } else {
+                    Err(error)
+                };
+            }
+            if self.session.environment.interrupt.is_stopping() {
+                return Err(CallError::Stopping);
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(CallError::Deadline {
+                    address: self.address.clone(),
+                    limit,
+                });
+            }
+            self.wait(left, &mut interrupted);
+        }
+    }
+
+    fn peers(&self) -> usize {
+        usize::from(self.has_server())
+    }
+}

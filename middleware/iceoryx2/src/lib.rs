@@ -1,0 +1,78 @@
+//! The three patterns over iceoryx2: one machine, shared memory, no broker.
+//!
+//! - [`connect`]: the backend, for one component.
+//! - [`Holder`], [`wipe`], [`leftovers`]: what a deployer does for a network.
+//!
+//! How an address becomes names, and what the bytes are, is in this crate's README.md.
+
+mod bell;
+mod bounded;
+mod client;
+mod descriptor;
+mod estate;
+mod holder;
+mod keeper;
+mod message;
+mod names;
+mod publisher;
+mod server;
+mod service;
+mod session;
+mod subscriber;
+mod watch;
+
+pub use estate::{leftovers, wipe};
+pub use holder::Holder;
+pub use names::prefix;
+
+use rc_middleware::{
+    Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
+};
+use session::Session;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The name of this middleware in the languages and on command lines.
+pub const NAME: &str = "iceoryx2";
+
+/// Joins the network of `environment`.
+pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+    Ok(Box::new(Iceoryx2 {
+        session: Session::open(environment)?,
+    }))
+}
+
+/// One node, and the ports that it opens. Opening is bounded in time, see [`bounded`].
+struct Iceoryx2 {
+    session: Arc<Session>,
+}
+
+impl Backend for Iceoryx2 {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        let port = bounded::open(&self.session, endpoint, publisher::open)?;
+        Ok(Box::new(port))
+    }
+
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        let port = bounded::open(&self.session, endpoint, subscriber::open)?;
+        Ok(Box::new(port))
+    }
+
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        let port = bounded::open(&self.session, endpoint, client::open)?;
+        Ok(Box::new(port))
+    }
+
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        let port = bounded::open(&self.session, endpoint, server::open)?;
+        Ok(Box::new(port))
+    }
+
+    fn linger(&self, limit: Duration) {
+        self.session.linger(limit);
+    }
+}

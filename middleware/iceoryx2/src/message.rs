@@ -1,0 +1,85 @@
+//! The user headers, which travel beside every body. iceoryx2 compares them by name, size and alignment.
+
+use iceoryx2::prelude::ZeroCopySend;
+use rc_middleware::Header;
+
+/// The version of these headers.
+const VERSION: u16 = 1;
+/// The encoding of the bodies: CDR in the version XCDR1, little endian (in its envelope, for a call).
+const CDR: u16 = 1;
+/// Flag of a request: no answer is waited for.
+const ONE_WAY: u32 = 1;
+
+/// Beside each value of a topic and each answer: 32 bytes.
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("RcHeader1")]
+#[repr(C)]
+pub(crate) struct MessageHeader {
+    version: u16,
+    encoding: u16,
+    flags: u32,
+    type_hash: u64,
+    sequence: u64,
+    sent: u64,
+}
+
+/// Beside each request: 48 bytes.
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("RcRequestHeader1")]
+#[repr(C)]
+pub(crate) struct RequestHeader {
+    message: MessageHeader,
+    client: [u8; 16],
+}
+
+impl MessageHeader {
+    pub(crate) fn new(header: Header) -> Self {
+        Self {
+            version: VERSION,
+            encoding: CDR,
+            flags: 0,
+            type_hash: header.type_hash,
+            sequence: header.sequence,
+            sent: header.sent,
+        }
+    }
+
+    /// The header in our terms, or why it is not understood.
+    pub(crate) fn read(&self) -> Result<Header, String> {
+        if (self.version, self.encoding) != (VERSION, CDR) {
+            return Err(format!(
+                "a message of version {} and encoding {} came, this side knows version {VERSION} and encoding {CDR}; \
+                 rebuild both sides with the same framework",
+                self.version, self.encoding
+            ));
+        }
+        Ok(Header {
+            type_hash: self.type_hash,
+            sequence: self.sequence,
+            sent: self.sent,
+        })
+    }
+}
+
+impl RequestHeader {
+    pub(crate) fn new(header: Header, client: [u8; 16], one_way: bool) -> Self {
+        let mut message = MessageHeader::new(header);
+        if one_way {
+            message.flags = ONE_WAY;
+        }
+        Self { message, client }
+    }
+
+    pub(crate) fn read(&self) -> Result<Header, String> {
+        self.message.read()
+    }
+
+    /// Whose event service waits for the answer; all zero where none does.
+    pub(crate) fn client(&self) -> [u8; 16] {
+        self.client
+    }
+
+    pub(crate) fn is_one_way(&self) -> bool {
+        self.message.flags & ONE_WAY != 0
+    }
+}

@@ -1,0 +1,213 @@
+//! The answering end of a connection.
+
+use crate::bell::{Bell, Ear};
+use crate::message::MessageHeader;
+use crate::names;
+use crate::service::{Active, Audience, Calls, ServerPort, Service, calls, refusal};
+use crate::session::Session;
+use iceoryx2::port::ReceiveError as PortError;
+use iceoryx2::port::port_name::PortName;
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
+use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::port_factory::server::ServerCreateError;
+use rc_middleware::qos::MAX_READERS;
+use rc_middleware::{Address, Endpoint, Header, OpenError, ReceiveError, Server};
+use std::collections::{HashMap, VecDeque};
+use std::os::fd::BorrowedFd;
+use std::sync::Arc;
+
+/// The largest answer in bytes. Memory for answers is reserved in this size, and exists only as far as it has been
+/// written; a growing one would need 1.6 MB of bookkeeping for every client.
+const LARGEST_ANSWER: usize = 64 << 20;
+/// Answers that exist at the same time: each client has at most one in its queue and one in its hands.
+const ANSWERS: usize = 3 * MAX_READERS;
+
+/// Opens the answering end of a connection.
+pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedServer, OpenError> {
+    let address = &endpoint.address;
+    // The ear comes first: who sees the server can wake it.
+    let ear = Ear::open(session, &names::server(address), Audience::Server, None)?;
+    let calls = calls(session, &names::calls(address), &endpoint.types)?;
+    let port = match port(session, &calls) {
+        Err(ServerCreateError::ExceedsMaxSupportedServers) => {
+            // Only a live server keeps its place through a clean-up.
+            session.clean();
+            port(session, &calls)
+        }
+        result => result,
+    };
+    let port = port.map_err(|error| match error {
+        ServerCreateError::ExceedsMaxSupportedServers => OpenError::AddressTaken {
+            address: address.to_string(),
+            holder: holder(&calls),
+        },
+        error => refusal(address.as_str())(format!("{error:?}")),
+    })?;
+    Ok(SharedServer {
+        address: address.clone(),
+        session: Arc::clone(session),
+        inbox: VecDeque::new(),
+        reply: Vec::new(),
+        bells: HashMap::new(),
+        port,
+        calls,
+        ear,
+    })
+}
+
+fn port(session: &Session, calls: &Calls) -> Result<ServerPort, ServerCreateError> {
+    let name = PortName::new(&session.environment.instance);
+    calls
+        .server_builder()
+        .name(&name.unwrap_or_else(|_| PortName::new_empty()))
+        .initial_max_slice_len(LARGEST_ANSWER)
+        .allocation_strategy(AllocationStrategy::Static)
+        .max_loaned_responses_per_request(1)
+        .override_response_preallocation(|most| most.min(ANSWERS))
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .create()
+}
+
+/// Who serves: `pid 12 (lidar)`.
+fn holder(calls: &Calls) -> String {
+    let mut holder = "a server that has just left".to_owned();
+    calls.dynamic_config().list_servers(|server| {
+        let pid = server.node_id.pid::<Service>();
+        let pid = pid.map_or_else(|_| "?".to_owned(), |pid| pid.value().to_string());
+        holder = format!("pid {pid} ({})", server.server_name);
+        CallbackProgression::Stop
+    });
+    holder
+}
+
+/// The answering end of a connection.
+pub(crate) struct SharedServer {
+    address: Address,
+    session: Arc<Session>,
+    /// Requests that were taken out of the queues of the clients.
+    inbox: VecDeque<Active>,
+    reply: Vec<u8>,
+    /// How to wake the clients that were answered.
+    bells: HashMap<[u8; 16], Bell>,
+    port: ServerPort,
+    calls: Calls,
+    ear: Ear,
+}
+
+impl SharedServer {
+    /// Takes what waits, and brings it into the order in which it is served: the first request of each client, then
+    /// the second of each. iceoryx2 itself empties the queue of one client before it looks into the next.
+    fn refill(&mut self) -> Result<(), ReceiveError> {
+        let mut taken = Vec::new();
+        loop {
+            match self.port.receive() {
+                Ok(Some(request)) => taken.push(request),
+                // The second: as much is in our hands as may be.
+                Ok(None) | Err(PortError::ExceedsMaxBorrows) => break,
+                Err(_) if !taken.is_empty() => break,
+                Err(error) => return Err(self.failed(format!("{error:?}"))),
+            }
+        }
+        if taken.len() > 1 {
+            let mut counts = HashMap::new();
+            let mut ranked: Vec<(usize, Active)> = Vec::with_capacity(taken.len());
+            for request in taken {
+                let count = counts
+                    .entry(request.header().client_id().value())
+                    .or_insert(0_usize);
+                *count += 1;
+                ranked.push((*count, request));
+            }
+            ranked.sort_by_key(|(rank, _)| *rank);
+            self.inbox
+                .extend(ranked.into_iter().map(|(_, request)| request));
+        } else {
+            self.inbox.extend(taken);
+        }
+        Ok(())
+    }
+
+    /// Sends the answer in `self.reply`.
+    fn reply_to(&self, request: &Active, header: Header) -> Result<(), ReceiveError> {
+        let failed = |error: String| {
+            self.failed(format!(
+                "an answer of {} bytes was not sent (the largest has {LARGEST_ANSWER}): {error}",
+                self.reply.len()
+            ))
+        };
+        let mut loan = request
+            .loan_slice_uninit(self.reply.len())
+            .map_err(|error| failed(format!("{error:?}")))?;
+        *loan.user_header_mut() = MessageHeader::new(header);
+        loan.write_from_slice(&self.reply)
+            .send()
+            .map_err(|error| failed(format!("{error:?}")))
+    }
+
+    /// Wakes one client.
+    fn wake(&mut self, client: [u8; 16]) {
+        if client == [0; 16] {
+            return;
+        }
+        if let Some(bell) = self.bells.get(&client) {
+            bell.ring();
+            return;
+        }
+        if self.bells.len() >= self.calls.dynamic_config().number_of_clients() {
+            self.bells.retain(|_, bell| bell.is_heard());
+        }
+        // No bell: the client is gone, or does not wait for a ring.
+        if let Some(bell) = Bell::existing(&self.session, &names::client(&self.address, client)) {
+            bell.ring();
+            self.bells.insert(client, bell);
+        }
+    }
+
+    fn failed(&self, reason: String) -> ReceiveError {
+        ReceiveError {
+            address: self.address.to_string(),
+            reason,
+        }
+    }
+}
+
+impl Server for SharedServer {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.ear.descriptor()
+    }
+
+    fn acknowledge(&mut self) {
+        self.ear.drain();
+    }
+
+    fn serve(
+        &mut self,
+        answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
+    ) -> Result<bool, ReceiveError> {
+        if self.inbox.is_empty() {
+            self.refill()?;
+        }
+        let Some(request) = self.inbox.pop_front() else {
+            return Ok(false);
+        };
+        let user_header = *request.user_header();
+        let client = user_header.client();
+        let header = user_header.read().map_err(|reason| self.failed(reason))?;
+        self.reply.clear();
+        answer(header, request.payload(), &mut self.reply);
+        let sent = if self.reply.is_empty() || user_header.is_one_way() {
+            Ok(())
+        } else {
+            self.reply_to(&request, header)
+        };
+        drop(request);
+        if !user_header.is_one_way() {
+            self.wake(client);
+        }
+        sent.map(|()| true)
+    }
+
+    fn peers(&self) -> usize {
+        self.calls.dynamic_config().number_of_clients()
+    }
+}

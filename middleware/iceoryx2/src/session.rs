@@ -1,0 +1,142 @@
+//! What the ports of one component share: the node, its configuration, and what is still on its way.
+
+use crate::service::{Node, Pending, Service};
+use crate::{bounded, names};
+use iceoryx2::prelude::{
+    Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
+    set_log_level,
+};
+use rc_middleware::{Environment, OpenError};
+use std::fmt::Debug;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+/// How long a file may be half made before opening fails.
+const CREATION: Duration = Duration::from_millis(500);
+/// How long a value that was published needs to reach those who subscribe: a subscriber maps a new piece of shared
+/// memory only when it receives the first value in it, and finds it gone if the publisher is. 1 ms was enough in 30
+/// of 30 tries on an idle machine.
+const SETTLE: Duration = Duration::from_millis(100);
+
+/// A request that was sent and not yet handled.
+pub(crate) type OnItsWay = Arc<Mutex<Option<Pending>>>;
+
+/// What the ports of one component share.
+pub(crate) struct Session {
+    pub(crate) environment: Environment,
+    pub(crate) config: Config,
+    pub(crate) node: Node,
+    published: Mutex<Option<Instant>>,
+    commands: Mutex<Vec<Weak<Mutex<Option<Pending>>>>>,
+}
+
+impl Session {
+    /// Makes the node.
+    pub(crate) fn open(environment: &Environment) -> Result<Arc<Self>, OpenError> {
+        set_log_level(LogLevel::Fatal);
+        let owned = environment.clone();
+        bounded::run(&environment.network, move || {
+            let refused = |reason: String| OpenError::Backend {
+                address: owned.network.clone(),
+                reason,
+            };
+            let config = configuration(&owned).map_err(refused)?;
+            let node = node(&owned, &config).map_err(refused)?;
+            Ok(Arc::new(Self {
+                environment: owned,
+                config,
+                node,
+                published: Mutex::default(),
+                commands: Mutex::default(),
+            }))
+        })
+    }
+
+    /// Removes what the dead left behind; says how many dead there were.
+    pub(crate) fn clean(&self) -> usize {
+        self.node.try_cleanup_dead_nodes().cleanups as usize
+    }
+
+    /// Notes that a value was published, for `linger`.
+    pub(crate) fn published(&self) {
+        *lock(&self.published) = Some(Instant::now());
+    }
+
+    /// Where a client keeps its last command until it is handled, for `linger`.
+    pub(crate) fn command(&self) -> OnItsWay {
+        let slot = OnItsWay::default();
+        let mut commands = lock(&self.commands);
+        commands.retain(|slot| slot.strong_count() > 0);
+        commands.push(Arc::downgrade(&slot));
+        slot
+    }
+
+    /// Waits until what was published has settled and each command was handled, at most `limit`.
+    pub(crate) fn linger(&self, limit: Duration) {
+        let end = Instant::now() + limit;
+        let settled = lock(&self.published).map_or_else(Instant::now, |at| at + SETTLE);
+        loop {
+            let now = Instant::now();
+            if now >= end || (now >= settled && !self.commands_waiting()) {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(1).min(end - now));
+        }
+    }
+
+    fn commands_waiting(&self) -> bool {
+        lock(&self.commands).iter().any(|slot| {
+            slot.upgrade()
+                .is_some_and(|slot| lock(&slot).as_ref().is_some_and(Pending::is_connected))
+        })
+    }
+}
+
+/// Locks; what is guarded here is whole even after a panic.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads no file: without a configuration of its own a node reads `./config/iceoryx2.toml`.
+fn configuration(environment: &Environment) -> Result<Config, String> {
+    let root = names::root(&environment.directory);
+    private(&root).map_err(|error| format!("{}: {error}", root.display()))?;
+    let says = |error: &dyn Debug| format!("{} as its root: {error:?}", root.display());
+    let mut config = Config::default();
+    let path = Path::new(root.as_os_str().as_bytes()).map_err(|e| says(&e))?;
+    config.global.set_root_path(&path);
+    config.global.prefix =
+        FileName::new(names::prefix(&environment.directory).as_bytes()).map_err(|e| says(&e))?;
+    config.global.creation_timeout = CREATION;
+    config.global.node.cleanup_dead_nodes_on_creation = true;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = true;
+    Ok(config)
+}
+
+/// Makes the folder, for this user alone; refuses one of another user.
+fn private(root: &std::path::Path) -> std::io::Result<()> {
+    std::fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(root)?;
+    let found = std::fs::symlink_metadata(root)?;
+    if found.is_dir() && found.uid() == rustix::process::getuid().as_raw() {
+        Ok(())
+    } else {
+        Err(std::io::Error::other("not a folder of this user"))
+    }
+}
+
+fn node(environment: &Environment, config: &Config) -> Result<Node, String> {
+    let name = NodeName::new(&environment.instance)
+        .map_err(|error| format!("`{}` as its name: {error:?}", environment.instance))?;
+    NodeBuilder::new()
+        .config(config)
+        .name(&name)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Service>()
+        .map_err(|error| format!("iceoryx2 makes no node: {error:?}"))
+}

@@ -1,0 +1,26 @@
+//! The suite that every backend passes.
+
+use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
+use std::path::PathBuf;
+
+struct Iceoryx2;
+
+impl rc_conformance::Subject for Iceoryx2 {
+    fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+        rc_iceoryx2::connect(environment)
+    }
+
+    /// Its root stays, and 16 bytes of shared memory; all else goes with the last end.
+    fn leftovers(&self, directory: &RunDirectory) -> Vec<PathBuf> {
+        let mut left = rc_iceoryx2::leftovers(directory);
+        left.retain(|path| !path.is_dir() && !path.to_string_lossy().ends_with("global_mgmt"));
+        left
+    }
+
+    fn wipe(&self, directory: &RunDirectory) {
+        rc_iceoryx2::wipe(directory).expect("to wipe");
+        assert!(rc_iceoryx2::leftovers(directory).is_empty());
+    }
+}
+
+rc_conformance::suite!(Iceoryx2);

@@ -1,0 +1,318 @@
+//! Commands and queries.
+
+use crate::hub::{self, lock};
+use rc_middleware::qos::REQUEST_QUEUE;
+use rc_middleware::{
+    CallError, Client, Endpoint, Environment, Header, Interrupt, OpenError, ReceiveError, Server,
+    wait,
+};
+use std::collections::VecDeque;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Longest wait before a stop is looked for: the wake-up of an interrupt can be meant for somebody else.
+const CYCLE: Duration = Duration::from_millis(50);
+
+/// Counts clients and servers.
+static PORTS: AtomicU64 = AtomicU64::new(1);
+
+/// Where clients and their server meet.
+#[derive(Default)]
+pub(crate) struct State {
+    server: Option<Registration>,
+    /// In the order in which they are served next.
+    queues: VecDeque<Queue>,
+}
+
+/// The server that is there.
+struct Registration {
+    port: u64,
+    holder: String,
+    signal: Interrupt,
+}
+
+/// What one client has sent and the server has not taken yet.
+struct Queue {
+    client: u64,
+    requests: VecDeque<Request>,
+    /// Whether the client is still there; what it has sent is served even if not.
+    open: bool,
+}
+
+struct Request {
+    header: Header,
+    body: Vec<u8>,
+    ticket: Option<Ticket>,
+}
+
+/// The server's side of a call that waits. A ticket that is dropped without an answer says so.
+struct Ticket {
+    slot: Arc<Mutex<Answer>>,
+    signal: Interrupt,
+}
+
+#[derive(Default)]
+enum Answer {
+    #[default]
+    Awaited,
+    Given(Vec<u8>),
+    Never,
+}
+
+impl Ticket {
+    fn answer(&self, answer: Answer) {
+        let mut slot = lock(&self.slot);
+        if matches!(*slot, Answer::Awaited) {
+            *slot = answer;
+            self.signal.wake();
+        }
+    }
+}
+
+impl Drop for Ticket {
+    fn drop(&mut self) {
+        self.answer(Answer::Never);
+    }
+}
+
+/// Opens the calling end of a connection.
+pub(crate) fn client(
+    environment: &Environment,
+    endpoint: &Endpoint,
+) -> Result<LocalClient, OpenError> {
+    let state = hub::calls(environment, endpoint)?;
+    let port = PORTS.fetch_add(1, Ordering::Relaxed);
+    let signal = hub::signal(endpoint)?;
+    lock(&state).queues.push_back(Queue {
+        client: port,
+        requests: VecDeque::new(),
+        open: true,
+    });
+    Ok(LocalClient {
+        address: endpoint.address.to_string(),
+        interrupt: environment.interrupt.clone(),
+        state,
+        port,
+        signal,
+    })
+}
+
+/// Opens the answering end of a connection.
+pub(crate) fn server(
+    environment: &Environment,
+    endpoint: &Endpoint,
+) -> Result<LocalServer, OpenError> {
+    let state = hub::calls(environment, endpoint)?;
+    let port = PORTS.fetch_add(1, Ordering::Relaxed);
+    let signal = hub::signal(endpoint)?;
+    let mut guard = lock(&state);
+    if let Some(server) = &guard.server {
+        return Err(OpenError::AddressTaken {
+            address: endpoint.address.to_string(),
+            holder: server.holder.clone(),
+        });
+    }
+    guard.server = Some(Registration {
+        port,
+        holder: format!("pid {} ({})", std::process::id(), environment.instance),
+        signal: signal.clone(),
+    });
+    drop(guard);
+    Ok(LocalServer { state, signal })
+}
+
+/// The calling end of a connection.
+pub(crate) struct LocalClient {
+    address: String,
+    interrupt: Interrupt,
+    state: Arc<Mutex<State>>,
+    port: u64,
+    signal: Interrupt,
+}
+
+impl LocalClient {
+    /// Puts a request into the queue; says which server is to answer it.
+    fn submit(&self, request: Request) -> Result<u64, CallError> {
+        let mut state = lock(&self.state);
+        let State { server, queues } = &mut *state;
+        let (Some(server), Some(queue)) = (
+            server,
+            queues.iter_mut().find(|queue| queue.client == self.port),
+        ) else {
+            return Err(CallError::NoServer(self.address.clone()));
+        };
+        if queue.requests.len() >= REQUEST_QUEUE {
+            return Err(CallError::QueueFull(self.address.clone()));
+        }
+        queue.requests.push_back(request);
+        server.signal.wake();
+        Ok(server.port)
+    }
+
+    /// Why a server that was asked never answered.
+    fn silence(&self, asked: u64) -> CallError {
+        let state = lock(&self.state);
+        if state.server.as_ref().map(|server| server.port) == Some(asked) {
+            CallError::Backend {
+                address: self.address.clone(),
+                reason: "the server took the request and gave no answer".to_owned(),
+            }
+        } else {
+            CallError::ServerDied(self.address.clone())
+        }
+    }
+}
+
+impl Client for LocalClient {
+    fn guid(&self) -> [u8; 16] {
+        let mut guid = [0; 16];
+        guid[..4].copy_from_slice(&std::process::id().to_be_bytes());
+        guid[8..].copy_from_slice(&self.port.to_be_bytes());
+        guid
+    }
+
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+        let request = Request {
+            header,
+            body: request.to_vec(),
+            ticket: None,
+        };
+        self.submit(request).map(|_| ())
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        reply: &mut Vec<u8>,
+    ) -> Result<(), CallError> {
+        reply.clear();
+        let end = Instant::now() + limit;
+        let slot = Arc::new(Mutex::new(Answer::default()));
+        let asked = self.submit(Request {
+            header,
+            body: request.to_vec(),
+            ticket: Some(Ticket {
+                slot: Arc::clone(&slot),
+                signal: self.signal.clone(),
+            }),
+        })?;
+        let mut interrupted = false;
+        loop {
+            self.signal.clear();
+            match std::mem::take(&mut *lock(&slot)) {
+                Answer::Given(answer) => {
+                    *reply = answer;
+                    return Ok(());
+                }
+                Answer::Never => return Err(self.silence(asked)),
+                Answer::Awaited => {}
+            }
+            if self.interrupt.is_stopping() {
+                return Err(CallError::Stopping);
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(CallError::Deadline {
+                    address: self.address.clone(),
+                    limit,
+                });
+            }
+            // The wake-up of somebody else stays where it is, and is not waited for again.
+            let descriptors = [self.signal.as_fd(), self.interrupt.as_fd()];
+            let waited = if interrupted { 1 } else { 2 };
+            interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
+        }
+    }
+
+    fn peers(&self) -> usize {
+        usize::from(lock(&self.state).server.is_some())
+    }
+}
+
+impl Drop for LocalClient {
+    fn drop(&mut self) {
+        let mut state = lock(&self.state);
+        for queue in &mut state.queues {
+            queue.open &= queue.client != self.port;
+        }
+        state.forget();
+    }
+}
+
+/// The answering end of a connection.
+pub(crate) struct LocalServer {
+    state: Arc<Mutex<State>>,
+    signal: Interrupt,
+}
+
+impl State {
+    /// Takes the next request; who was served waits until all others were.
+    fn next(&mut self) -> Option<Request> {
+        let at = self.queues.iter().position(|q| !q.requests.is_empty())?;
+        let mut queue = self.queues.remove(at)?;
+        let request = queue.requests.pop_front();
+        self.queues.push_back(queue);
+        self.forget();
+        request
+    }
+
+    /// Drops what clients that are gone have no use for.
+    fn forget(&mut self) {
+        self.queues
+            .retain(|queue| queue.open || !queue.requests.is_empty());
+    }
+}
+
+impl Server for LocalServer {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.signal.as_fd()
+    }
+
+    fn acknowledge(&mut self) {
+        self.signal.clear();
+    }
+
+    fn serve(
+        &mut self,
+        answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
+    ) -> Result<bool, ReceiveError> {
+        let request = lock(&self.state).next();
+        let Some(request) = request else {
+            return Ok(false);
+        };
+        let mut reply = Vec::new();
+        answer(request.header, &request.body, &mut reply);
+        if let Some(ticket) = request.ticket.filter(|_| !reply.is_empty()) {
+            ticket.answer(Answer::Given(reply));
+        }
+        Ok(true)
+    }
+
+    fn peers(&self) -> usize {
+        lock(&self.state)
+            .queues
+            .iter()
+            .filter(|queue| queue.open)
+            .count()
+    }
+}
+
+impl Drop for LocalServer {
+    fn drop(&mut self) {
+        let mut state = lock(&self.state);
+        state.server = None;
+        let abandoned: Vec<Request> = state
+            .queues
+            .iter_mut()
+            .flat_map(|queue| queue.requests.drain(..))
+            .collect();
+        state.forget();
+        drop(state);
+        // Only now, outside the lock, the clients that wait are told.
+        drop(abandoned);
+    }
+}

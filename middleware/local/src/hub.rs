@@ -1,0 +1,66 @@
+//! The table in which the ends of this process find each other.
+
+use crate::{calls, topic};
+use rc_middleware::{Address, Endpoint, Environment, Interrupt, OpenError, TypeIdentity};
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
+
+/// One kind of meeting points. Each lives as long as one of its ends.
+type Table<T> = HashMap<(String, Address), (TypeIdentity, Weak<Mutex<T>>)>;
+
+static TOPICS: LazyLock<Mutex<Table<topic::State>>> = LazyLock::new(Mutex::default);
+static CALLS: LazyLock<Mutex<Table<calls::State>>> = LazyLock::new(Mutex::default);
+
+/// Where the ends of a topic meet.
+pub(crate) fn topic(
+    environment: &Environment,
+    endpoint: &Endpoint,
+) -> Result<Arc<Mutex<topic::State>>, OpenError> {
+    meet(&TOPICS, environment, endpoint)
+}
+
+/// Where clients and their server meet.
+pub(crate) fn calls(
+    environment: &Environment,
+    endpoint: &Endpoint,
+) -> Result<Arc<Mutex<calls::State>>, OpenError> {
+    meet(&CALLS, environment, endpoint)
+}
+
+fn meet<T: Default>(
+    table: &Mutex<Table<T>>,
+    environment: &Environment,
+    endpoint: &Endpoint,
+) -> Result<Arc<Mutex<T>>, OpenError> {
+    let mut table = lock(table);
+    table.retain(|_, (_, state)| state.strong_count() > 0);
+    let key = (environment.network.clone(), endpoint.address.clone());
+    let found = table.get(&key);
+    if let Some((types, state)) = found.and_then(|(types, state)| Some((types, state.upgrade()?))) {
+        if *types == endpoint.types {
+            return Ok(state);
+        }
+        return Err(OpenError::TypeMismatch {
+            address: endpoint.address.to_string(),
+            ours: endpoint.types.to_string(),
+            theirs: types.to_string(),
+        });
+    }
+    let state = Arc::new(Mutex::new(T::default()));
+    let entry = (endpoint.types.clone(), Arc::downgrade(&state));
+    table.insert(key, entry);
+    Ok(state)
+}
+
+/// Locks; what is guarded here is whole even after a panic.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A descriptor to wake an end with.
+pub(crate) fn signal(endpoint: &Endpoint) -> Result<Interrupt, OpenError> {
+    Interrupt::new().map_err(|error| OpenError::Backend {
+        address: endpoint.address.to_string(),
+        reason: format!("no descriptor for it: {error}"),
+    })
+}

@@ -1,0 +1,52 @@
+//! The three patterns inside one process, between its threads: what tests use, and the plainest example of what a
+//! backend has to do. It passes the whole suite of `rc-conformance`.
+//!
+//! Ends meet by the name of their network and their address, in one table of the process.
+
+mod calls;
+mod hub;
+mod topic;
+
+use rc_middleware::{
+    Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
+};
+use std::time::Duration;
+
+/// The name of this middleware in the languages and on command lines.
+pub const NAME: &str = "local";
+
+/// Joins the network of `environment`.
+pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+    Ok(Box::new(Local {
+        environment: environment.clone(),
+    }))
+}
+
+struct Local {
+    environment: Environment,
+}
+
+impl Backend for Local {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        Ok(Box::new(topic::publisher(&self.environment, endpoint)?))
+    }
+
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        Ok(Box::new(topic::subscriber(&self.environment, endpoint)?))
+    }
+
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        Ok(Box::new(calls::client(&self.environment, endpoint)?))
+    }
+
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        Ok(Box::new(calls::server(&self.environment, endpoint)?))
+    }
+
+    /// What was sent is in the queues of the receivers already.
+    fn linger(&self, _limit: Duration) {}
+}
