@@ -1,4 +1,8 @@
 //! The user headers, which travel beside every body. iceoryx2 compares them by name, size and alignment.
+//!
+//! The body comes right behind its header; so that it is aligned to 16 bytes, as the memory image of a plain type
+//! wants it, the headers are aligned to 16 and their sizes are multiples of it. (The alignment of the payload, which
+//! could be set too, counts for each single byte of a `[u8]` in iceoryx2 0.10.0: 16 times the memory is reserved.)
 
 use iceoryx2::prelude::ZeroCopySend;
 use rc_middleware::Header;
@@ -14,6 +18,7 @@ const ONE_WAY: u32 = 1;
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("RcHeader1")]
 #[repr(C)]
+#[repr(align(16))]
 pub(crate) struct MessageHeader {
     version: u16,
     encoding: u16,
@@ -27,6 +32,7 @@ pub(crate) struct MessageHeader {
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("RcRequestHeader1")]
 #[repr(C)]
+#[repr(align(16))]
 pub(crate) struct RequestHeader {
     message: MessageHeader,
     client: [u8; 16],

@@ -3,9 +3,7 @@
 use crate::message::{MessageHeader, RequestHeader};
 use crate::session::Session;
 use iceoryx2::port::{client, listener, notifier, publisher, server, subscriber};
-use iceoryx2::prelude::{
-    Alignment, AttributeVerifier, MessagingPattern, SemanticString, ServiceName,
-};
+use iceoryx2::prelude::{AttributeVerifier, MessagingPattern, SemanticString, ServiceName};
 use iceoryx2::service::Service as _;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::builder;
@@ -148,8 +146,6 @@ pub(crate) fn calls(
             .request_response::<[u8], [u8]>()
             .request_user_header::<RequestHeader>()
             .response_user_header::<MessageHeader>()
-            .request_payload_alignment(alignment())
-            .response_payload_alignment(alignment())
             .enable_safe_overflow_for_requests(false)
             .enable_safe_overflow_for_responses(false)
             .enable_fire_and_forget_requests(true)
@@ -200,11 +196,6 @@ const NO_TYPES: TypeIdentity = TypeIdentity {
     hash: 0,
 };
 
-/// Where every body begins, so that a memory image of any plain type lies aligned.
-fn alignment() -> Alignment {
-    Alignment::new(16).expect("16 is a power of two")
-}
-
 fn topic_builder(
     session: &Session,
     service: &ServiceName,
@@ -214,7 +205,6 @@ fn topic_builder(
         .service_builder(service)
         .publish_subscribe::<[u8]>()
         .user_header::<MessageHeader>()
-        .payload_alignment(alignment())
         .enable_safe_overflow(true)
         .subscriber_max_borrowed_samples(1)
         .max_publishers(MAX_PUBLISHERS)

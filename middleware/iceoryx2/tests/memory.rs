@@ -1,0 +1,118 @@
+//! Where bodies lie in shared memory, and how much of it is used.
+
+use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
+use rc_middleware::{Backend, Environment, Interrupt, RunDirectory};
+use std::os::unix::fs::MetadataExt;
+
+/// A network of this process; wiped when it goes.
+struct Network(RunDirectory, Box<dyn Backend>);
+
+impl Network {
+    fn new(name: &str) -> Self {
+        let name = format!("{name}-{}", std::process::id());
+        let directory = RunDirectory::open(&name).expect("a run directory");
+        let backend = join(&directory);
+        Self(directory, backend)
+    }
+
+    /// Bytes of shared memory that exist.
+    fn used(&self) -> u64 {
+        let found = rc_iceoryx2::leftovers(&self.0);
+        let sizes = found.iter().filter_map(|path| path.metadata().ok());
+        sizes.map(|metadata| metadata.blocks() * 512).sum()
+    }
+}
+
+fn join(directory: &RunDirectory) -> Box<dyn Backend> {
+    let environment = Environment {
+        network: "memory".to_owned(),
+        instance: "both".to_owned(),
+        directory: directory.clone(),
+        interrupt: Interrupt::new().expect("an interrupt"),
+    };
+    rc_iceoryx2::connect(&environment).expect("the network")
+}
+
+impl Drop for Network {
+    fn drop(&mut self) {
+        rc_iceoryx2::wipe(&self.0).expect("to wipe");
+        self.0.remove().expect("to remove");
+    }
+}
+
+/// A plain type of any alignment up to 16 can be read where it lies.
+#[test]
+fn bodies_are_aligned() {
+    let network = Network::new("al");
+    let (backend, at) = (&network.1, endpoint("default/Laser/scan"));
+    let mut subscriber = backend.subscriber(&at).expect("a subscriber");
+    let mut publisher = backend.publisher(&at).expect("a publisher");
+    let mut server = backend.server(&at).expect("a server");
+    let mut client = backend.client(&at).expect("a client");
+    for size in (1..200).chain([5000, 70_000, 1 << 20]) {
+        let body = vec![0; size];
+        let aligned = |body: &[u8]| assert_eq!(body.as_ptr().addr() % 16, 0, "{size} bytes");
+        publisher.publish(header(1), &body).expect("to publish");
+        let received = subscriber.receive(&mut |_, body| aligned(body));
+        assert_eq!(received, Ok(true));
+        client.send(header(1), &body).expect("to be sent");
+        let served = server.serve(&mut |_, body, _| aligned(body));
+        assert_eq!(served, Ok(true));
+    }
+}
+
+/// Memory is reserved for the worst case, and exists for what is under way.
+#[test]
+fn memory_is_used_for_what_is_under_way() {
+    const MIB: usize = 1 << 20;
+    let network = Network::new("me");
+    let (backend, at) = (&network.1, endpoint("default/Camera/image"));
+    let mut subscriber = backend.subscriber(&at).expect("a subscriber");
+    let mut publisher = backend.publisher(&at).expect("a publisher");
+    let body = vec![1; MIB];
+    for _ in 0..300 {
+        publisher.publish(header(1), &body).expect("to publish");
+        receive(&mut *subscriber, 1);
+    }
+    let used = network.used();
+    assert!(
+        used < 4 * MIB as u64,
+        "{used} bytes for values that were read"
+    );
+    for _ in 0..300 {
+        publisher.publish(header(1), &body).expect("to publish");
+    }
+    let used = network.used();
+    assert!(
+        used < 16 * MIB as u64,
+        "{used} bytes for ten that are unread"
+    );
+    drop((publisher, subscriber));
+
+    let stop = Interrupt::new().expect("an interrupt");
+    let before = network.used();
+    std::thread::scope(|scope| {
+        let (stop, directory, at) = (&stop, &network.0, &at);
+        let mut clients: Vec<_> = (0..16)
+            .map(|_| network.1.client(at).expect("a client"))
+            .collect();
+        scope.spawn(move || {
+            let other = join(directory);
+            let mut server = other.server(at).expect("a server");
+            serve_until(&mut *server, stop, &|_, body, reply| {
+                reply.extend_from_slice(body)
+            });
+        });
+        let _stop = StopOnDrop(stop);
+        until("the server is there", || clients[0].peers() == 1);
+        let mut reply = Vec::new();
+        for _ in 0..10 {
+            for client in &mut clients {
+                let done = client.call(header(1), &body[..1000], LIMIT, &mut reply);
+                assert_eq!(done, Ok(()));
+            }
+        }
+        let used = network.used() - before;
+        assert!(used < 3 * MIB as u64, "{used} bytes for sixteen clients");
+    });
+}
