@@ -1,0 +1,130 @@
+//! The other end of the supervisor's socket: what `rcdeploy status` and `rcdeploy down` do.
+
+use crate::control;
+use crate::error::{Error, OrCannot};
+use crate::lines::LIMIT;
+use crate::plan::check_name;
+use crate::status::Status;
+use rc_middleware::RunDirectory;
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::time::{Duration, Instant};
+
+/// How long the supervisor may take to answer.
+const ANSWER_LIMIT: Duration = Duration::from_secs(3);
+/// The longest answer: a status may be longer than a line of a component.
+const ANSWER_LENGTH: u64 = 64 * LIMIT as u64;
+
+/// What the supervisor of a network says of it.
+pub fn status(network: &str) -> Result<Status, Error> {
+    let mut connection = Connection::open(network)?;
+    let answer = connection.ask("status")?;
+    serde_json::from_value(answer.clone()).map_err(|_| connection.strange(&answer))
+}
+
+/// Stops a network, and waits until it is down, at most for `limit`.
+pub fn down(network: &str, limit: Duration) -> Result<(), Error> {
+    let deadline = Instant::now() + limit;
+    let mut connection = Connection::open(network)?;
+    connection.ask("down")?;
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(Error::NotDown {
+                network: network.to_owned(),
+                limit,
+            });
+        }
+        let mut rest = [0; 64];
+        let stream = connection.stream.get_mut();
+        stream
+            .set_read_timeout(Some(left))
+            .or_cannot("limit the time of a read")?;
+        match stream.read(&mut rest) {
+            Ok(0) => return Ok(()),
+            // The supervisor was killed; its guard does the rest.
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => return Ok(()),
+            _ => {}
+        }
+    }
+}
+
+/// The networks of this user whose supervisor answers.
+pub fn networks() -> Vec<String> {
+    let mut names = RunDirectory::networks();
+    names.retain(|name| {
+        check_name("network", name).is_ok()
+            && UnixStream::connect(RunDirectory::of(name).socket(control::NAME)).is_ok()
+    });
+    names
+}
+
+struct Connection {
+    network: String,
+    stream: BufReader<UnixStream>,
+}
+
+impl Connection {
+    fn open(network: &str) -> Result<Self, Error> {
+        check_name("network", network)?;
+        let path = RunDirectory::of(network).socket(control::NAME);
+        let stream = match UnixStream::connect(&path) {
+            Ok(stream) => stream,
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::NotFound | ErrorKind::ConnectionRefused
+                ) =>
+            {
+                return Err(Error::NotUp {
+                    network: network.to_owned(),
+                    others: networks(),
+                });
+            }
+            Err(error) => {
+                return Err(error).or_cannot(format!("connect to {}", path.display()));
+            }
+        };
+        stream
+            .set_read_timeout(Some(ANSWER_LIMIT))
+            .and_then(|()| stream.set_write_timeout(Some(ANSWER_LIMIT)))
+            .or_cannot("limit the time of a call")?;
+        Ok(Self {
+            network: network.to_owned(),
+            stream: BufReader::new(stream),
+        })
+    }
+
+    fn ask(&mut self, method: &str) -> Result<Value, Error> {
+        let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": {}});
+        let line = format!("{request}\n");
+        let talking = || format!("talk to the supervisor of {}", self.network);
+        let what = talking();
+        self.stream
+            .get_mut()
+            .write_all(line.as_bytes())
+            .or_cannot(&what)?;
+        let mut line = String::new();
+        (&mut self.stream)
+            .take(ANSWER_LENGTH)
+            .read_line(&mut line)
+            .or_cannot(&what)?;
+        let answer: Value = serde_json::from_str(&line).unwrap_or(Value::String(line));
+        match answer.get("result") {
+            Some(result) => Ok(result.clone()),
+            None => Err(self.strange(&answer)),
+        }
+    }
+
+    fn strange(&self, answer: &Value) -> Error {
+        let mut answer = answer.to_string();
+        if let Some((end, _)) = answer.char_indices().nth(200) {
+            answer.truncate(end);
+        }
+        Error::Protocol {
+            network: self.network.clone(),
+            answer,
+        }
+    }
+}

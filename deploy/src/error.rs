@@ -1,0 +1,106 @@
+//! What can go wrong outside the components, each with what to do about it.
+
+use std::io;
+use std::time::Duration;
+
+/// Why a command of rcdeploy could not do its work.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The plan contradicts itself. Whoever made it should have seen that.
+    #[error("{0}")]
+    Plan(String),
+    /// Another supervisor runs this network.
+    #[error(
+        "network {network} is already up, supervised by process {pid}; end it with `rcdeploy down {network}`"
+    )]
+    AlreadyUp {
+        /// The network.
+        network: String,
+        /// The supervisor.
+        pid: i32,
+    },
+    /// The supervisor ended, but its guard still holds the network.
+    #[error(
+        "network {network} is still being cleaned up after its supervisor ended; try again in a moment"
+    )]
+    CleaningUp {
+        /// The network.
+        network: String,
+    },
+    /// No supervisor answers for this network.
+    #[error("network {network} is not up{}", named(.others))]
+    NotUp {
+        /// The network.
+        network: String,
+        /// The networks that are up.
+        others: Vec<String>,
+    },
+    /// The supervisor was asked to stop, and is not done in time.
+    #[error(
+        "network {network} is still stopping after {limit:?}; `rcdeploy status {network}` shows which components are left"
+    )]
+    NotDown {
+        /// The network.
+        network: String,
+        /// How long it was waited for.
+        limit: Duration,
+    },
+    /// The second process, which cleans up after the supervisor, does not start.
+    #[error("the guard process does not start: {0}")]
+    Guard(String),
+    /// The supervisor's answer is not what this version expects.
+    #[error("the supervisor of network {network} answers with {answer}; is it of another version?")]
+    Protocol {
+        /// The network.
+        network: String,
+        /// What it said.
+        answer: String,
+    },
+    /// There is no log to show.
+    #[error("there is no log {what}; `rcdeploy status` names the components of a network")]
+    NoLog {
+        /// The file or folder.
+        what: String,
+    },
+    /// The system refused something.
+    #[error("cannot {action}: {source}")]
+    System {
+        /// What was tried, as in "cannot …".
+        action: String,
+        /// The reason.
+        source: io::Error,
+    },
+}
+
+impl Error {
+    /// The exit code of the command: 1 for a wrong plan, else 3.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Plan(_) => 1,
+            _ => 3,
+        }
+    }
+}
+
+fn named(names: &[String]) -> String {
+    if names.is_empty() {
+        "; no network is".to_owned()
+    } else {
+        format!("; these are: {}", names.join(", "))
+    }
+}
+
+/// Gives an error of the system its context, as in `.or_cannot("open the log")`.
+pub(crate) trait OrCannot<T> {
+    fn or_cannot(self, action: impl Into<String>) -> Result<T, Error>;
+}
+
+impl<T, E: Into<io::Error>> OrCannot<T> for Result<T, E> {
+    fn or_cannot(self, action: impl Into<String>) -> Result<T, Error> {
+        self.map_err(|source| Error::System {
+            action: action.into(),
+            source: source.into(),
+        })
+    }
+}

@@ -1,0 +1,263 @@
+//! What is to run: plain data, made from a `.ddsl` by someone else, checked once more here.
+
+use crate::Error;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The names that files of rcdeploy itself have beside those of the components.
+const RESERVED: [&str; 2] = ["rcdeploy", "rcdeploy-guard"];
+
+/// A network that is to be started.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Its name.
+    pub network: String,
+    /// The file that describes it, for people.
+    pub ddsl: PathBuf,
+    /// Its components, in the order of their start.
+    pub components: Vec<Component>,
+}
+
+/// One process of the network.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Component {
+    /// Its name, unique in the network; dotted if it is in a group.
+    pub name: String,
+    /// What is run.
+    pub executable: PathBuf,
+    /// With which arguments.
+    #[serde(default)]
+    pub args: Vec<String>,
+    /// Environment, in addition to that of rcdeploy.
+    #[serde(default)]
+    pub env: BTreeMap<String, String>,
+    /// The working directory.
+    pub directory: PathBuf,
+    /// The components that must be ready before this one starts.
+    #[serde(default)]
+    pub after: Vec<String>,
+    /// How long it may take from its start until it is ready.
+    #[serde(default = "default_ready")]
+    pub ready: Duration,
+    /// How long it may take to end when it is asked to.
+    #[serde(default = "default_stop")]
+    pub stop: Duration,
+    /// The middleware that it was generated for, for people.
+    #[serde(default)]
+    pub middleware: String,
+}
+
+fn default_ready() -> Duration {
+    Duration::from_secs(10)
+}
+
+fn default_stop() -> Duration {
+    Duration::from_secs(3)
+}
+
+impl Component {
+    /// A component with the default limits, which runs in `directory` and needs nothing.
+    pub fn new(
+        name: impl Into<String>,
+        executable: impl Into<PathBuf>,
+        directory: impl Into<PathBuf>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            executable: executable.into(),
+            args: Vec::new(),
+            env: BTreeMap::new(),
+            directory: directory.into(),
+            after: Vec::new(),
+            ready: default_ready(),
+            stop: default_stop(),
+            middleware: String::new(),
+        }
+    }
+}
+
+impl Plan {
+    /// Checks what the supervisor relies on: names that can be file names, no name twice, `after` names components.
+    pub fn check(&self) -> Result<(), Error> {
+        check_name("network", &self.network)?;
+        let mut names = BTreeSet::new();
+        for component in &self.components {
+            check_name("component", &component.name)?;
+            if !names.insert(component.name.as_str()) {
+                let message = format!(
+                    "two components of {} are called {}",
+                    self.network, component.name
+                );
+                return Err(Error::Plan(message));
+            }
+        }
+        for component in &self.components {
+            let unknown = component
+                .after
+                .iter()
+                .find(|name| !names.contains(name.as_str()));
+            if let Some(unknown) = unknown {
+                let message = format!(
+                    "{} starts after {unknown}, which is no component of {}",
+                    component.name, self.network
+                );
+                return Err(Error::Plan(message));
+            }
+        }
+        Ok(())
+    }
+
+    /// The longest time that an `up` of this plan may take until it succeeds or has failed and stopped everything.
+    pub fn start_limit(&self) -> Duration {
+        let components: Duration = self.components.iter().map(|c| c.ready + c.stop).sum();
+        components + Duration::from_secs(15)
+    }
+
+    /// The longest time that stopping this plan may take.
+    pub fn stop_limit(&self) -> Duration {
+        let components: Duration = self.components.iter().map(|c| c.stop).sum();
+        components + Duration::from_secs(10)
+    }
+
+    /// For each component, the indices of those that must be ready before it starts.
+    ///
+    /// Components that need each other, directly or through others, form a group: they start together, as soon as
+    /// everything is ready that any of them needs from outside the group.
+    pub(crate) fn needs(&self) -> Vec<BTreeSet<usize>> {
+        let index: HashMap<&str, usize> = self
+            .components
+            .iter()
+            .enumerate()
+            .map(|(i, c)| (c.name.as_str(), i))
+            .collect();
+        let direct: Vec<BTreeSet<usize>> = self
+            .components
+            .iter()
+            .map(|c| {
+                c.after
+                    .iter()
+                    .filter_map(|n| index.get(n.as_str()).copied())
+                    .collect()
+            })
+            .collect();
+        let reached: Vec<BTreeSet<usize>> =
+            (0..direct.len()).map(|i| reachable(&direct, i)).collect();
+        (0..direct.len())
+            .map(|i| {
+                let group: BTreeSet<usize> = reached[i]
+                    .iter()
+                    .copied()
+                    .filter(|&j| reached[j].contains(&i))
+                    .chain([i])
+                    .collect();
+                let all: BTreeSet<usize> = group
+                    .iter()
+                    .flat_map(|&j| direct[j].iter().copied())
+                    .collect();
+                all.difference(&group).copied().collect()
+            })
+            .collect()
+    }
+}
+
+fn reachable(edges: &[BTreeSet<usize>], from: usize) -> BTreeSet<usize> {
+    let mut seen = BTreeSet::new();
+    let mut left = vec![from];
+    while let Some(node) = left.pop() {
+        left.extend(
+            edges[node]
+                .iter()
+                .copied()
+                .filter(|&next| seen.insert(next)),
+        );
+    }
+    seen
+}
+
+/// Names become files in folders that are removed as a whole: nothing that leads elsewhere is let through.
+pub(crate) fn check_name(kind: &str, name: &str) -> Result<(), Error> {
+    let fine = !name.is_empty()
+        && name.len() <= 64
+        && !name.starts_with(['.', '-'])
+        && name
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.'));
+    if !fine {
+        return Err(Error::Plan(format!(
+            "`{name}` cannot be the name of a {kind}: up to 64 letters, digits, `_`, `-` and `.`, the first no `.` or `-`"
+        )));
+    }
+    if RESERVED.contains(&name) {
+        return Err(Error::Plan(format!(
+            "the name {name} is reserved; choose another one for the {kind}"
+        )));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(components: &[(&str, &[&str])]) -> Plan {
+        let components = components
+            .iter()
+            .map(|(name, after)| Component {
+                after: after.iter().map(|&n| n.to_owned()).collect(),
+                ..Component::new(*name, "/bin/true", "/")
+            })
+            .collect();
+        Plan {
+            network: "net".to_owned(),
+            ddsl: "net.ddsl".into(),
+            components,
+        }
+    }
+
+    fn needs(components: &[(&str, &[&str])]) -> Vec<Vec<usize>> {
+        let plan = plan(components);
+        plan.check().expect("a valid plan");
+        plan.needs()
+            .into_iter()
+            .map(|set| set.into_iter().collect())
+            .collect()
+    }
+
+    #[test]
+    fn a_chain_starts_one_by_one() {
+        let chain = needs(&[("a", &[]), ("b", &["a"]), ("c", &["b", "a"])]);
+        assert_eq!(chain, [vec![], vec![0], vec![0, 1]]);
+    }
+
+    #[test]
+    fn a_cycle_starts_together_after_what_any_of_it_needs() {
+        let cycle = needs(&[
+            ("base", &[]),
+            ("a", &["b", "base"]),
+            ("b", &["c"]),
+            ("c", &["a"]),
+            ("top", &["c"]),
+        ]);
+        assert_eq!(cycle, [vec![], vec![0], vec![0], vec![0], vec![3]]);
+        assert_eq!(needs(&[("self", &["self"])]), [Vec::<usize>::new()]);
+    }
+
+    #[test]
+    fn a_wrong_plan_is_refused_by_name() {
+        let message =
+            |components: &[(&str, &[&str])]| plan(components).check().unwrap_err().to_string();
+        assert!(message(&[("a", &["b"])]).contains("a starts after b"));
+        assert!(message(&[("a", &[]), ("a", &[])]).contains("called a"));
+        assert!(message(&[("../a", &[])]).contains("`../a`"));
+        assert!(message(&[("rcdeploy", &[])]).contains("reserved"));
+    }
+
+    #[test]
+    fn limits_have_defaults_in_json() {
+        let text = r#"{"network":"n","ddsl":"n.ddsl","components":[{"name":"a","executable":"/x","directory":"/"}]}"#;
+        let plan: Plan = serde_json::from_str(text).expect("a plan");
+        assert_eq!(plan.components[0], Component::new("a", "/x", "/"));
+    }
+}

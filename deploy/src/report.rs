@@ -1,0 +1,134 @@
+//! How events reach people and programs.
+//!
+//! A thread of its own writes, because a terminal that was paused or a pipe that nobody reads must not stop the
+//! supervision. What comes faster than it can be written is left out, and counted.
+
+use crate::events::{Event, Severity};
+use std::cell::Cell;
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::AsFd;
+use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::time::Duration;
+
+/// How many records may wait to be written.
+const WAITING: usize = 1024;
+/// How long the end of the program waits for them.
+const FLUSH_LIMIT: Duration = Duration::from_secs(1);
+
+/// In which form events are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// Lines for people: what components print on standard output, all else on standard error.
+    #[default]
+    Human,
+    /// One JSON object a line on standard output, lines of components too (code `log`).
+    Json,
+}
+
+/// Where events are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Output {
+    /// On standard output and standard error.
+    Streams,
+    /// All on standard error, which is a log file.
+    Log,
+}
+
+enum Record {
+    Out(String),
+    Err(String),
+    Flush(SyncSender<()>),
+}
+
+/// Takes events, never blocks.
+#[derive(Debug)]
+pub(crate) struct Reporter {
+    sender: SyncSender<Record>,
+    format: Format,
+    output: Output,
+    width: usize,
+    dropped: Cell<u64>,
+}
+
+impl Reporter {
+    /// Starts the thread. `width` is the length of the longest name of a component.
+    pub(crate) fn start(format: Format, output: Output, width: usize) -> io::Result<Self> {
+        let out = File::from(io::stdout().as_fd().try_clone_to_owned()?);
+        let err = File::from(io::stderr().as_fd().try_clone_to_owned()?);
+        let (sender, receiver) = mpsc::sync_channel(WAITING);
+        std::thread::Builder::new()
+            .name("report".to_owned())
+            .spawn(move || write(&receiver, &out, &err))?;
+        Ok(Self {
+            sender,
+            format,
+            output,
+            width,
+            dropped: Cell::new(0),
+        })
+    }
+
+    /// Writes one event.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "an event is reported once, at the place where it is made"
+    )]
+    pub(crate) fn event(&self, event: Event) {
+        match self.format {
+            Format::Human => self.send(Record::Err(format!("{event}\n"))),
+            Format::Json => self.json(&event),
+        }
+    }
+
+    /// Writes a line that a component printed.
+    pub(crate) fn log_line(&self, component: &str, line: &str) {
+        match self.format {
+            Format::Human => {
+                let width = self.width;
+                self.send(Record::Out(format!("{component:width$} | {line}\n")));
+            }
+            Format::Json => self.json(&Event::component(component, Severity::Info, "log", line)),
+        }
+    }
+
+    fn json(&self, event: &Event) {
+        self.send(Record::Out(event.json_line()));
+    }
+
+    fn send(&self, record: Record) {
+        let dropped = self.dropped.get();
+        if dropped > 0 {
+            let note = format!("warning: {dropped} lines were left out here\n");
+            if self.sender.try_send(Record::Err(note)).is_ok() {
+                self.dropped.set(0);
+            }
+        }
+        let record = match (self.output, record) {
+            (Output::Log, Record::Out(text)) => Record::Err(text),
+            (_, record) => record,
+        };
+        if self.sender.try_send(record).is_err() {
+            self.dropped.set(self.dropped.get() + 1);
+        }
+    }
+
+    /// Waits until all is written, boundedly.
+    pub(crate) fn flush(&self) {
+        let (done, written) = mpsc::sync_channel(1);
+        if self.sender.try_send(Record::Flush(done)).is_ok() {
+            let _ = written.recv_timeout(FLUSH_LIMIT);
+        }
+    }
+}
+
+fn write(records: &Receiver<Record>, mut out: &File, mut err: &File) {
+    // Whoever closed these streams does not want to read them.
+    for record in records {
+        match record {
+            Record::Out(text) => drop(out.write_all(text.as_bytes())),
+            Record::Err(text) => drop(err.write_all(text.as_bytes())),
+            Record::Flush(done) => drop(done.send(())),
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! What `rcdeploy status` shows, as it travels from the supervisor.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::PathBuf;
+
+/// Where a component is in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// Not started yet: others must be ready first.
+    Waiting,
+    /// It runs, and is not ready yet.
+    Starting,
+    /// It does its work.
+    Running,
+    /// It runs, and says that it cannot do its work.
+    Emergency,
+    /// It was asked to end, or ends by itself.
+    Stopping,
+    /// It ended with status 0, or because it was asked to.
+    Done,
+    /// It ended in another way.
+    Failed,
+    /// It runs, and its loop has not turned for a while.
+    Hung,
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Waiting => "waiting",
+            Self::Starting => "starting",
+            Self::Running => "running",
+            Self::Emergency => "emergency",
+            Self::Stopping => "stopping",
+            Self::Done => "done",
+            Self::Failed => "failed",
+            Self::Hung => "hung",
+        })
+    }
+}
+
+/// A network that is up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Its name.
+    pub network: String,
+    /// Its supervisor.
+    pub pid: i32,
+    /// The process that cleans up after the supervisor.
+    pub guard: Option<i32>,
+    /// The file that it was started from.
+    pub ddsl: PathBuf,
+    /// Its components, in the order of their start.
+    pub components: Vec<ComponentStatus>,
+}
+
+/// One component of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComponentStatus {
+    /// Its name.
+    pub name: String,
+    /// Where it is in its life.
+    pub state: State,
+    /// Its process, while it runs.
+    pub pid: Option<i32>,
+    /// Seconds since its start, while it runs.
+    pub uptime_s: Option<f64>,
+    /// Whether it has reported ready.
+    pub ready: bool,
+    /// The middleware that it was generated for.
+    pub middleware: String,
+    /// What is run.
+    pub executable: PathBuf,
+    /// What it printed.
+    pub log: PathBuf,
+    /// How often it was started again.
+    pub restarts: u32,
+    /// How it ended.
+    pub exit: Option<String>,
+}
+
+impl fmt::Display for Status {
+    /// A table for people.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "network {} from {}, supervised by process {}",
+            self.network,
+            self.ddsl.display(),
+            self.pid
+        )?;
+        let width = self.components.iter().map(|c| c.name.len()).max();
+        let width = width.unwrap_or(0).max(9);
+        writeln!(
+            f,
+            "{:width$}  {:9}  {:>8}  {:>9}  {:10}",
+            "component", "state", "pid", "up", "middleware"
+        )?;
+        for component in &self.components {
+            let pid = component
+                .pid
+                .map_or_else(String::new, |pid| pid.to_string());
+            let up = component
+                .uptime_s
+                .map_or_else(String::new, |s| format!("{s:.1} s"));
+            write!(
+                f,
+                "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
+                component.name, component.state, component.middleware
+            )?;
+            match &component.exit {
+                Some(exit) => writeln!(f, "  {exit}")?,
+                None => writeln!(f)?,
+            }
+        }
+        Ok(())
+    }
+}

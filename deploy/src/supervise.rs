@@ -1,0 +1,491 @@
+//! The loop: one thread, one `poll`, which starts, watches and stops the units of a plan.
+
+use crate::control::{self, Call, Control};
+use crate::detach::Starter;
+use crate::error::{Error, OrCannot};
+use crate::events::{Event, Severity};
+use crate::guard::{Guard, GuardCommand};
+use crate::held::Held;
+use crate::lock::Lock;
+use crate::logs;
+use crate::plan::Plan;
+use crate::process::{Identity, Mark};
+use crate::relay::Relay;
+use crate::report::Reporter;
+use crate::signals::Signals;
+use crate::status::Status;
+use crate::unit::{Overdue, Unit, until};
+use crate::up::{Options, Outcome};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::collections::BTreeSet;
+use std::io;
+use std::os::fd::AsFd;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// How often a guard that ends is started anew.
+const GUARD_STARTS: u32 = 5;
+
+/// Why the network ends.
+#[derive(Debug)]
+enum Ending {
+    Asked,
+    Failed(String),
+}
+
+/// What the loop waits for.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Signals,
+    Starter,
+    Relay,
+    Listener,
+    Client(u64),
+    Guard,
+    Link(usize),
+    Process(usize),
+}
+
+/// A network while it is up.
+pub(crate) struct Supervisor<'p> {
+    plan: &'p Plan,
+    report: &'p Reporter,
+    units: Vec<Unit>,
+    /// Whom each unit waits for.
+    needs: Vec<BTreeSet<usize>>,
+    /// What runs, as it is written to the run directory.
+    held: Held,
+    lock: Lock,
+    guard_command: GuardCommand,
+    guard_log: PathBuf,
+    guard: Option<Guard>,
+    guard_starts: u32,
+    control: Control,
+    signals: Signals,
+    relay: Option<Relay>,
+    starter: Option<Starter>,
+    is_up: bool,
+    /// Units that failed after they were ready.
+    failed: Vec<String>,
+    ending: Option<Ending>,
+}
+
+impl<'p> Supervisor<'p> {
+    /// Makes all that the loop needs; nothing is started yet but the guard.
+    pub(crate) fn new(
+        plan: &'p Plan,
+        options: &Options,
+        lock: Lock,
+        report: &'p Reporter,
+    ) -> Result<Self, Error> {
+        let log_directory = logs::open_directory(&plan.network)?;
+        let guard_log = logs::file(&log_directory, logs::GUARD);
+        let supervisor_log = logs::file(&log_directory, logs::SUPERVISOR);
+        let units: Vec<Unit> = plan
+            .components
+            .iter()
+            .map(|c| Unit::new(c.clone(), logs::file(&log_directory, &c.name)))
+            .collect();
+        let written = units.iter().map(|unit| &unit.log);
+        for path in written.chain([&guard_log, &supervisor_log]) {
+            logs::clear(path).or_cannot(format!("write {}", path.display()))?;
+        }
+        let relay = options
+            .relay
+            .then(|| {
+                let logs = units.iter().map(|u| (u.name().to_owned(), u.log.clone()));
+                Relay::new(&log_directory, logs)
+            })
+            .transpose()
+            .or_cannot("follow the logs")?;
+        let signals = Signals::new().or_cannot("listen to signals")?;
+        let own = Identity::own().ok_or_else(|| io::Error::from(io::ErrorKind::Unsupported));
+        let own = own.or_cannot("read /proc/self/stat")?;
+        let held = Held::new(Mark::new(&plan.network, own));
+        held.write(lock.directory())
+            .or_cannot("write to the run directory")?;
+        let socket = lock.directory().socket(control::NAME);
+        let control =
+            Control::listen(&socket).or_cannot(format!("listen at {}", socket.display()))?;
+        let guard_command = match &options.guard {
+            Some(command) => command.clone(),
+            None => GuardCommand::own().or_cannot("find out which program this is")?,
+        };
+        let mut guard = Guard::start(&guard_command, &plan.network, &lock, &guard_log, &held)?;
+        guard.await_ready()?;
+        Ok(Self {
+            plan,
+            report,
+            units,
+            needs: plan.needs(),
+            held,
+            lock,
+            guard_command,
+            guard_log,
+            guard: Some(guard),
+            guard_starts: 1,
+            control,
+            signals,
+            relay,
+            starter: None,
+            is_up: false,
+            failed: Vec::new(),
+            ending: None,
+        })
+    }
+
+    /// With someone who waits for the word that it is up.
+    pub(crate) fn with(self, starter: Option<Starter>) -> Self {
+        Self { starter, ..self }
+    }
+
+    /// Starts the units and keeps them until they end or are to end.
+    pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
+        loop {
+            self.start_what_may();
+            self.stop_what_may();
+            self.note_up();
+            let alive = self.units.iter().any(Unit::is_alive);
+            let to_come = self.ending.is_none() && self.units.iter().any(Unit::is_waiting);
+            if !alive && !to_come {
+                return self.finish(cleanup);
+            }
+            for source in self.wait() {
+                self.turn(source);
+            }
+            self.look_at_the_clock();
+        }
+    }
+
+    fn network_event(&self, severity: Severity, code: &'static str, message: impl Into<String>) {
+        self.report.event(Event::network(severity, code, message));
+    }
+
+    fn start_what_may(&mut self) {
+        for i in 0..self.units.len() {
+            let may = self.needs[i].iter().all(|&j| self.units[j].is_ready());
+            if self.ending.is_none() && may && self.units[i].is_waiting() {
+                self.start(i);
+            }
+        }
+    }
+
+    fn start(&mut self, i: usize) {
+        let unit = &mut self.units[i];
+        unit.event(self.report, Severity::Info, "starting", "starting");
+        match unit.start(&self.held.mark) {
+            Ok(()) => {
+                self.held.components.extend(unit.held());
+                self.write_held();
+                if let (Some(guard), Some(held)) = (&mut self.guard, self.units[i].held()) {
+                    guard.started(&held);
+                }
+            }
+            Err(reason) => self.fail(i, &reason),
+        }
+    }
+
+    /// The next `up` needs this only if supervisor and guard are both killed.
+    fn write_held(&self) {
+        if let Err(error) = self.held.write(self.lock.directory()) {
+            let text = format!("cannot write to the run directory: {error}");
+            self.network_event(Severity::Warning, "not-written", text);
+        }
+    }
+
+    /// A component did not get ready: there will be no network.
+    fn fail(&mut self, i: usize, reason: &str) {
+        let unit = &self.units[i];
+        let text = unit.failure(reason);
+        unit.event(self.report, Severity::Error, "start-failed", text.clone());
+        let message = format!("{}: {text}", unit.name());
+        self.stop(Ending::Failed(message), "a component did not start");
+    }
+
+    fn stop(&mut self, ending: Ending, why: &str) {
+        if self.ending.is_none() {
+            self.ending = Some(ending);
+            self.network_event(Severity::Info, "stopping", format!("stopping: {why}"));
+        }
+    }
+
+    /// Dependents first: a unit is asked when all that need it have ended.
+    fn stop_what_may(&mut self) {
+        if self.ending.is_none() {
+            return;
+        }
+        for i in 0..self.units.len() {
+            let alive = |j: usize| self.needs[j].contains(&i) && self.units[j].is_alive();
+            if !(0..self.units.len()).any(alive) {
+                self.units[i].ask_to_stop();
+            }
+        }
+    }
+
+    fn note_up(&mut self) {
+        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::is_ready) {
+            self.is_up = true;
+            let text = format!("network {} is up", self.plan.network);
+            self.network_event(Severity::Info, "up", text);
+            if let Some(starter) = self.starter.take() {
+                starter.up();
+            }
+        }
+    }
+
+    /// Waits until something happens, and says what. Links come before processes: last words count.
+    fn wait(&self) -> Vec<Source> {
+        let mut polled: Vec<PollFd<'_>> = Vec::new();
+        let mut sources = Vec::new();
+        let mut add = |source, descriptor, flags| {
+            polled.push(PollFd::from_borrowed_fd(descriptor, flags));
+            sources.push(source);
+        };
+        add(Source::Signals, self.signals.descriptor(), PollFlags::IN);
+        add(
+            Source::Listener,
+            self.control.listener().as_fd(),
+            PollFlags::IN,
+        );
+        if let Some(starter) = &self.starter {
+            add(Source::Starter, starter.descriptor().as_fd(), PollFlags::IN);
+        }
+        if let Some(watch) = self.relay.as_ref().and_then(Relay::descriptor) {
+            add(Source::Relay, watch.as_fd(), PollFlags::IN);
+        }
+        if let Some(guard) = &self.guard {
+            add(Source::Guard, guard.descriptor().as_fd(), PollFlags::IN);
+        }
+        for client in self.control.clients() {
+            let flags = if client.has_output() {
+                PollFlags::IN | PollFlags::OUT
+            } else {
+                PollFlags::IN
+            };
+            add(Source::Client(client.number), client.stream.as_fd(), flags);
+        }
+        for (i, unit) in self.units.iter().enumerate() {
+            if let Some(link) = unit.link() {
+                add(Source::Link(i), link.as_fd(), PollFlags::IN);
+            }
+        }
+        for (i, unit) in self.units.iter().enumerate() {
+            if let Some(process) = unit.process() {
+                add(Source::Process(i), process.as_fd(), PollFlags::IN);
+            }
+        }
+        let units = self.units.iter().filter_map(Unit::deadline);
+        let relay = self.relay.as_ref().and_then(Relay::deadline);
+        let deadline = units.chain(relay).min();
+        // A limit that no Timespec can hold is none.
+        let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
+        match poll(&mut polled, timeout.as_ref()) {
+            Ok(_) => polled
+                .iter()
+                .zip(sources)
+                .filter(|(fd, _)| !fd.revents().is_empty())
+                .map(|(_, source)| source)
+                .collect(),
+            // Interrupted, or short of memory for a moment.
+            Err(error) => {
+                if error != rustix::io::Errno::INTR {
+                    std::thread::sleep(Duration::from_millis(10));
+                }
+                Vec::new()
+            }
+        }
+    }
+
+    fn turn(&mut self, source: Source) {
+        match source {
+            Source::Signals => self.signalled(),
+            Source::Starter => {
+                self.starter = None;
+                self.stop(Ending::Asked, "whoever started this is gone");
+            }
+            Source::Relay => {
+                if let Some(relay) = &mut self.relay {
+                    relay.wake();
+                }
+            }
+            Source::Listener => self.control.accept(),
+            Source::Client(number) => self.serve(number),
+            Source::Guard => self.guard_ended(),
+            Source::Link(i) => {
+                self.units[i].read_link(self.report);
+                // A process that ends closes its link as well; it is told apart by its end, in this very turn.
+                if self.units[i].link().is_none() && !self.has_ended(i) {
+                    self.units[i].report_closed_link(self.report);
+                }
+            }
+            Source::Process(i) => self.unit_ended(i),
+        }
+    }
+
+    fn has_ended(&self, i: usize) -> bool {
+        let process = self.units[i].process();
+        // A process closes its files a moment before its end is told.
+        process.is_none_or(|fd| {
+            crate::process::first_readable([fd], Duration::from_millis(20)).is_some()
+        })
+    }
+
+    fn signalled(&mut self) {
+        for _ in 0..self.signals.take() {
+            if self.ending.is_none() {
+                self.stop(Ending::Asked, "interrupted; once more kills at once");
+            } else {
+                self.network_event(Severity::Warning, "stopping", "interrupted again: killing");
+                self.units.iter_mut().for_each(Unit::kill);
+            }
+        }
+    }
+
+    fn serve(&mut self, number: u64) {
+        for request in self.control.turn(number) {
+            match request.call {
+                Call::Status => {
+                    let status = self.status();
+                    self.control.answer_status(&request, &status);
+                }
+                Call::Down => {
+                    self.control.answer_down(&request);
+                    self.stop(Ending::Asked, "asked by `rcdeploy down`");
+                }
+            }
+        }
+    }
+
+    fn status(&self) -> Status {
+        Status {
+            network: self.plan.network.clone(),
+            pid: std::process::id() as i32,
+            guard: self.guard.as_ref().map(Guard::pid),
+            ddsl: self.plan.ddsl.clone(),
+            components: self.units.iter().map(Unit::status).collect(),
+        }
+    }
+
+    fn guard_ended(&mut self) {
+        let Some(guard) = self.guard.take() else {
+            return;
+        };
+        let how = guard.reap();
+        if self.guard_starts >= GUARD_STARTS {
+            let text = format!(
+                "the guard process ended again ({how}) and is not started any more; see {}",
+                self.guard_log.display()
+            );
+            return self.network_event(Severity::Error, "guard-lost", text);
+        }
+        self.guard_starts += 1;
+        let text = format!("the guard process ended ({how}); a new one is started");
+        self.network_event(Severity::Warning, "guard-ended", text);
+        let started = Guard::start(
+            &self.guard_command,
+            &self.plan.network,
+            &self.lock,
+            &self.guard_log,
+            &self.held,
+        );
+        match started {
+            Ok(guard) => self.guard = Some(guard),
+            Err(error) => self.network_event(Severity::Error, "guard-lost", error.to_string()),
+        }
+    }
+
+    fn unit_ended(&mut self, i: usize) {
+        let asked = self.units[i].is_asked_to_stop();
+        let Some(end) = self.units[i].end(self.report) else {
+            return;
+        };
+        self.forget(i);
+        let unit = &self.units[i];
+        // Policies of restart belong here: whether, when and how often `self.start(i)` follows, for a unit that
+        // was not asked to end. `Unit::start` already sets back what belongs to one run.
+        if !asked && !unit.is_ready() && self.ending.is_none() {
+            return self.fail(i, &format!("ended before it was ready: {}", end.text));
+        }
+        let text = format!("ended: {}", end.text);
+        if end.done {
+            unit.event(self.report, Severity::Info, "exited", text);
+        } else if asked {
+            unit.event(self.report, Severity::Warning, "exited", text);
+        } else {
+            let text = unit.failure(&text);
+            unit.event(self.report, Severity::Error, "exited", text);
+            self.failed.push(unit.name().to_owned());
+        }
+    }
+
+    fn forget(&mut self, i: usize) {
+        let name = self.units[i].name();
+        let found = self.held.components.iter().position(|c| c.name == name);
+        let Some(index) = found else { return };
+        let held = self.held.components.remove(index);
+        self.write_held();
+        if let Some(guard) = &mut self.guard {
+            guard.ended(held.process.pid);
+        }
+    }
+
+    fn look_at_the_clock(&mut self) {
+        let now = Instant::now();
+        if let Some(relay) = &mut self.relay {
+            relay.show(now, self.report);
+        }
+        for i in 0..self.units.len() {
+            match self.units[i].check(now, self.report) {
+                Overdue::Nothing => {}
+                Overdue::NotReady if self.ending.is_none() => {
+                    let limit = self.units[i].component.ready;
+                    self.fail(i, &format!("was not ready within {limit:?}"));
+                }
+                // It is stopped when it is its turn; until then its limit is no news.
+                Overdue::NotReady => self.units[i].ask_to_stop(),
+                Overdue::NotKilled => self.failed.push(self.units[i].name().to_owned()),
+            }
+        }
+    }
+
+    /// All processes have ended.
+    fn finish(mut self, cleanup: &dyn Fn()) -> Outcome {
+        if let Some(relay) = &mut self.relay {
+            relay.finish(self.report);
+        }
+        let left = self.held.mark.sweep();
+        if left > 0 {
+            let text = format!("killed {left} processes that components had left behind");
+            self.network_event(Severity::Warning, "left-over", text);
+        }
+        cleanup();
+        if let Err(error) = self.lock.remove_directory() {
+            let path = self.lock.directory().path().display();
+            let text = format!("cannot remove {path}: {error}");
+            self.network_event(Severity::Warning, "not-cleaned", text);
+        }
+        if let Some(guard) = self.guard.take() {
+            guard.dismiss();
+        }
+        let network = &self.plan.network;
+        self.network_event(Severity::Info, "down", format!("network {network} is down"));
+        self.report.flush();
+        let outcome = match (self.ending.take(), &self.failed[..]) {
+            (Some(Ending::Failed(message)), _) => Outcome::Failed(message),
+            (Some(Ending::Asked), []) => Outcome::Stopped,
+            (None, []) => Outcome::Done,
+            (_, failed) => Outcome::Failed(format!("failed: {}", failed.join(", "))),
+        };
+        if let Some(starter) = self.starter.take() {
+            match outcome.message() {
+                Some(message) => starter.failed(&message),
+                None => starter.failed("it was stopped while it started"),
+            }
+        }
+        // Those who wait for the end may start the network anew: the lock goes before their connections.
+        let Self { lock, control, .. } = self;
+        drop(lock);
+        drop(control);
+        outcome
+    }
+}

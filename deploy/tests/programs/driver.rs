@@ -1,0 +1,83 @@
+//! The smallest rcdeploy: the commands of the library without a language.
+//!
+//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names.
+
+use rc_deploy::{Format, GuardCommand, Options, Plan};
+use std::fs::File;
+use std::io::Write;
+use std::process::{Command, ExitCode};
+use std::time::Duration;
+
+fn cleanup() {
+    if let Some(path) = std::env::var_os("RC_TEST_CLEANED") {
+        let file = File::options().append(true).create(true).open(path);
+        let _ = file.and_then(|mut file| file.write_all(b"cleaned\n"));
+    }
+}
+
+fn up(arguments: &[String]) -> ExitCode {
+    let text = std::fs::read_to_string(&arguments[1]).expect("a plan");
+    let plan: Plan = serde_json::from_str(&text).expect("a plan");
+    let has = |flag: &str| arguments.iter().any(|argument| argument == flag);
+    if has("--detach") {
+        let mut command = Command::new(std::env::current_exe().expect("this program"));
+        command.args(["up", &arguments[1], "--supervisor", "--json"]);
+        let outcome = rc_deploy::detach(&plan, command);
+        match outcome.message() {
+            Some(message) => eprintln!("error: {message}"),
+            None => print!("{}", rc_deploy::status(&plan.network).expect("it is up")),
+        }
+        return ExitCode::from(outcome.exit_code());
+    }
+    let own = GuardCommand::own().expect("this program");
+    let options = Options {
+        format: if has("--json") {
+            Format::Json
+        } else {
+            Format::Human
+        },
+        relay: has("--relay"),
+        supervisor: has("--supervisor"),
+        guard: has("--no-guard").then(|| GuardCommand {
+            program: "/bin/false".into(),
+            ..own
+        }),
+    };
+    ExitCode::from(rc_deploy::up(&plan, &options, &cleanup).exit_code())
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let argument = |i: usize| arguments.get(i).map_or("", String::as_str);
+    let done = match argument(0) {
+        "up" => return up(&arguments),
+        "guard" => return rc_deploy::guard(argument(2), &cleanup),
+        "status" => rc_deploy::status(argument(1))
+            .map(|status| println!("{}", serde_json::to_string(&status).expect("json"))),
+        "down" => {
+            let limit = argument(2).parse().unwrap_or(20_000);
+            rc_deploy::down(argument(1), Duration::from_millis(limit))
+        }
+        "recover" => {
+            let directory = rc_middleware::RunDirectory::of(argument(1));
+            rc_deploy::recover(&directory, &cleanup).map(|found| println!("{found:?}"))
+        }
+        "logs" => {
+            let component = arguments
+                .get(2)
+                .map(String::as_str)
+                .filter(|a| *a != "--follow");
+            let follow = arguments.iter().any(|a| a == "--follow");
+            let out = &mut std::io::stdout();
+            rc_deploy::logs::print(argument(1), component, 10, follow, Format::Human, out)
+        }
+        other => panic!("unknown command {other}"),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

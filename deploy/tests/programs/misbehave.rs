@@ -1,0 +1,188 @@
+//! A component that behaves as its arguments say: `NAME BEHAVIOUR [NUMBER…]`.
+//!
+//! It writes what it does to the file that `RC_TEST_JOURNAL` names, a line each: `NAME WHAT PID`.
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+struct Program {
+    name: String,
+    link: UnixStream,
+}
+
+impl Program {
+    fn journal(&self, what: &str, pid: u32) {
+        let Some(path) = std::env::var_os("RC_TEST_JOURNAL") else {
+            return;
+        };
+        let line = format!("{} {what} {pid}\n", self.name);
+        let file = File::options().append(true).create(true).open(path);
+        let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
+    }
+
+    fn note(&self, what: &str) {
+        self.journal(what, std::process::id());
+    }
+
+    fn say(&self, line: &str) {
+        let _ = (&self.link).write_all(format!("{line}\n").as_bytes());
+    }
+
+    fn notify(&self, method: &str, params: &str) {
+        self.say(&format!(
+            r#"{{"jsonrpc":"2.0","method":"{method}","params":{params}}}"#
+        ));
+    }
+
+    fn ready(&self) {
+        self.notify("state", r#"{"state":"running"}"#);
+        self.note("ready");
+        self.notify("ready", "{}");
+    }
+
+    /// Lives until SIGTERM, the end of the link, or for `time`; beats with this age. A deaf one lives on.
+    fn live(&self, age: Option<u64>, deaf: bool, time: Option<u64>) {
+        let (mut signals, write) = UnixStream::pair().expect("a pair");
+        signal_hook::low_level::pipe::register(signal_hook::consts::SIGTERM, write)
+            .expect("a handler");
+        let end = time.map(|ms| Instant::now() + Duration::from_millis(ms));
+        let mut beat = Instant::now();
+        let mut linked = true;
+        loop {
+            let now = Instant::now();
+            if end.is_some_and(|end| now >= end) {
+                return;
+            }
+            if now >= beat {
+                if let Some(age) = age {
+                    self.notify("heartbeat", &format!(r#"{{"age_ms":{age}}}"#));
+                }
+                beat = now + Duration::from_millis(500);
+            }
+            let wake = end.map_or(beat, |end| end.min(beat));
+            let timeout =
+                Timespec::try_from(wake.saturating_duration_since(now)).expect("a short time");
+            let mut polled = vec![PollFd::from_borrowed_fd(signals.as_fd(), PollFlags::IN)];
+            if linked {
+                polled.push(PollFd::from_borrowed_fd(self.link.as_fd(), PollFlags::IN));
+            }
+            let _ = poll(&mut polled, Some(&timeout));
+            let told: Vec<bool> = polled.iter().map(|fd| !fd.revents().is_empty()).collect();
+            if told[0] {
+                self.note("stop");
+                let _ = signals.read(&mut [0; 8]);
+                if !deaf {
+                    return;
+                }
+            }
+            if told.get(1) == Some(&true) {
+                self.note("orphan");
+                linked = false;
+                if !deaf {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+#[expect(
+    clippy::zombie_processes,
+    reason = "leaving children behind is what it is for"
+)]
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().unwrap_or_default();
+    let behaviour = arguments.next().unwrap_or_default();
+    let numbers: Vec<u64> = arguments.map(|a| a.parse().expect("a number")).collect();
+    let number = |i: usize| numbers.get(i).copied().unwrap_or(0);
+    let stdin = std::io::stdin()
+        .as_fd()
+        .try_clone_to_owned()
+        .expect("a link");
+    let program = Program {
+        name,
+        link: UnixStream::from(stdin),
+    };
+    program.note("start");
+    println!("{} says hello", program.name);
+    let mut status = 0;
+    match behaviour.as_str() {
+        // NUMBER: milliseconds until it is ready.
+        "well" => {
+            std::thread::sleep(Duration::from_millis(number(0)));
+            program.ready();
+            program.live(Some(0), false, None);
+        }
+        // STATUS
+        "exit" => {
+            println!("{} is about to fail", program.name);
+            status = number(0);
+        }
+        "abort" => std::process::abort(),
+        // MILLISECONDS STATUS
+        "last" => {
+            program.ready();
+            program.live(Some(0), false, Some(number(0)));
+            status = number(1);
+        }
+        // It is ready with its very last breath.
+        "brief" => program.ready(),
+        "never-ready" => program.live(Some(0), false, None),
+        "deaf" => {
+            program.ready();
+            program.live(Some(0), true, None);
+        }
+        "children" => {
+            let mut sleep = Command::new("sleep");
+            sleep.arg("600").stdin(Stdio::null());
+            let near = sleep.spawn().expect("a child");
+            let far = sleep.process_group(0).spawn().expect("a child");
+            program.journal("child", near.id());
+            program.journal("child", far.id());
+            program.ready();
+            program.live(Some(0), false, None);
+        }
+        // MILLISECONDS: of silence, then it beats.
+        "silent" => {
+            program.ready();
+            program.live(None, false, Some(number(0)));
+            program.live(Some(0), false, None);
+        }
+        "stuck" => {
+            program.ready();
+            program.live(Some(5000), false, None);
+        }
+        "garbage" => {
+            program.say("hello?");
+            program.say(&"x".repeat(100_000));
+            program.say(r#"{"method":"dance"}"#);
+            program.ready();
+            program.live(Some(0), false, None);
+        }
+        // It closes its link and lives.
+        "shut" => {
+            program.ready();
+            let _ = program.link.shutdown(std::net::Shutdown::Both);
+            std::thread::sleep(Duration::from_secs(60));
+        }
+        // MILLISECONDS: it prints that long, as fast as it can.
+        "chatter" => {
+            program.ready();
+            let end = Instant::now() + Duration::from_millis(number(0));
+            while Instant::now() < end {
+                println!("{}", "blah ".repeat(20));
+            }
+            program.live(Some(0), false, None);
+        }
+        other => panic!("unknown behaviour {other}"),
+    }
+    program.note("end");
+    ExitCode::from(u8::try_from(status).expect("a status"))
+}
