@@ -1,12 +1,13 @@
-//! Starts a network of components, watches it, and stops it: all of `rcdeploy` that knows no language.
+//! Checks a network of components, starts it, watches it, and stops it.
 //!
 //! ```text
-//! plan → up → supervise (a loop over units) → events → report
+//! network → plan → up → supervise (a loop over units) → events → report
 //!          ├─ control   what status and down talk to
 //!          └─ guard     a second process, which cleans up when the first one is gone
 //! ```
 //!
-//! - [`plan`]: what is to run, in which order, with which limits. Made by whoever read the `.ddsl`.
+//! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked.
+//! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
 //! - [`client`], [`detach`](mod@detach), [`logs`]: the other commands.
@@ -25,6 +26,7 @@ mod lines;
 mod link;
 mod lock;
 pub mod logs;
+pub mod network;
 pub mod plan;
 pub mod process;
 mod relay;

@@ -1,0 +1,334 @@
+//! `rcdeploy`: checks a network, starts it, watches it, stops it.
+//!
+//! Exit codes: 0 done, also an `up` that was ended by Ctrl-C; 1 the input is wrong; 2 wrong usage; 3 the system
+//! refused or a component failed.
+
+use clap::{Args, Parser, Subcommand};
+use rc_codegen::FileLoader;
+use rc_deploy::network::{self, Network, Profile};
+use rc_deploy::{Format, Options};
+use rc_diagnostics::{Diagnostics, SourceMap, render};
+use rc_middleware::RunDirectory;
+use std::path::{Path, PathBuf};
+use std::process::{Command as Process, ExitCode};
+use std::time::Duration;
+
+/// Runs networks of components: all is checked before anything starts.
+#[derive(Parser)]
+#[command(name = "rcdeploy", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Checks a whole network before anything starts.
+    Check {
+        #[command(flatten)]
+        input: Input,
+        /// How findings are printed: human, short or json (one object a line).
+        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<rc_diagnostics::Format>())]
+        format: rc_diagnostics::Format,
+    },
+    /// Checks a network, starts it, and keeps it until Ctrl-C.
+    Up {
+        #[command(flatten)]
+        input: Input,
+        /// Builds its components first, with cargo.
+        #[arg(long)]
+        build: bool,
+        /// Leaves it running in the background; `rcdeploy down` ends it.
+        #[arg(long)]
+        detach: bool,
+        /// How events are printed: human or json (one object a line).
+        #[arg(long, default_value = "human", value_parser = format)]
+        format: Format,
+        #[arg(long, hide = true)]
+        supervisor: bool,
+    },
+    /// Ends a network that is up.
+    Down {
+        /// The network or its .ddsl; may be left out where only one is up.
+        network: Option<String>,
+    },
+    /// Tells what a network that is up is doing.
+    Status {
+        /// The network or its .ddsl; may be left out where only one is up.
+        network: Option<String>,
+        /// human, or json: one document.
+        #[arg(long, default_value = "human", value_parser = format)]
+        format: Format,
+    },
+    /// Prints what components have written.
+    Logs {
+        /// The network or its .ddsl.
+        network: String,
+        /// One component; all where it is left out.
+        component: Option<String>,
+        /// Goes on until Ctrl-C.
+        #[arg(short, long)]
+        follow: bool,
+        /// How many lines of what was written already.
+        #[arg(short = 'n', long, default_value_t = 100)]
+        lines: usize,
+        /// human or json (one object a line).
+        #[arg(long, default_value = "human", value_parser = format)]
+        format: Format,
+    },
+    /// The process that cleans up when its supervisor is gone; started by `up`.
+    #[command(hide = true)]
+    Guard {
+        #[arg(long)]
+        network: String,
+    },
+}
+
+#[derive(Args)]
+struct Input {
+    /// The network.
+    #[arg(value_name = "FILE.ddsl")]
+    file: PathBuf,
+    /// Looks for imported files here, too.
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+    /// Which executables cargo has built: release or dev.
+    #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>())]
+    profile: Profile,
+}
+
+fn format(text: &str) -> Result<Format, String> {
+    match text {
+        "human" => Ok(Format::Human),
+        "json" => Ok(Format::Json),
+        other => Err(format!(
+            "`{other}` is not a format; there are human and json"
+        )),
+    }
+}
+
+/// How a command ended, other than well, and what is still to be said of it.
+struct Failure(u8, String);
+
+impl From<rc_deploy::Error> for Failure {
+    fn from(error: rc_deploy::Error) -> Self {
+        Self(error.exit_code(), error.to_string())
+    }
+}
+
+fn system(error: &dyn std::fmt::Display) -> Failure {
+    Failure(3, error.to_string())
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse().command) {
+        Ok(code) => ExitCode::from(code),
+        Err(Failure(code, message)) => {
+            if !message.is_empty() {
+                eprintln!("rcdeploy: error: {message}");
+            }
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn run(command: Command) -> Result<u8, Failure> {
+    match command {
+        Command::Check { input, format } => check(&input, format),
+        Command::Up {
+            input,
+            build,
+            detach,
+            format,
+            supervisor,
+        } => up(&input, build, detach, format, supervisor),
+        Command::Down { network } => {
+            let network = named(network)?;
+            // Components have limits of their own; this one is for a supervisor that does not answer.
+            rc_deploy::down(&network, Duration::from_secs(60))?;
+            Ok(0)
+        }
+        Command::Status { network, format } => {
+            let status = rc_deploy::status(&named(network)?)?;
+            match format {
+                Format::Human => print!("{status}"),
+                Format::Json => println!(
+                    "{}",
+                    serde_json::to_string(&status).map_err(|e| system(&e))?
+                ),
+            }
+            Ok(0)
+        }
+        Command::Logs {
+            network,
+            component,
+            follow,
+            lines,
+            format,
+        } => {
+            let network = network_of(&network)?;
+            let out = &mut std::io::stdout();
+            rc_deploy::logs::print(&network, component.as_deref(), lines, follow, format, out)?;
+            Ok(0)
+        }
+        Command::Guard { network } => {
+            // Its own exit code is for nobody: whoever started it is gone.
+            let _ = rc_deploy::guard(&network, &|| wipe(&network));
+            Ok(0)
+        }
+    }
+}
+
+/// Removes what the default middleware keeps in memory for a network.
+fn wipe(network: &str) {
+    if let Err(error) = rc_iceoryx2::wipe(&RunDirectory::of(network)) {
+        eprintln!("rcdeploy: the shared memory of {network} was not removed: {error}");
+    }
+}
+
+/// The network that an argument names, or the only one that is up.
+fn named(argument: Option<String>) -> Result<String, Failure> {
+    if let Some(argument) = argument {
+        return network_of(&argument);
+    }
+    match rc_deploy::client::networks().as_slice() {
+        [one] => Ok(one.clone()),
+        [] => Err(Failure(3, "no network is up".to_owned())),
+        many => Err(Failure(
+            2,
+            format!("several networks are up: {}; name one", many.join(", ")),
+        )),
+    }
+}
+
+/// A network is named by its name or by its file.
+fn network_of(argument: &str) -> Result<String, Failure> {
+    let path = Path::new(argument);
+    if path.extension().is_none_or(|e| e != "ddsl") {
+        return Ok(argument.to_owned());
+    }
+    let text =
+        std::fs::read_to_string(path).map_err(|e| system(&format!("{}: {e}", path.display())))?;
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, text);
+    match rc_ddsl::parse(&sources, source) {
+        (Some(deployment), _) => Ok(deployment.name.text),
+        (None, found) => {
+            eprint!(
+                "{}",
+                render(&sources, &found, rc_diagnostics::Format::Human)
+            );
+            Err(Failure(1, String::new()))
+        }
+    }
+}
+
+/// Reads a network and all that it names; with `built`, looks at its executables, too.
+fn load(
+    input: &Input,
+    format: rc_diagnostics::Format,
+    more: impl FnOnce(&Network, &mut Diagnostics),
+) -> Result<Network, Failure> {
+    let mut sources = SourceMap::new();
+    let loader = FileLoader::new(&input.include);
+    let (network, mut found) = network::load(&input.file, &mut sources, &loader)
+        .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
+    if let Some(network) = &network {
+        more(network, &mut found);
+    }
+    eprint!("{}", render(&sources, &found, format));
+    network
+        .filter(|_| !found.has_errors())
+        .ok_or(Failure(1, String::new()))
+}
+
+fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
+    let network = load(input, format, |network, found| {
+        network.check_generated(found);
+        network.check_executables(input.profile, found);
+    })?;
+    if format == rc_diagnostics::Format::Human {
+        let (components, connections) = (
+            network.projects.len(),
+            network.connections.connections.len(),
+        );
+        println!(
+            "{}: {components} components, {connections} connections, nothing wrong",
+            network.name()
+        );
+    }
+    Ok(0)
+}
+
+fn up(
+    input: &Input,
+    build: bool,
+    detach: bool,
+    format: Format,
+    supervisor: bool,
+) -> Result<u8, Failure> {
+    let human = rc_diagnostics::Format::Human;
+    let network = if build {
+        let network = load(input, human, Network::check_generated)?;
+        cargo_build(&network, input.profile)?;
+        let mut found = Diagnostics::new();
+        network.check_executables(input.profile, &mut found);
+        if found.is_empty() {
+            network
+        } else {
+            load(input, human, |n, f| n.check_executables(input.profile, f))?
+        }
+    } else {
+        load(input, human, |network, found| {
+            network.check_executables(input.profile, found)
+        })?
+    };
+    let plan = network.plan(input.profile).map_err(|e| system(&e))?;
+    if detach {
+        let mut command = Process::new(std::env::current_exe().map_err(|e| system(&e))?);
+        command
+            .arg("up")
+            .arg(&input.file)
+            .args(["--supervisor", "--format", "json"]);
+        command.args(["--profile", input.profile.word()]);
+        input.include.iter().for_each(|dir| {
+            command.arg("-I").arg(dir);
+        });
+        let outcome = rc_deploy::detach(&plan, command);
+        if let Some(message) = outcome.message() {
+            return Err(Failure(outcome.exit_code(), message));
+        }
+        print!("{}", rc_deploy::status(&plan.network)?);
+        return Ok(outcome.exit_code());
+    }
+    let options = Options {
+        format,
+        relay: !supervisor,
+        supervisor,
+        guard: None,
+    };
+    let name = plan.network.clone();
+    Ok(rc_deploy::up(&plan, &options, &|| wipe(&name)).exit_code())
+}
+
+fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
+    for (root, packages) in network.packages() {
+        let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo
+            .current_dir(&root)
+            .args(["build", "--profile", profile.word()]);
+        packages.iter().for_each(|package| {
+            cargo.args(["--package", package]);
+        });
+        let status = cargo
+            .status()
+            .map_err(|e| system(&format!("cargo cannot be started: {e}")))?;
+        if !status.success() {
+            return Err(Failure(
+                3,
+                format!("cargo could not build {}", packages.join(", ")),
+            ));
+        }
+    }
+    Ok(())
+}
