@@ -249,7 +249,7 @@ fn killed_subscribers_and_clients_are_forgotten() {
                 .server(&endpoint("default/Motor"))
                 .expect("a server");
             serve_until(&mut *server, stop, &|_, request, reply| {
-                reply.extend_from_slice(request)
+                reply.extend_from_slice(request);
             });
         });
         let _stop = StopOnDrop(stop);
