@@ -202,3 +202,36 @@ pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
         assert!(elapsed < LIMIT / 2, "{elapsed:?}");
     });
 }
+
+/// The same when it has taken the request and not yet come to it.
+pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    std::thread::scope(|scope| {
+        let backend = network.join("server");
+        let mut server = backend.server(&address).expect("a server");
+        let (network, address) = (&network, &address);
+        let (go, may_go) = channel();
+        let caller = scope.spawn(move || {
+            let backend = network.join("client");
+            let mut client = backend.client(address).expect("a client");
+            client.send(header(1), b"command").expect("to be sent");
+            may_go.recv().expect("a test that goes on");
+            client.call(header(2), b"query", LIMIT, &mut Vec::new())
+        });
+        let mut woken = || {
+            until("a request is there", || {
+                wait(&[server.descriptor()], LIMIT) == 1
+            });
+            server.acknowledge();
+        };
+        woken();
+        go.send(()).expect("a client");
+        woken();
+        assert_eq!(serve(&mut *server, 1, &|_, _, _| {}), [b"command"]);
+        drop(server);
+        let result = caller.join().expect("a caller");
+        let died = CallError::ServerDied("default/Motor".to_owned());
+        assert_eq!(result, Err(died));
+    });
+}

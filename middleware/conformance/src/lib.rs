@@ -82,6 +82,7 @@ macro_rules! suite {
             a_stop_ends_a_call
             a_wake_up_ends_no_call_and_stays
             a_server_that_leaves_ends_the_call
+            a_server_that_leaves_ends_the_calls_it_holds
         );
         $crate::suite!(@of limits, $subject,
             sixty_four_clients_are_served

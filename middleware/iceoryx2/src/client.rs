@@ -89,9 +89,17 @@ impl SharedClient {
             if watch.as_ref().is_none_or(|watch| watch.server != server) {
                 *watch = Some(Watch::new(server, pid));
             }
-            if cleaned || !watch.as_ref().is_some_and(Watch::is_dead) {
-                // What is still registered after a clean-up is alive, in a process that we cannot watch.
+            let Some(watch) = watch.as_mut().filter(|watch| watch.is_dead()) else {
                 return true;
+            };
+            if cleaned {
+                // Somebody else cleans up at this moment; or it is alive in another namespace of processes, where its
+                // id is not what it seems here.
+                let alive = watch.is_gone();
+                if alive {
+                    watch.give_up();
+                }
+                return alive;
             }
             self.session.clean();
             cleaned = true;
@@ -142,20 +150,13 @@ impl SharedClient {
         }
     }
 
-    /// Why there will be no answer any more, where that is so.
-    fn hopeless(&self, pending: &Pending, asked: Option<u128>) -> Option<CallError> {
-        let registered = self.registered().map(|(server, _)| server);
+    /// Whether the server that was `asked` is there no more. What a dead one left is removed.
+    fn is_gone(&self, asked: Option<u128>) -> bool {
         let dead = self.watch.borrow().as_ref().is_some_and(Watch::is_dead);
         if dead {
             self.session.clean();
         }
-        if dead || registered.is_none() || registered != asked {
-            return Some(CallError::ServerDied(self.address.clone()));
-        }
-        (!pending.is_connected()).then(|| CallError::Backend {
-            address: self.address.clone(),
-            reason: "the server took the request and gave no answer".to_owned(),
-        })
+        dead || self.registered().map(|(server, _)| server) != asked
     }
 
     fn failed(&self, error: &dyn Debug) -> CallError {
@@ -186,10 +187,9 @@ impl Client for SharedClient {
     }
 
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
-        // The command before this one need not be remembered: the queue keeps their order.
-        drop(lock(&self.command).take());
         let header = RequestHeader::new(header, self.guid, true);
         let pending = self.submit(header, request)?;
+        // The command before this one need not be remembered: the queue keeps their order.
         *lock(&self.command) = Some(pending);
         Ok(())
     }
@@ -202,27 +202,33 @@ impl Client for SharedClient {
         reply: &mut Vec<u8>,
     ) -> Result<(), CallError> {
         reply.clear();
-        let end = Instant::now() + limit;
+        let start = Instant::now();
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
         let mut interrupted = false;
+        let mut unanswered: Option<Instant> = None;
         loop {
             self.ear.drain();
+            // What is found out about the server comes before the look into the queue, so that no answer is missed.
+            let gone = self.is_gone(asked);
+            let given_up = unanswered.is_some_and(|since| since.elapsed() >= CYCLE);
+            if !pending.is_connected() {
+                // The server has dropped the request. If it is about to leave, that is seen soon.
+                unanswered.get_or_insert_with(Instant::now);
+            }
             if self.take(&pending, reply)? {
                 return Ok(());
             }
-            if let Some(error) = self.hopeless(&pending, asked) {
-                // The answer may have come between the look into the queue and the look at the server.
-                return if self.take(&pending, reply)? {
-                    Ok(())
-                } else {
-                    Err(error)
-                };
+            if gone {
+                return Err(CallError::ServerDied(self.address.clone()));
+            }
+            if given_up {
+                return Err(self.failed(&"the server took the request and gave no answer"));
             }
             if self.session.environment.interrupt.is_stopping() {
                 return Err(CallError::Stopping);
             }
-            let left = end.saturating_duration_since(Instant::now());
+            let left = limit.saturating_sub(start.elapsed());
             if left.is_zero() {
                 return Err(CallError::Deadline {
                     address: self.address.clone(),

@@ -5,6 +5,7 @@ use crate::message::MessageHeader;
 use crate::names;
 use crate::service::{Active, Audience, Calls, ServerPort, Service, calls, refusal};
 use crate::session::Session;
+use crate::watch::Watch;
 use iceoryx2::port::ReceiveError as PortError;
 use iceoryx2::port::port_name::PortName;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
@@ -15,6 +16,7 @@ use rc_middleware::{Address, Endpoint, Header, OpenError, ReceiveError, Server};
 use std::collections::{HashMap, VecDeque};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The largest answer in bytes. Memory for answers is reserved in this size, and exists only as far as it has been
 /// written; a growing one would need 1.6 MB of bookkeeping for every client.
@@ -22,24 +24,36 @@ const LARGEST_ANSWER: usize = 64 << 20;
 /// Answers that exist at the same time: each client has at most one in its queue and one in its hands.
 const ANSWERS: usize = 3 * MAX_READERS;
 
+/// How often the place of a dead server is tried, and the pause in between.
+const TAKEOVER: u32 = 100;
+const PAUSE: Duration = Duration::from_millis(10);
+
 /// Opens the answering end of a connection.
 pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedServer, OpenError> {
     let address = &endpoint.address;
     // The ear comes first: who sees the server can wake it.
     let ear = Ear::open(session, &names::server(address), Audience::Server, None)?;
     let calls = calls(session, &names::calls(address), &endpoint.types)?;
-    let port = match port(session, &calls) {
-        Err(ServerCreateError::ExceedsMaxSupportedServers) => {
-            // Only a live server keeps its place through a clean-up.
-            session.clean();
-            port(session, &calls)
+    let mut port = make_port(session, &calls);
+    for _ in 0..TAKEOVER {
+        // Only a live server keeps its place through a clean-up; a dead one does while somebody else cleans up.
+        if port.as_ref().err() != Some(&ServerCreateError::ExceedsMaxSupportedServers) {
+            break;
         }
-        result => result,
-    };
+        session.clean();
+        port = make_port(session, &calls);
+        if holder(&calls).is_some_and(|holder| !holder.is_dead()) {
+            break;
+        }
+        std::thread::sleep(PAUSE);
+    }
     let port = port.map_err(|error| match error {
         ServerCreateError::ExceedsMaxSupportedServers => OpenError::AddressTaken {
             address: address.to_string(),
-            holder: holder(&calls),
+            holder: holder(&calls).map_or_else(
+                || "a server that has just left".to_owned(),
+                |holder| holder.to_string(),
+            ),
         },
         error => refusal(address.as_str())(format!("{error:?}")),
     })?;
@@ -55,7 +69,7 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
     })
 }
 
-fn port(session: &Session, calls: &Calls) -> Result<ServerPort, ServerCreateError> {
+fn make_port(session: &Session, calls: &Calls) -> Result<ServerPort, ServerCreateError> {
     let name = PortName::new(&session.environment.instance);
     calls
         .server_builder()
@@ -68,13 +82,34 @@ fn port(session: &Session, calls: &Calls) -> Result<ServerPort, ServerCreateErro
         .create()
 }
 
-/// Who serves: `pid 12 (lidar)`.
-fn holder(calls: &Calls) -> String {
-    let mut holder = "a server that has just left".to_owned();
+/// Who serves.
+struct Holder {
+    pid: Option<i32>,
+    name: String,
+}
+
+impl Holder {
+    fn is_dead(&self) -> bool {
+        Watch::new(0, self.pid).is_dead()
+    }
+}
+
+impl std::fmt::Display for Holder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.pid {
+            Some(pid) => write!(f, "pid {pid} ({})", self.name),
+            None => f.write_str(&self.name),
+        }
+    }
+}
+
+fn holder(calls: &Calls) -> Option<Holder> {
+    let mut holder = None;
     calls.dynamic_config().list_servers(|server| {
-        let pid = server.node_id.pid::<Service>();
-        let pid = pid.map_or_else(|_| "?".to_owned(), |pid| pid.value().to_string());
-        holder = format!("pid {pid} ({})", server.server_name);
+        holder = Some(Holder {
+            pid: server.node_id.pid::<Service>().ok().map(|pid| pid.value()),
+            name: server.server_name.to_string(),
+        });
         CallbackProgression::Stop
     });
     holder

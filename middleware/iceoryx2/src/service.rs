@@ -10,7 +10,7 @@ use iceoryx2::service::builder;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 use rc_middleware::qos::{MAX_NODES, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
-use rc_middleware::{OpenError, TypeIdentity};
+use rc_middleware::{OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
 use std::time::Duration;
 
@@ -36,9 +36,11 @@ pub(crate) type Active =
 
 /// The attribute that carries the types of a connection.
 const TYPES: &[u8] = b"rc.types";
-/// A topic supports subscribers of at least this depth. Each publisher spends 16 kB of bookkeeping per connected
-/// subscriber and unit of depth.
-const DEPTH: usize = 16;
+/// A topic supports subscribers of at least this depth. Each unit costs a publisher 0.13 MB of memory, and 16 kB of
+/// shared memory for each connected subscriber: iceoryx2 counts each chunk of each of 255 segments that may follow
+/// each other while the memory grows, for the worst case of 64 subscribers who all keep as much as they may. Less than
+/// the worst case must not be reserved: a publisher that has no chunk left makes new segments until it has none left.
+const DEPTH: usize = Qos::PUBLISHER.depth as usize;
 /// How often an opening is tried that meets a service which just comes or goes, or whose users died.
 const ATTEMPTS: u32 = 4;
 /// Between two attempts.

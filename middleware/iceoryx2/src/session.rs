@@ -6,6 +6,7 @@ use iceoryx2::prelude::{
     Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
     set_log_level,
 };
+use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS};
 use rc_middleware::{Environment, OpenError};
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
@@ -113,6 +114,19 @@ fn configuration(environment: &Environment) -> Result<Config, String> {
     config.global.node.cleanup_dead_nodes_on_creation = true;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = true;
+    // Room for what ends that are gone have left unread, 2 to 6 kB each; the default is 128 everywhere.
+    config
+        .defaults
+        .publish_subscribe
+        .subscriber_expired_connection_buffer = 2 * MAX_PUBLISHERS;
+    config
+        .defaults
+        .request_response
+        .server_expired_connection_buffer = MAX_READERS;
+    config
+        .defaults
+        .request_response
+        .client_expired_connection_buffer = 4;
     Ok(config)
 }
 

@@ -43,6 +43,16 @@ impl Watch {
         }
     }
 
+    /// Whether its process was gone before it could be watched.
+    pub(crate) fn is_gone(&self) -> bool {
+        matches!(self.process, Process::Gone)
+    }
+
+    /// Watches no longer: it is alive, and its process id means something else here.
+    pub(crate) fn give_up(&mut self) {
+        self.process = Process::Unknown;
+    }
+
     /// Whether the process is known to be dead.
     pub(crate) fn is_dead(&self) -> bool {
         match &self.process {

@@ -100,7 +100,7 @@ fn memory_is_used_for_what_is_under_way() {
             let other = join(directory);
             let mut server = other.server(at).expect("a server");
             serve_until(&mut *server, stop, &|_, body, reply| {
-                reply.extend_from_slice(body)
+                reply.extend_from_slice(body);
             });
         });
         let _stop = StopOnDrop(stop);

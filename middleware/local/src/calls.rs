@@ -190,7 +190,7 @@ impl Client for LocalClient {
         reply: &mut Vec<u8>,
     ) -> Result<(), CallError> {
         reply.clear();
-        let end = Instant::now() + limit;
+        let start = Instant::now();
         let slot = Arc::new(Mutex::new(Answer::default()));
         let asked = self.submit(Request {
             header,
@@ -214,7 +214,7 @@ impl Client for LocalClient {
             if self.interrupt.is_stopping() {
                 return Err(CallError::Stopping);
             }
-            let left = end.saturating_duration_since(Instant::now());
+            let left = limit.saturating_sub(start.elapsed());
             if left.is_zero() {
                 return Err(CallError::Deadline {
                     address: self.address.clone(),
