@@ -129,7 +129,8 @@ pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered
     let name = directory.path().file_name().unwrap_or_default();
     let lock = Lock::acquire(&name.to_string_lossy())?;
     let found = recover_locked(&lock, cleanup)?;
-    if found != Recovered::Nothing {
+    // A supervisor that was killed at its very beginning leaves nothing but its lock.
+    if found != Recovered::Nothing || lock.is_alone() {
         lock.remove_directory()
             .or_cannot(format!("remove {}", directory.path().display()))?;
     }
