@@ -159,6 +159,38 @@ fn a_supervisor_can_be_killed_at_any_moment() {
         let recovered = bench.command("recover", &[]);
         assert!(recovered.status.success(), "{recovered:?}");
         bench.assert_no_process_left();
-        assert!(!bench.run_directory().exists(), "after {milliseconds} ms");
+        let left = std::fs::read_dir(bench.run_directory());
+        let left: Vec<_> = left.into_iter().flatten().collect();
+        assert!(
+            !bench.run_directory().exists(),
+            "{recovered:?} left {left:?} after {milliseconds} half milliseconds"
+        );
     }
+}
+
+#[test]
+fn a_supervisor_killed_at_its_very_beginning_leaves_no_directory() {
+    for files in [
+        &["rcdeploy.lock"][..],
+        &["rcdeploy.lock", "components.json.new"],
+        &["rcdeploy.lock", "components.json"],
+    ] {
+        let bench = Bench::new();
+        std::fs::create_dir_all(bench.run_directory()).expect("a folder");
+        for file in files {
+            std::fs::write(bench.run_directory().join(file), "{").expect("written");
+        }
+        let recovered = bench.command("recover", &[]);
+        assert!(recovered.status.success(), "{recovered:?}");
+        assert!(!bench.run_directory().exists(), "{files:?}");
+    }
+    // A component that was started by hand may be in a folder of that name.
+    let bench = Bench::new();
+    std::fs::create_dir_all(bench.run_directory()).expect("a folder");
+    std::fs::write(bench.run_directory().join("lidar.sock"), "").expect("written");
+    assert_eq!(
+        bench::text(&bench.command("recover", &[]).stdout),
+        "Nothing\n"
+    );
+    assert!(bench.run_directory().join("lidar.sock").exists());
 }
