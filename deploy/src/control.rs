@@ -1,7 +1,7 @@
 //! The supervisor's own socket: `status` and `down`, as JSON-RPC 2.0 lines.
 //!
-//! It only speaks; what the answers are is the supervisor's business. A client that does not read or that sends
-//! too much is dropped.
+//! It only speaks; what the answers are is the supervisor's business. A client that does not read its
+//! answers is dropped.
 
 use crate::lines::{Line, Lines, Overlong};
 use crate::status::Status;

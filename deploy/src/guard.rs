@@ -213,8 +213,11 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         }
         _ => {}
     }
-    let Some(held) = listen(&supervisor) else {
-        return Ok(());
+    let held = match listen(&supervisor) {
+        End::Farewell => return Ok(()),
+        // It was killed before it said a word: nothing runs yet.
+        End::Gone(None) => return wipe(&lock, cleanup),
+        End::Gone(Some(held)) => held,
     };
     let names: Vec<&str> = held.components.iter().map(|c| c.name.as_str()).collect();
     eprintln!(
@@ -228,6 +231,11 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
     );
     let killed = held.finish_off();
     eprintln!("guard of {network}: {killed} processes had to be killed");
+    wipe(&lock, cleanup)
+}
+
+/// Removes the traces of the network, unless another one has its place already.
+fn wipe(lock: &Lock, cleanup: &dyn Fn()) -> Result<(), Error> {
     if lock.is_current() {
         cleanup();
         lock.remove_directory()
@@ -236,8 +244,16 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
     Ok(())
 }
 
-/// Follows the supervisor until it says farewell (`None`) or is gone.
-fn listen(supervisor: &UnixStream) -> Option<Held> {
+/// How the talk with the supervisor ended.
+enum End {
+    /// It has cleaned up itself.
+    Farewell,
+    /// It was killed, and held this.
+    Gone(Option<Held>),
+}
+
+/// Follows the supervisor until it says farewell or is gone.
+fn listen(supervisor: &UnixStream) -> End {
     let mut lines = Lines::new(Overlong::Skip);
     let mut held: Option<Held> = None;
     loop {
@@ -250,14 +266,14 @@ fn listen(supervisor: &UnixStream) -> Option<Held> {
                 (Ok(Report::Ended { pid }), Some(held)) => {
                     held.components.retain(|c| c.process.pid != pid);
                 }
-                (Ok(Report::Farewell), _) => return None,
+                (Ok(Report::Farewell), _) => return End::Farewell,
                 (Ok(_), None) => eprintln!("guard: a report before the network: {text}"),
                 // The line of a supervisor that was killed while it wrote.
                 (Err(error), _) => eprintln!("guard: {error} in {text}"),
             }
         }
         if ended {
-            return held;
+            return End::Gone(held);
         }
     }
 }

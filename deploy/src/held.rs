@@ -12,6 +12,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 const NAME: &str = "components.json";
+const UNFINISHED: &str = "components.json.new";
 
 /// The longest time that components have to end by themselves once their supervisor is gone.
 const END_LIMIT: Duration = Duration::from_secs(3);
@@ -60,20 +61,23 @@ impl Held {
     /// Writes the file, in one step.
     pub(crate) fn write(&self, directory: &RunDirectory) -> io::Result<()> {
         let path = directory.path().join(NAME);
-        let new = path.with_extension("json.new");
+        let new = directory.path().join(UNFINISHED);
         std::fs::write(&new, serde_json::to_vec(self)?)?;
         std::fs::rename(&new, &path)
     }
 
-    /// Reads the file. One that makes no sense names no process; the directory is wiped all the same.
+    /// Reads the file. One that makes no sense, or was not completed, names no process; the directory is wiped all
+    /// the same.
     fn read(directory: &Path) -> Option<Self> {
-        let text = std::fs::read(directory.join(NAME)).ok()?;
         let nobody = Self {
             boot: String::new(),
             mark: Mark::nobody(),
             components: Vec::new(),
         };
-        Some(serde_json::from_slice(&text).unwrap_or(nobody))
+        match std::fs::read(directory.join(NAME)) {
+            Ok(text) => Some(serde_json::from_slice(&text).unwrap_or(nobody)),
+            Err(_) => directory.join(UNFINISHED).exists().then_some(nobody),
+        }
     }
 
     /// Waits for the processes to end, boundedly, and kills what is left. Returns how many had to be killed.
@@ -129,7 +133,8 @@ pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered
     let name = directory.path().file_name().unwrap_or_default();
     let lock = Lock::acquire(&name.to_string_lossy())?;
     let found = recover_locked(&lock, cleanup)?;
-    if found != Recovered::Nothing {
+    // A supervisor that was killed at its very beginning leaves nothing but its lock.
+    if found != Recovered::Nothing || lock.is_alone() {
         lock.remove_directory()
             .or_cannot(format!("remove {}", directory.path().display()))?;
     }

@@ -62,6 +62,7 @@ impl Lock {
                     if lock.is_current() {
                         lock.sign()
                             .or_cannot(format!("write {}", lock.path.display()))?;
+                        lock.remove_moved();
                         return Ok(lock);
                     }
                 }
@@ -116,6 +117,11 @@ impl Lock {
         &self.directory
     }
 
+    /// Whether there is nothing else in the run directory.
+    pub(crate) fn is_alone(&self) -> bool {
+        std::fs::read_dir(self.directory.path()).is_ok_and(|entries| entries.count() <= 1)
+    }
+
     /// Removes the run directory with the lock in it, unless it is someone else's by now.
     pub(crate) fn remove_directory(&self) -> io::Result<()> {
         if !self.is_current() {
@@ -123,7 +129,7 @@ impl Lock {
         }
         let away = moved(self.directory.path());
         match std::fs::rename(self.directory.path(), &away) {
-            Ok(()) => std::fs::remove_dir_all(&away),
+            Ok(()) => remove(&away),
             // What stands in the way is left from a removal that was interrupted.
             Err(_) => self.directory.remove(),
         }
@@ -145,6 +151,24 @@ impl Lock {
         Ok(())
     }
 
+    /// Removes what a process that was killed in the middle of [`Self::remove_directory`] has moved away.
+    fn remove_moved(&self) {
+        let path = self.directory.path();
+        let Some((base, name)) = path.parent().zip(path.file_name()) else {
+            return;
+        };
+        let start = format!(".{}.", name.to_string_lossy());
+        for entry in std::fs::read_dir(base).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let rest = name.to_str().and_then(|name| name.strip_prefix(&start));
+            let pid = rest.and_then(|rest| rest.strip_suffix(MOVED));
+            if pid.is_some_and(|pid| pid.parse::<u32>().is_ok()) {
+                // Nobody needs it; the next one tries again.
+                let _ = remove(&entry.path());
+            }
+        }
+    }
+
     fn sign(&self) -> io::Result<()> {
         let text = serde_json::to_string(&Identity::own())?;
         self.file.set_len(0)?;
@@ -152,9 +176,20 @@ impl Lock {
     }
 }
 
+/// How the name of a run directory ends that is being removed.
+const MOVED: &str = ".removed";
+
 fn moved(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.removed", std::process::id()))
+    path.with_file_name(format!(".{name}.{}{MOVED}", std::process::id()))
+}
+
+/// Removes a folder; one that somebody else has removed is fine.
+fn remove(path: &Path) -> io::Result<()> {
+    match std::fs::remove_dir_all(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
 }
 
 /// The supervisor that signed the file, if it still runs.

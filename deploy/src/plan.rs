@@ -9,6 +9,9 @@ use std::time::Duration;
 /// The names that files of rcdeploy itself have beside those of the components.
 const RESERVED: [&str; 2] = ["rcdeploy", "rcdeploy-guard"];
 
+/// The longest limit of a component: what is longer is a slip of the pen, and could not be added to a time.
+const LONGEST: Duration = Duration::from_secs(24 * 60 * 60);
+
 /// A network that is to be started.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
@@ -94,6 +97,13 @@ impl Plan {
             }
         }
         for component in &self.components {
+            if component.ready.max(component.stop) > LONGEST {
+                let message = format!(
+                    "a limit of {} is longer than a day; shorten its `ready` or `stop`",
+                    component.name
+                );
+                return Err(Error::Plan(message));
+            }
             let unknown = component
                 .after
                 .iter()
@@ -252,6 +262,15 @@ mod tests {
         assert!(message(&[("a", &[]), ("a", &[])]).contains("called a"));
         assert!(message(&[("../a", &[])]).contains("`../a`"));
         assert!(message(&[("rcdeploy", &[])]).contains("reserved"));
+        let mut endless = plan(&[("a", &[])]);
+        endless.components[0].stop = Duration::MAX;
+        assert!(
+            endless
+                .check()
+                .unwrap_err()
+                .to_string()
+                .contains("longer than a day")
+        );
     }
 
     #[test]

@@ -65,13 +65,22 @@ impl Relay {
         self.due = None;
         self.watch.drain();
         for (name, log) in &mut self.logs {
-            let (lines, more) = log.read();
-            for line in lines {
-                report.log_line(name, &line);
+            // What does not fit now waits in the log.
+            let mut more = true;
+            if report.has_room() {
+                let lines;
+                (lines, more) = log.read();
+                for line in lines {
+                    report.log_line(name, &line);
+                }
             }
             if more {
                 self.due = Some(now + PAUSE);
             }
+        }
+        // The next time, those go first that had to wait.
+        if self.due.is_some() {
+            self.logs.rotate_left(1);
         }
     }
 

@@ -1,18 +1,23 @@
 //! How events reach people and programs.
 //!
 //! A thread of its own writes, because a terminal that was paused or a pipe that nobody reads must not stop the
-//! supervision. What comes faster than it can be written is left out, and counted.
+//! supervision. Lines of components wait in their logs until there is room; events that nobody reads are left out in
+//! the end, and counted.
 
 use crate::events::{Event, Severity};
 use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
-use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
-/// How many records may wait to be written.
-const WAITING: usize = 1024;
+/// How many records may wait to be written before lines of components are held back.
+const ROOM: usize = 1024;
+/// How many before events are left out.
+const EVENTS: usize = 64 * 1024;
 /// How long the end of the program waits for them.
 const FLUSH_LIMIT: Duration = Duration::from_secs(1);
 
@@ -38,13 +43,14 @@ pub(crate) enum Output {
 enum Record {
     Out(String),
     Err(String),
-    Flush(SyncSender<()>),
+    Flush(Sender<()>),
 }
 
 /// Takes events, never blocks.
 #[derive(Debug)]
 pub(crate) struct Reporter {
-    sender: SyncSender<Record>,
+    sender: Sender<Record>,
+    waiting: Arc<AtomicUsize>,
     format: Format,
     output: Output,
     width: usize,
@@ -56,12 +62,15 @@ impl Reporter {
     pub(crate) fn start(format: Format, output: Output, width: usize) -> io::Result<Self> {
         let out = File::from(io::stdout().as_fd().try_clone_to_owned()?);
         let err = File::from(io::stderr().as_fd().try_clone_to_owned()?);
-        let (sender, receiver) = mpsc::sync_channel(WAITING);
+        let (sender, receiver) = mpsc::channel();
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let counter = Arc::clone(&waiting);
         std::thread::Builder::new()
             .name("report".to_owned())
-            .spawn(move || write(&receiver, &out, &err))?;
+            .spawn(move || write(&receiver, &counter, &out, &err))?;
         Ok(Self {
             sender,
+            waiting,
             format,
             output,
             width,
@@ -96,33 +105,42 @@ impl Reporter {
         self.send(Record::Out(event.json_line()));
     }
 
+    /// Whether lines of components can be taken. Those that are given nevertheless are kept.
+    pub(crate) fn has_room(&self) -> bool {
+        self.waiting.load(Ordering::Relaxed) < ROOM
+    }
+
     fn send(&self, record: Record) {
-        let dropped = self.dropped.get();
-        if dropped > 0 {
-            let note = format!("warning: {dropped} lines were left out here\n");
-            if self.sender.try_send(Record::Err(note)).is_ok() {
-                self.dropped.set(0);
-            }
+        if self.waiting.load(Ordering::Relaxed) >= EVENTS {
+            self.dropped.set(self.dropped.get() + 1);
+            return;
         }
-        let record = match (self.output, record) {
+        let dropped = self.dropped.take();
+        if dropped > 0 {
+            let note = format!("warning: {dropped} events were left out here\n");
+            self.queue(Record::Err(note));
+        }
+        self.queue(match (self.output, record) {
             (Output::Log, Record::Out(text)) => Record::Err(text),
             (_, record) => record,
-        };
-        if self.sender.try_send(record).is_err() {
-            self.dropped.set(self.dropped.get() + 1);
-        }
+        });
+    }
+
+    fn queue(&self, record: Record) {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        // The thread ends after this half of the channel only.
+        let _ = self.sender.send(record);
     }
 
     /// Waits until all is written, boundedly.
     pub(crate) fn flush(&self) {
-        let (done, written) = mpsc::sync_channel(1);
-        if self.sender.try_send(Record::Flush(done)).is_ok() {
-            let _ = written.recv_timeout(FLUSH_LIMIT);
-        }
+        let (done, written) = mpsc::channel();
+        self.queue(Record::Flush(done));
+        let _ = written.recv_timeout(FLUSH_LIMIT);
     }
 }
 
-fn write(records: &Receiver<Record>, mut out: &File, mut err: &File) {
+fn write(records: &Receiver<Record>, waiting: &AtomicUsize, mut out: &File, mut err: &File) {
     // Whoever closed these streams does not want to read them.
     for record in records {
         match record {
@@ -130,5 +148,6 @@ fn write(records: &Receiver<Record>, mut out: &File, mut err: &File) {
             Record::Err(text) => drop(err.write_all(text.as_bytes())),
             Record::Flush(done) => drop(done.send(())),
         }
+        waiting.fetch_sub(1, Ordering::Relaxed);
     }
 }

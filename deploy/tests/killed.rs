@@ -104,6 +104,7 @@ fn the_next_up_recovers_when_supervisor_and_guard_are_killed() {
     let up = mixed(&bench);
     let (well, deaf) = (bench.processes("well start"), bench.processes("deaf start"));
     let children = bench.processes("parent child");
+    let parent = bench.processes("parent start");
     let guard = guard(&bench);
     // Stopped, it can neither clean up nor be replaced.
     let pid = rustix::process::Pid::from_raw(guard.pid).expect("a pid");
@@ -113,6 +114,7 @@ fn the_next_up_recovers_when_supervisor_and_guard_are_killed() {
     await_end(&[guard]);
     // By the end of its link.
     await_end(&well);
+    await_end(&parent);
     assert!(deaf[0].is_alive() && children[0].is_alive() && children[1].is_alive());
     assert!(bench.run_directory().exists() && bench.cleanups() == 0);
 
@@ -143,4 +145,52 @@ fn recover_without_an_up() {
     bench.assert_nothing_left();
     let nothing = bench.command("recover", &[]);
     assert_eq!(bench::text(&nothing.stdout), "Nothing\n");
+}
+
+#[test]
+fn a_supervisor_can_be_killed_at_any_moment() {
+    for milliseconds in 0..24 {
+        let bench = Bench::new();
+        let components = ["a", "b", "c", "d"].map(well);
+        let up = bench.start(components.to_vec());
+        std::thread::sleep(Duration::from_millis(milliseconds) / 2);
+        up.kill();
+        // It waits for the guard, if that had come so far; and does its work, if not.
+        let recovered = bench.command("recover", &[]);
+        assert!(recovered.status.success(), "{recovered:?}");
+        bench.assert_no_process_left();
+        let left = std::fs::read_dir(bench.run_directory());
+        let left: Vec<_> = left.into_iter().flatten().collect();
+        assert!(
+            !bench.run_directory().exists(),
+            "{recovered:?} left {left:?} after {milliseconds} half milliseconds"
+        );
+    }
+}
+
+#[test]
+fn a_supervisor_killed_at_its_very_beginning_leaves_no_directory() {
+    for files in [
+        &["rcdeploy.lock"][..],
+        &["rcdeploy.lock", "components.json.new"],
+        &["rcdeploy.lock", "components.json"],
+    ] {
+        let bench = Bench::new();
+        std::fs::create_dir_all(bench.run_directory()).expect("a folder");
+        for file in files {
+            std::fs::write(bench.run_directory().join(file), "{").expect("written");
+        }
+        let recovered = bench.command("recover", &[]);
+        assert!(recovered.status.success(), "{recovered:?}");
+        assert!(!bench.run_directory().exists(), "{files:?}");
+    }
+    // A component that was started by hand may be in a folder of that name.
+    let bench = Bench::new();
+    std::fs::create_dir_all(bench.run_directory()).expect("a folder");
+    std::fs::write(bench.run_directory().join("lidar.sock"), "").expect("written");
+    assert_eq!(
+        bench::text(&bench.command("recover", &[]).stdout),
+        "Nothing\n"
+    );
+    assert!(bench.run_directory().join("lidar.sock").exists());
 }

@@ -78,7 +78,10 @@ fn children_that_are_left_behind_are_killed() {
     assert_eq!(children.len(), 2);
     up.signal(Signal::INT);
     let message = up.await_event("left-over", None);
-    assert!(message.contains("killed 1 process"), "{message}");
+    assert!(
+        message.contains("that components had left behind"),
+        "{message}"
+    );
     assert_eq!(up.end().0, Some(0));
     await_end(&children);
     bench.assert_nothing_left();

@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 struct Program {
     name: String,
     link: UnixStream,
+    signals: UnixStream,
 }
 
 impl Program {
@@ -48,9 +49,6 @@ impl Program {
 
     /// Lives until SIGTERM, the end of the link, or for `time`; beats with this age. A deaf one lives on.
     fn live(&self, age: Option<u64>, deaf: bool, time: Option<u64>) {
-        let (mut signals, write) = UnixStream::pair().expect("a pair");
-        signal_hook::low_level::pipe::register(signal_hook::consts::SIGTERM, write)
-            .expect("a handler");
         let end = time.map(|ms| Instant::now() + Duration::from_millis(ms));
         let mut beat = Instant::now();
         let mut linked = true;
@@ -68,7 +66,10 @@ impl Program {
             let wake = end.map_or(beat, |end| end.min(beat));
             let timeout =
                 Timespec::try_from(wake.saturating_duration_since(now)).expect("a short time");
-            let mut polled = vec![PollFd::from_borrowed_fd(signals.as_fd(), PollFlags::IN)];
+            let mut polled = vec![PollFd::from_borrowed_fd(
+                self.signals.as_fd(),
+                PollFlags::IN,
+            )];
             if linked {
                 polled.push(PollFd::from_borrowed_fd(self.link.as_fd(), PollFlags::IN));
             }
@@ -76,7 +77,7 @@ impl Program {
             let told: Vec<bool> = polled.iter().map(|fd| !fd.revents().is_empty()).collect();
             if told[0] {
                 self.note("stop");
-                let _ = signals.read(&mut [0; 8]);
+                let _ = (&self.signals).read(&mut [0; 8]);
                 if !deaf {
                     return;
                 }
@@ -106,9 +107,12 @@ fn main() -> ExitCode {
         .as_fd()
         .try_clone_to_owned()
         .expect("a link");
+    let (signals, write) = UnixStream::pair().expect("a pair");
+    signal_hook::low_level::pipe::register(signal_hook::consts::SIGTERM, write).expect("a handler");
     let program = Program {
         name,
         link: UnixStream::from(stdin),
+        signals,
     };
     program.note("start");
     println!("{} says hello", program.name);
