@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 const HANDLERS_A_TURN: usize = 64;
 /// No wait is longer: the heartbeat wants the loop to come round, and a backend may lose a wake-up
 /// (iceoryx2 0.10 does, rarely), so every port is looked at after it.
-const LONGEST_WAIT: Duration = Duration::from_millis(100);
+const LONGEST_WAIT: Duration = Duration::from_millis(50);
 /// The same complaint is logged at most this often.
 const COMPLAINT_PAUSE: Duration = Duration::from_secs(1);
 /// How often the numbers of peers are looked up.
