@@ -48,7 +48,12 @@ impl RunDirectory {
 
     /// The directory that `open` would give, whether it exists or not.
     pub fn of(network: &str) -> Self {
-        Self(base().join(network))
+        Self::below(&base(), network)
+    }
+
+    /// The directory of `network` where `base` takes the place of the folder that `open` chooses.
+    pub fn below(base: &Path, network: &str) -> Self {
+        Self(base.join(network))
     }
 
     /// The networks that have a run directory.

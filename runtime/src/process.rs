@@ -82,7 +82,7 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
         }
         Task::Run(arguments) => Interrupt::new()
             .map_err(|e| system("an event", &e))
-            .and_then(|interrupt| live(description, start, &arguments, interrupt, true)),
+            .and_then(|interrupt| live(description, start, &arguments, interrupt, Process::Whole)),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -128,7 +128,11 @@ impl Embedded {
     }
 }
 
+/// How long an embedded component may take until it runs.
+const EMBEDDED_START: Duration = Duration::from_secs(10);
+
 /// Runs a component on a thread of this process, with a command line as for its binary and without signals.
+/// Returns when it runs; one that does not within ten seconds is stopped.
 pub fn embed<C: Component + 'static>(
     description: &'static Description,
     start: Start<C>,
@@ -142,12 +146,41 @@ pub fn embed<C: Component + 'static>(
     };
     let interrupt = Interrupt::new().map_err(|e| system("an event", &e))?;
     let clone = interrupt.clone();
-    let name = arguments.name.clone();
-    let thread = std::thread::Builder::new().name(name);
+    let (running, runs) = std::sync::mpsc::sync_channel(1);
+    let thread = std::thread::Builder::new().name(arguments.name.clone());
     let thread = thread
-        .spawn(move || live(description, start, &arguments, clone, false))
+        .spawn(move || {
+            live(
+                description,
+                start,
+                &arguments,
+                clone,
+                Process::Part(running),
+            )
+        })
         .map_err(|e| system("a thread", &e))?;
-    Ok(Embedded { interrupt, thread })
+    let embedded = Embedded { interrupt, thread };
+    match runs.recv_timeout(EMBEDDED_START) {
+        Ok(()) => Ok(embedded),
+        Err(_) if embedded.has_ended() => Err(match embedded.join() {
+            Err(error) => error,
+            Ok(()) => StartError::System("the component ended before it ran".to_owned()),
+        }),
+        Err(_) => {
+            embedded.stop();
+            Err(StartError::System(format!(
+                "the component does not run within {EMBEDDED_START:?}"
+            )))
+        }
+    }
+}
+
+/// Whether a component has its process for itself.
+enum Process {
+    /// It has: signals and the supervisor are its own.
+    Whole,
+    /// It is a thread; who started it is told when it runs.
+    Part(std::sync::mpsc::SyncSender<()>),
 }
 
 fn live<C: Component>(
@@ -155,7 +188,7 @@ fn live<C: Component>(
     start: Start<C>,
     arguments: &Arguments,
     interrupt: Interrupt,
-    whole_process: bool,
+    process: Process,
 ) -> Result<(), StartError> {
     let configuration = configure(description, arguments)?;
     let level = arguments
@@ -184,7 +217,7 @@ fn live<C: Component>(
         &environment,
         &shared,
         &configuration.parameters,
-        whole_process,
+        matches!(process, Process::Whole),
     )?;
     let ports = Ports::new(description, &environment, &bindings)?;
     management.addresses(ports.addresses());
@@ -195,6 +228,10 @@ fn live<C: Component>(
         let mut event_loop = EventLoop::new(&mut component, description, receivers)
             .map_err(|e| system("the event loop", &e))?;
         management.ready();
+        if let Process::Part(running) = &process {
+            // Who does not wait any more has stopped the component already.
+            let _ = running.send(());
+        }
         event_loop.run()
     };
     ports.linger(LINGER);

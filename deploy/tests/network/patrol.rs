@@ -1,0 +1,224 @@
+//! The real rcdeploy with real components on real shared memory, as a user types it.
+//!
+//! The components are those of this repository, built by `cargo xtask test` before the tests run.
+
+use crate::site::{PATROL, Site};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+#[test]
+fn patrol_runs_in_the_background_and_leaves_nothing() {
+    let site = Site::new("up");
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let status = site.status();
+    let components = status["components"].as_array().expect("a list");
+    assert_eq!(components.len(), 3, "{status}");
+    for component in components {
+        assert_eq!(component["state"], "running", "{status}");
+        assert!(
+            component["pid"].as_i64().is_some_and(|pid| pid > 0),
+            "{status}"
+        );
+    }
+    site.await_in_log("monitor", "poses=");
+    // Each component answers for itself, too.
+    let simulator = site.ask("simulator", "status");
+    assert_eq!(simulator["state"], "running", "{simulator}");
+    assert_eq!(simulator["middleware"], "iceoryx2");
+    let slots = simulator["slots"].as_array().expect("a list");
+    assert!(
+        slots.iter().all(|s| s["address"]
+            .as_str()
+            .is_some_and(|a| a.starts_with(&site.network))),
+        "{simulator}"
+    );
+    assert_eq!(site.ask("avoider", "parameters")["safe_distance"], 700.0);
+
+    let again = site.rcdeploy(&["up", "--profile", "dev"], true);
+    assert_eq!(again.code, 3);
+    assert!(again.stderr.contains("is already up"), "{again:?}");
+
+    let down = site.rcdeploy(&["down", &site.network], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    site.assert_nothing_left();
+    let gone = site.rcdeploy(&["status", &site.network], false);
+    assert_eq!(gone.code, 3);
+    assert!(gone.stderr.contains("is not up"), "{gone:?}");
+}
+
+#[test]
+fn a_killed_rcdeploy_takes_its_network_with_it() {
+    let site = Site::new("killed");
+    assert_eq!(
+        site.rcdeploy(&["up", "--detach", "--profile", "dev"], true)
+            .code,
+        0
+    );
+    let status = site.status();
+    let pid = |value: &Value| Pid::from_raw(value.as_i64().expect("a pid") as i32).expect("a pid");
+    let supervisor = pid(&status["pid"]);
+    kill_process(supervisor, Signal::KILL).expect("to kill it");
+    site.await_nothing_left();
+    for component in status["components"].as_array().expect("a list") {
+        // A process that nobody has waited for yet has no program any more.
+        let program = format!("/proc/{}/exe", component["pid"]);
+        assert!(
+            std::fs::read_link(program).is_err(),
+            "{component} is still there"
+        );
+    }
+    // The network can be started again at once.
+    assert_eq!(
+        site.rcdeploy(&["up", "--detach", "--profile", "dev"], true)
+            .code,
+        0
+    );
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+#[test]
+fn a_second_server_is_refused_and_told_who_the_first_is() {
+    let site = Site::new("second");
+    assert_eq!(
+        site.rcdeploy(&["up", "--detach", "--profile", "dev"], true)
+            .code,
+        0
+    );
+    let pid = site.status()["components"][0]["pid"].to_string();
+    let address = format!("Laser={}/simulator/Laser", site.network);
+    let second = site.component(
+        "simulator",
+        &[
+            "--network",
+            &site.network,
+            "--name",
+            "second",
+            "--bind",
+            &address,
+        ],
+    );
+    assert_eq!(second.code, 3, "{second:?}");
+    assert!(
+        second.stderr.contains("already has a server") && second.stderr.contains(&pid),
+        "{second:?}"
+    );
+    let same = site.component(
+        "simulator",
+        &["--network", &site.network, "--name", "simulator"],
+    );
+    assert_eq!(same.code, 3, "{same:?}");
+    assert!(same.stderr.contains("runs in network"), "{same:?}");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_starts() {
+    let site = Site::new("wrong");
+    let bad = site.write(
+        "bad.toml",
+        "[parameters]\nsaef_distance = 700\nspeed = \"fast\"\nturn_speed = 30\n",
+    );
+    let wrong = PATROL
+        .replace(
+            "cdsl \"../avoider/avoider.cdsl\";",
+            "cdsl \"../avoider/avoider.cdsl\"; config \"bad.toml\";",
+        )
+        .replace("avoider.Laser ->", "avoider.Lasr ->");
+    site.write_ddsl(&wrong);
+    let check = site.rcdeploy(&["check", "--profile", "dev", "--format", "short"], true);
+    assert_eq!(check.code, 1);
+    for expected in [
+        "bad.toml:2:1: error[unknown-parameter]",
+        "bad.toml:3:9: error[wrong-type]",
+        "bad.toml:4:14: error[out-of-range]",
+        "error[unknown-slot]",
+        "did you mean `Laser`?",
+        "did you mean `safe_distance`?",
+    ] {
+        assert!(
+            check.stderr.contains(expected),
+            "{expected} is missing in {}",
+            check.stderr
+        );
+    }
+    // The component itself says the same.
+    let own = site.component(
+        "avoider",
+        &["--check", "--config", bad.to_str().expect("a path")],
+    );
+    assert_eq!(own.code, 1);
+    assert!(
+        own.stderr.contains("unknown-parameter") && own.stderr.contains("out-of-range"),
+        "{own:?}"
+    );
+    site.assert_nothing_left();
+}
+
+#[test]
+fn executables_are_checked_by_the_note_in_them() {
+    let site = Site::new("notes");
+    let other = site.executable("speech_server");
+    let missing = PATROL.replace(
+        "cdsl \"../avoider/avoider.cdsl\";",
+        "cdsl \"../avoider/avoider.cdsl\"; executable \"nowhere/avoider\";",
+    );
+    site.write_ddsl(&missing);
+    let check = site.rcdeploy(&["check", "--profile", "dev"], true);
+    assert_eq!(check.code, 1);
+    assert!(
+        check.stderr.contains("missing-executable") && check.stderr.contains("--build"),
+        "{check:?}"
+    );
+
+    let wrong = missing.replace("nowhere/avoider", other.to_str().expect("a path"));
+    site.write_ddsl(&wrong);
+    let up = site.rcdeploy(&["up", "--profile", "dev"], true);
+    assert_eq!(up.code, 1);
+    assert!(up.stderr.contains("other-component"), "{up:?}");
+
+    let none = missing.replace("nowhere/avoider", "/bin/sh");
+    site.write_ddsl(&none);
+    let up = site.rcdeploy(&["up", "--profile", "dev"], true);
+    assert_eq!(up.code, 1);
+    assert!(up.stderr.contains("no-component"), "{up:?}");
+
+    // Another model: the same component with one more word in its .cdsl.
+    site.copy_component("avoider");
+    site.edit("avoider/avoider.cdsl", |text| {
+        text.replace("period 50ms", "period 51ms")
+    });
+    let stale = missing
+        .replace("../avoider/avoider.cdsl", "avoider/avoider.cdsl")
+        .replace(
+            "nowhere/avoider",
+            site.executable("avoider").to_str().expect("a path"),
+        );
+    site.write_ddsl(&stale);
+    let up = site.rcdeploy(&["up", "--profile", "dev"], true);
+    assert_eq!(up.code, 1);
+    assert!(up.stderr.contains("stale-executable"), "{up:?}");
+    site.assert_nothing_left();
+}
+
+#[test]
+fn a_binary_tells_what_it_is() {
+    let site = Site::new("tells");
+    let help = site.component("avoider", &["--help"]);
+    assert_eq!(help.code, 0);
+    assert!(
+        help.stdout
+            .contains("requires RoboCompLaser::Laser (iceoryx2)"),
+        "{help:?}"
+    );
+    let version = site.component("avoider", &["--version"]);
+    assert!(
+        version.stdout.starts_with("avoider (model ") && version.stdout.contains("iceoryx2"),
+        "{version:?}"
+    );
+    let wrong = site.component("avoider", &["--bind", "Lasr=default/Laser"]);
+    assert_eq!(wrong.code, 2);
+    assert!(wrong.stderr.contains("did you mean `Laser`?"), "{wrong:?}");
+}

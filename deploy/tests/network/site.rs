@@ -1,0 +1,215 @@
+//! A place of its own for a test: its network, its run directory, its logs, its files.
+
+use rc_middleware::RunDirectory;
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The network of the README, as its file is.
+pub(crate) const PATROL: &str = include_str!("../../../components/networks/patrol.ddsl");
+/// No test waits longer for anything.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// What a command did.
+#[derive(Debug)]
+pub(crate) struct Ran {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+pub(crate) struct Site {
+    folder: tempfile::TempDir,
+    pub(crate) network: String,
+}
+
+impl Site {
+    pub(crate) fn new(name: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let site = Self {
+            folder,
+            network: format!("{name}_{}", std::process::id()),
+        };
+        std::fs::create_dir_all(site.path("run")).expect("a folder");
+        site.write_ddsl(PATROL);
+        site
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn components() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../components")
+            .canonicalize()
+            .expect("the components")
+    }
+
+    /// Writes the network's file, with paths that lead to this repository and a network name of this test.
+    pub(crate) fn write_ddsl(&self, text: &str) {
+        let components = Self::components();
+        let text = text
+            .replace("Deployment patrol", &format!("Deployment {}", self.network))
+            .replace("\"../", &format!("\"{}/", components.display()));
+        // The components' own paths start at the folder of the network's file.
+        let map = self.path("maps");
+        let _ = std::os::unix::fs::symlink(components.join("maps"), map);
+        let networks = self.path("networks");
+        std::fs::create_dir_all(&networks).expect("a folder");
+        std::fs::write(networks.join("patrol.ddsl"), text).expect("to write");
+    }
+
+    pub(crate) fn ddsl(&self) -> PathBuf {
+        self.path("networks/patrol.ddsl")
+    }
+
+    pub(crate) fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path("networks").join(name);
+        std::fs::write(&path, text).expect("to write");
+        path
+    }
+
+    pub(crate) fn copy_component(&self, name: &str) {
+        let target = self.path("networks").join(name);
+        std::fs::create_dir_all(&target).expect("a folder");
+        for entry in std::fs::read_dir(Self::components().join(name))
+            .expect("the component")
+            .flatten()
+        {
+            if entry.path().is_file() {
+                std::fs::copy(entry.path(), target.join(entry.file_name())).expect("to copy");
+            }
+        }
+    }
+
+    pub(crate) fn edit(&self, name: &str, change: impl FnOnce(String) -> String) {
+        let path = self.path("networks").join(name);
+        let text = std::fs::read_to_string(&path).expect("to read");
+        let changed = change(text.clone());
+        assert_ne!(text, changed, "the edit of {name} changes nothing");
+        std::fs::write(path, changed).expect("to write");
+    }
+
+    pub(crate) fn executable(&self, name: &str) -> PathBuf {
+        let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
+            .parent()
+            .expect("the target folder");
+        let path = target.join(name);
+        assert!(
+            path.exists(),
+            "{} is missing: run the tests by `cargo xtask test`",
+            path.display()
+        );
+        path
+    }
+
+    fn run(&self, mut command: Command) -> Ran {
+        let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
+            .ancestors()
+            .nth(2)
+            .expect("the target folder");
+        let output = command
+            .current_dir(self.path("networks"))
+            .env("XDG_RUNTIME_DIR", self.path("run"))
+            .env("XDG_STATE_HOME", self.path("state"))
+            .env("CARGO_TARGET_DIR", target)
+            .stdin(Stdio::null())
+            .output()
+            .expect("to run");
+        Ran {
+            code: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+            stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    /// Runs rcdeploy; with `file`, the network's file comes after the arguments.
+    pub(crate) fn rcdeploy(&self, args: &[&str], file: bool) -> Ran {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        command.args(args);
+        if file {
+            command.arg(self.ddsl());
+        }
+        self.run(command)
+    }
+
+    /// Runs a component of this repository.
+    pub(crate) fn component(&self, name: &str, args: &[&str]) -> Ran {
+        let mut command = Command::new(self.executable(name));
+        command.args(args);
+        self.run(command)
+    }
+
+    pub(crate) fn status(&self) -> Value {
+        let ran = self.rcdeploy(&["status", "--format", "json", &self.network], false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        serde_json::from_str(&ran.stdout).expect("one JSON document")
+    }
+
+    /// One question to the management of a component.
+    pub(crate) fn ask(&self, name: &str, method: &str) -> Value {
+        let mut stream = UnixStream::connect(self.directory().socket(name)).expect("its socket");
+        stream.set_read_timeout(Some(LIMIT)).expect("a limit");
+        let request = json!({ "jsonrpc": "2.0", "id": 1, "method": method });
+        stream
+            .write_all(format!("{request}\n").as_bytes())
+            .expect("to ask");
+        let mut line = String::new();
+        BufReader::new(stream)
+            .read_line(&mut line)
+            .expect("an answer");
+        serde_json::from_str::<Value>(&line).expect("JSON")["result"].clone()
+    }
+
+    pub(crate) fn directory(&self) -> RunDirectory {
+        RunDirectory::below(&self.path("run/robocomp"), &self.network)
+    }
+
+    pub(crate) fn await_in_log(&self, component: &str, text: &str) {
+        let log = self
+            .path("state/robocomp")
+            .join(&self.network)
+            .join(format!("{component}.log"));
+        self.until(&format!("`{text}` in the log of {component}"), || {
+            std::fs::read_to_string(&log).is_ok_and(|log| log.contains(text))
+        });
+    }
+
+    /// Waits until a component has ended by itself.
+    pub(crate) fn await_end_of(&self, name: &str) {
+        self.until(&format!("the end of {name}"), || {
+            let status = self.status();
+            let components = status["components"].as_array().cloned().unwrap_or_default();
+            components
+                .iter()
+                .any(|c| c["name"] == name && c["state"] == "done")
+        });
+    }
+
+    /// Looks until something is so; the looking has a limit, and a pause that is none of what is tested.
+    fn until(&self, what: &str, so: impl Fn() -> bool) {
+        let start = Instant::now();
+        while !so() {
+            assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    fn leftovers(&self) -> Vec<PathBuf> {
+        let mut left = rc_iceoryx2::leftovers(&self.directory());
+        left.extend(Some(self.directory().path().to_path_buf()).filter(|path| path.exists()));
+        left
+    }
+
+    pub(crate) fn await_nothing_left(&self) {
+        self.until("the clean-up", || self.leftovers().is_empty());
+    }
+
+    pub(crate) fn assert_nothing_left(&self) {
+        assert_eq!(self.leftovers(), Vec::<PathBuf>::new());
+    }
+}
