@@ -3,7 +3,7 @@
 //! Numbers are aligned to their size, counted from the start of the body; a sequence is its length as uint32
 //! and then its elements; a string is a sequence of bytes with a zero at its end; an enum is an int32; an
 //! optional value is a sequence of none or one.
-//! Source: OMG DDS-XTypes 1.3, 7.4.1 (PLAIN_CDR).
+//! Source: OMG DDS-XTypes 1.3, 7.4.1 (`PLAIN_CDR`).
 
 use std::collections::BTreeMap;
 
@@ -133,7 +133,7 @@ impl Writer {
     }
 
     /// Writes one value.
-    pub fn put<T: Cdr + ?Sized>(&mut self, value: &T) {
+    pub fn put<T: Cdr>(&mut self, value: &T) {
         value.encode(self);
     }
 
@@ -268,7 +268,9 @@ pub trait Cdr: Sized {
 
     /// Writes several without their number; numbers go in one piece.
     fn encode_all(items: &[Self], writer: &mut Writer) {
-        items.iter().for_each(|item| item.encode(writer));
+        for item in items {
+            item.encode(writer);
+        }
     }
 
     /// Reads several; numbers come in one piece.

@@ -17,7 +17,7 @@ pub struct Description {
     pub model_hash: u64,
     /// The middleware of all connections that do not choose one.
     pub middleware: &'static str,
-    /// How often compute() runs where the configuration does not say.
+    /// How often `compute()` runs where the configuration does not say.
     pub period: Duration,
     /// The parameters as the JSON form of `rc_pdsl::model::Parameters`.
     pub parameters: Option<&'static str>,
@@ -82,10 +82,10 @@ pub trait Component {
     /// What the runtime knows of this component while it runs.
     fn core(&mut self) -> &mut Core;
 
-    /// The user's compute().
+    /// The user's `compute()`.
     fn compute(&mut self) -> Result<(), WorkerError>;
 
-    /// Takes the place of compute() in the state Emergency.
+    /// Takes the place of `compute()` in the state Emergency.
     fn emergency(&mut self);
 
     /// Between Emergency and Running.

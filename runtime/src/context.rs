@@ -39,13 +39,13 @@ impl Core {
         self.shared.status().state
     }
 
-    /// How often compute() runs.
+    /// How often `compute()` runs.
     pub fn period(&self) -> Duration {
         self.new_period
             .unwrap_or_else(|| self.shared.status().period)
     }
 
-    /// Sets how often compute() runs, from its next run on.
+    /// Sets how often `compute()` runs, from its next run on.
     pub fn set_period(&mut self, period: Duration) {
         self.new_period = Some(period);
     }

@@ -1,6 +1,6 @@
-//! The one loop of a component: handlers as messages arrive, compute() on its period, both on one thread.
+//! The one loop of a component: handlers as messages arrive, `compute()` on its period, both on one thread.
 //!
-//! Handlers that are ready run boundedly, then a compute() that is due runs. A compute() or handler that
+//! Handlers that are ready run boundedly, then a `compute()` that is due runs. A `compute()` or handler that
 //! takes longer than the period is counted and reported; what was missed is never made up for.
 
 use crate::component::{Component, Description, WorkerError};
@@ -17,7 +17,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Handlers that run before a compute() that is due.
+/// Handlers that run before a `compute()` that is due.
 const HANDLERS_A_TURN: usize = 64;
 /// No wait is longer: the heartbeat wants the loop to come round, and a backend may lose a wake-up
 /// (iceoryx2 0.10 does, rarely), so every port is looked at after it.
@@ -149,7 +149,7 @@ impl<'a> EventLoop<'a> {
         Ok(())
     }
 
-    /// Waits for anything; says whether a compute() is due.
+    /// Waits for anything; says whether a `compute()` is due.
     fn wait(&mut self) -> io::Result<bool> {
         let limit = if self.ports.iter().any(|p| p.ready) {
             Duration::ZERO

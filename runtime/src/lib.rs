@@ -2,7 +2,7 @@
 //! management endpoint and its log.
 //!
 //! Generated code hands a [`Description`] and a [`Component`] to [`run`]; everything else happens here. One
-//! thread runs the worker: compute() on its period and every handler between two computes. A second thread
+//! thread runs the worker: `compute()` on its period and every handler between two computes. A second thread
 //! answers management, takes signals and sends the heartbeat, so that a worker that hangs is seen.
 
 mod arguments;

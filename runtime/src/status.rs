@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 pub enum State {
     /// Its connections are being opened and its worker initialised.
     Starting,
-    /// compute() runs on its period.
+    /// `compute()` runs on its period.
     Running,
-    /// emergency() runs on the period.
+    /// `emergency()` runs on the period.
     Emergency,
     /// It is ending.
     Stopping,
