@@ -5,7 +5,9 @@ use crate::model::Role;
 use pest::Parser;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, Trivia, explain, missing_semicolon, nesting, unescape};
+use rc_syntax::{
+    Literal, Name, Trivia, explain, missing_semicolon, nesting, unclosed_comment, unescape,
+};
 
 #[derive(pest_derive::Parser)]
 #[grammar = "../../syntax/src/common.pest"]
@@ -46,6 +48,10 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn file(&mut self) -> File {
+        if let Some(unclosed) = unclosed_comment(&self.trivia, self.source) {
+            self.found.push(unclosed);
+            return File::default();
+        }
         if self.trivia.significant().is_empty() {
             let message = "this file is empty; it should hold `Component NAME { … };`";
             self.found.push(Diagnostic::error(
@@ -304,9 +310,14 @@ impl<'a> Reader<'a> {
         }
         let message = format!("`{}` does not begin a communication clause", first.text);
         let words = ["implements", "requires", "publishes", "subscribesTo"];
+        // What people write who know components by other names.
+        let meant = match first.text.to_lowercase().as_str() {
+            "provides" | "provide" | "offers" | "serves" => "implements",
+            "uses" | "needs" | "calls" => "requires",
+            _ => &first.text,
+        };
         self.found.push(
-            Diagnostic::error("unknown-communication", first.span, message)
-                .suggest(&first.text, words),
+            Diagnostic::error("unknown-communication", first.span, message).suggest(meant, words),
         );
     }
 }
@@ -339,14 +350,24 @@ fn unknown_clause(first: &Name) -> Diagnostic {
 fn word(rule: Rule) -> Option<&'static str> {
     Some(match rule {
         Rule::EOI => "the end of the file",
-        Rule::kw_import => "`import`",
-        Rule::kw_component => "`Component`",
-        Rule::name | Rule::crate_name | Rule::item | Rule::backend | Rule::slot => "a name",
+        Rule::file | Rule::kw_component => "`Component`",
+        Rule::name
+        | Rule::crate_name
+        | Rule::item
+        | Rule::item_name
+        | Rule::backend
+        | Rule::slot => "a name",
         Rule::string => "a text in quotes",
         Rule::literal => "a value",
         Rule::duration | Rule::number => "a time such as `50ms`",
         Rule::comm | Rule::kw_comm => "`implements`, `requires`, `publishes` or `subscribesTo`",
-        Rule::clause => "a clause or `}`",
+        Rule::clause => "a clause",
+        Rule::semicolon | Rule::begins_next | Rule::ends_comm => "`;`",
+        Rule::open => "`{`",
+        Rule::close => "`}`",
+        Rule::open_round => "`(`",
+        Rule::close_round => "`)`",
+        Rule::comma => "`,`",
         _ => return None,
     })
 }

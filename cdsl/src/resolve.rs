@@ -83,6 +83,11 @@ impl Resolver<'_> {
                 }
             }
         }
+        // A clause that is there, but could not be read, has been reported.
+        let unread = self.found.iter().any(|d| {
+            d.span.source == tree.name.span.source
+                && matches!(d.code, "syntax-error" | "unknown-clause")
+        });
         for (missing, help) in [
             (
                 !communications,
@@ -90,7 +95,7 @@ impl Resolver<'_> {
             ),
             (language.is_none(), "add `language rust;`"),
         ] {
-            if missing {
+            if missing && !unread {
                 let what = if help.contains("language") {
                     "language"
                 } else {
@@ -101,7 +106,10 @@ impl Resolver<'_> {
                     .push(Diagnostic::error("missing-clause", tree.name.span, message).help(help));
             }
         }
-        self.unused_imports(&slots);
+        // Where something is wrong, what is unused may be what was meant.
+        if !self.found.has_errors() {
+            self.unused_imports(&slots);
+        }
         Component {
             name: tree.name.clone(),
             doc: tree.doc.clone(),

@@ -4,7 +4,9 @@ use crate::model::{Bind, Deployment, Instance, READY, STOP, SlotPath};
 use pest::Parser;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, Trivia, explain, missing_semicolon, nesting, unescape};
+use rc_syntax::{
+    Literal, Name, Trivia, explain, missing_semicolon, nesting, unclosed_comment, unescape,
+};
 use std::collections::HashMap;
 use std::time::Duration;
 
@@ -55,6 +57,10 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn file(&mut self) -> Option<Deployment> {
+        if let Some(unclosed) = unclosed_comment(&self.trivia, self.source) {
+            self.found.push(unclosed);
+            return None;
+        }
         if self.trivia.significant().is_empty() {
             let message = "this file is empty; it should hold `Deployment NAME { … };`";
             self.found.push(Diagnostic::error(
@@ -254,7 +260,8 @@ impl<'a> Reader<'a> {
     /// `instance.slot`; groups, which would make it longer, are not supported yet.
     fn slot_path(&mut self, pair: Pair<'a, Rule>) -> Option<SlotPath> {
         let span = self.span(&pair);
-        let names: Vec<Name> = pair.into_inner().map(|p| self.name(&p)).collect();
+        let names = pair.into_inner().filter(|p| p.as_rule() == Rule::name);
+        let names: Vec<Name> = names.map(|p| self.name(&p)).collect();
         match <[Name; 2]>::try_from(names) {
             Ok([instance, slot]) => Some(SlotPath { instance, slot }),
             Err(_) => {
@@ -280,6 +287,7 @@ impl<'a> Reader<'a> {
             args: Vec::new(),
         };
         let mut seen: HashMap<String, Span> = HashMap::new();
+        let mut unread = false;
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => instance.name = self.name(&part),
@@ -295,6 +303,7 @@ impl<'a> Reader<'a> {
                         .for_each(|p| self.field(p, &first, &mut instance));
                 }
                 Rule::unread => {
+                    unread = true;
                     let rules = [
                         ("cdsl", Rule::text_field),
                         ("executable", Rule::text_field),
@@ -315,7 +324,8 @@ impl<'a> Reader<'a> {
                 _ => {}
             }
         }
-        if instance.cdsl.is_none() {
+        // A field that is there, but could not be read, has been reported.
+        if instance.cdsl.is_none() && !unread {
             let message = format!("component `{}` does not say what it is", instance.name.text);
             let help = "add `cdsl \"PATH/NAME.cdsl\";`, relative to this file";
             self.found
@@ -489,14 +499,21 @@ fn walk(
 fn word(rule: Rule) -> Option<&'static str> {
     Some(match rule {
         Rule::EOI => "the end of the file",
-        Rule::kw_deployment => "`Deployment`",
+        Rule::file | Rule::kw_deployment => "`Deployment`",
         Rule::name => "a name",
         Rule::slot_path => "a slot such as `simulator.Laser`",
         Rule::string => "a text in quotes",
         Rule::number => "a number",
         Rule::time | Rule::duration => "a time such as `5s`",
         Rule::field => "a field",
-        Rule::decl => "a declaration or `}`",
+        Rule::decl => "a declaration",
+        Rule::semicolon | Rule::begins_next => "`;`",
+        Rule::open => "`{`",
+        Rule::close => "`}`",
+        Rule::comma => "`,`",
+        Rule::arrow => "`->`",
+        Rule::dot => "`.`",
+        Rule::kw_within => "`within`",
         Rule::variable => "`NAME \"value\";`",
         _ => return None,
     })

@@ -5,7 +5,9 @@
 /// Upper and lower case count as equal here, so that `laser` finds `Laser`.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = name.to_lowercase();
-    let allowed = (wanted.chars().count() / 3).max(1);
+    let length = wanted.chars().count();
+    // A name of which no letter stays is another name.
+    let allowed = (length / 3).max(1).min(length.saturating_sub(1));
     candidates
         .into_iter()
         .map(|c| (strsim::damerau_levenshtein(&wanted, &c.to_lowercase()), c))
@@ -26,5 +28,7 @@ mod tests {
             Some("GenericBase")
         );
         assert_eq!(nearest("Speech", ["Laser"]), None);
+        assert_eq!(nearest("a", ["b", "A"]), Some("A"));
+        assert_eq!(nearest("a", ["b"]), None);
     }
 }

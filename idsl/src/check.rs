@@ -4,6 +4,7 @@ use crate::ast::Annotation;
 use crate::model::{Library, Primitive, Range, Type, TypeDeclKind, TypeId};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
+use std::collections::HashSet;
 
 /// Names that differ only in case would become one name in some language.
 pub(crate) fn duplicates<'a>(
@@ -35,13 +36,20 @@ pub(crate) fn duplicates<'a>(
     }
 }
 
-/// A type that contains itself has no size.
-pub(crate) fn recursion(library: &Library, types: &[TypeId], found: &mut Diagnostics) {
+/// A type that contains itself has no size. Returns every type that does.
+pub(crate) fn recursion(
+    library: &Library,
+    types: &[TypeId],
+    found: &mut Diagnostics,
+) -> Vec<TypeId> {
+    let mut recursive = Vec::new();
     let mut reported: Vec<TypeId> = Vec::new();
     for id in types {
-        if let Some(cycle) = cycle_from(library, *id, &mut Vec::new())
-            && !cycle.iter().any(|t| reported.contains(t))
-        {
+        let Some(cycle) = cycle_from(library, *id, &mut Vec::new(), &mut HashSet::new()) else {
+            continue;
+        };
+        recursive.push(*id);
+        if !cycle.iter().any(|t| reported.contains(t)) {
             let names: Vec<&str> = cycle
                 .iter()
                 .chain(cycle.first())
@@ -56,11 +64,20 @@ pub(crate) fn recursion(library: &Library, types: &[TypeId], found: &mut Diagnos
             reported.extend(cycle);
         }
     }
+    recursive
 }
 
-fn cycle_from(library: &Library, id: TypeId, path: &mut Vec<TypeId>) -> Option<Vec<TypeId>> {
-    if let Some(at) = path.iter().position(|t| *t == id) {
-        return (at == 0).then(|| path.clone());
+fn cycle_from(
+    library: &Library,
+    id: TypeId,
+    path: &mut Vec<TypeId>,
+    seen: &mut HashSet<TypeId>,
+) -> Option<Vec<TypeId>> {
+    if path.first() == Some(&id) {
+        return Some(path.clone());
+    }
+    if !seen.insert(id) {
+        return None;
     }
     path.push(id);
     let parts: Vec<&Type> = match &library.ty(id).kind {
@@ -74,7 +91,7 @@ fn cycle_from(library: &Library, id: TypeId, path: &mut Vec<TypeId>) -> Option<V
     parts.into_iter().for_each(|ty| names_in(ty, &mut named));
     let cycle = named
         .into_iter()
-        .find_map(|next| cycle_from(library, next, path));
+        .find_map(|next| cycle_from(library, next, path, seen));
     path.pop();
     cycle
 }

@@ -7,7 +7,9 @@ use crate::ast::{
 use pest::Parser;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, Trivia, explain, missing_semicolon, nesting, unescape};
+use rc_syntax::{
+    Literal, Name, Trivia, explain, missing_semicolon, nesting, unclosed_comment, unescape,
+};
 
 #[derive(pest_derive::Parser)]
 #[grammar = "../../syntax/src/common.pest"]
@@ -36,6 +38,10 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn file(&mut self) -> File {
+        if let Some(unclosed) = unclosed_comment(&self.trivia, self.source) {
+            self.found.push(unclosed);
+            return File::default();
+        }
         if self.trivia.significant().is_empty() {
             let message = "this file is empty; it should hold `module NAME { … };`";
             self.found.push(Diagnostic::error(
@@ -160,7 +166,10 @@ impl<'a> Reader<'a> {
     fn decl(&mut self, pair: Pair<'a, Rule>) -> Option<Decl> {
         let rule = pair.as_rule();
         if rule == Rule::unread {
-            let likely = match pair.as_str().split_whitespace().next().unwrap_or_default() {
+            let first = pair
+                .as_str()
+                .split(|c: char| !(c.is_alphanumeric() || c == '_'));
+            let likely = match first.into_iter().next().unwrap_or_default() {
                 "enum" => Rule::enum_decl,
                 "struct" => Rule::struct_decl,
                 "sequence" => Rule::sequence_decl,
@@ -257,7 +266,9 @@ impl<'a> Reader<'a> {
         let doc = self.trivia.documentation(pair.as_span().start());
         let mut parts = pair.into_inner();
         let name = parts.next().map(|p| self.name(&p))?;
-        let value = parts.next().map(|p| self.literal(&p));
+        let value = parts
+            .find(|p| p.as_rule() == Rule::number)
+            .map(|p| self.literal(&p));
         Some(Enumerator { name, doc, value })
     }
 
@@ -270,7 +281,9 @@ impl<'a> Reader<'a> {
                 Rule::type_ref => ty = Some(self.type_ref(part)),
                 Rule::name => name = Some(self.name(&part)),
                 Rule::array => {
-                    let size = part.into_inner().next().map(|p| self.literal(&p))?;
+                    let mut parts = part.into_inner();
+                    let size = parts.find(|p| p.as_rule() == Rule::number)?;
+                    let size = self.literal(&size);
                     ty = ty.map(|element| Type {
                         span: element.span,
                         kind: TypeKind::Array(Box::new(element), size),
@@ -405,6 +418,7 @@ impl<'a> Reader<'a> {
             for piece in part.into_inner() {
                 match piece.as_rule() {
                     Rule::name => name = Some(self.name(&piece)),
+                    Rule::equals => {}
                     _ => annotation.args.push((name.take(), self.literal(&piece))),
                 }
             }
@@ -421,7 +435,7 @@ fn is_void(ty: &Type) -> bool {
 fn word(rule: Rule) -> Option<&'static str> {
     Some(match rule {
         Rule::EOI => "the end of the file",
-        Rule::kw_module => "`module`",
+        Rule::file | Rule::kw_module => "`module`",
         Rule::name => "a name",
         Rule::string => "a text in quotes",
         Rule::number => "a number",
@@ -429,10 +443,20 @@ fn word(rule: Rule) -> Option<&'static str> {
         Rule::type_ref | Rule::scoped => "a type",
         Rule::param => "a parameter",
         Rule::enumerator => "an enumerator",
-        Rule::semicolon => "`;`",
+        Rule::semicolon | Rule::begins_next => "`;`",
+        Rule::open => "`{`",
+        Rule::close => "`}`",
+        Rule::open_round => "`(`",
+        Rule::close_round => "`)`",
+        Rule::open_angle => "`<`",
+        Rule::close_angle => "`>`",
+        Rule::open_square => "`[`",
+        Rule::close_square => "`]`",
+        Rule::comma => "`,`",
+        Rule::equals => "`=`",
         Rule::member => "a member",
         Rule::operation => "an operation",
-        Rule::decl => "a declaration or `}`",
+        Rule::decl => "a declaration",
         _ => return None,
     })
 }

@@ -53,11 +53,12 @@ impl<'a> Session<'a> {
                     ),
                 };
                 let diagnostic = Diagnostic::error("import-not-found", span, message);
-                let with_ending = format!("{}.idsl", base.trim_end_matches(".idsl"));
-                let near =
-                    rc_diagnostics::nearest(&with_ending, missing.known.iter().map(String::as_str));
+                // The ending that all have in common makes nothing nearer.
+                let stem = |name: &'_ str| name.trim_end_matches(".idsl").to_owned();
+                let known: Vec<String> = missing.known.iter().map(|k| stem(k)).collect();
+                let near = rc_diagnostics::nearest(&stem(base), known.iter().map(String::as_str));
                 self.found.push(match near {
-                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                    Some(near) => diagnostic.help(format!("did you mean `{near}.idsl`?")),
                     None => diagnostic
                         .help("name its folder with `-I DIR`, or put the file beside this one"),
                 });
@@ -157,7 +158,10 @@ impl<'a> Session<'a> {
                 name: decl.name.clone(),
                 module: id,
                 doc: decl.doc.clone(),
-                kind: TypeDeclKind::Struct(Vec::new()),
+                kind: match decl.kind {
+                    DeclKind::Exception(..) => TypeDeclKind::Exception(Vec::new()),
+                    _ => TypeDeclKind::Struct(Vec::new()),
+                },
             });
         }
         let types = module.types.clone();
@@ -167,12 +171,24 @@ impl<'a> Session<'a> {
             module: id,
         };
         scope.consts(&tree.decls);
-        for (decl, ty) in tree.decls.iter().filter(|d| is_type(&d.kind)).zip(&types) {
+        // Keys and defaults look into enums and aliases, wherever in the file these stand.
+        let depth = |decl: &Decl| match decl.kind {
+            DeclKind::Enum(_) => 0,
+            DeclKind::Alias(_) => 1,
+            _ => 2,
+        };
+        let decls = tree.decls.iter().filter(|d| is_type(&d.kind));
+        let mut in_order: Vec<(&Decl, &TypeId)> = decls.zip(&types).collect();
+        in_order.sort_by_key(|(decl, _)| depth(decl));
+        for (decl, ty) in in_order {
             let kind = scope.type_decl(decl);
             scope.session.library.types[ty.0].kind = kind;
         }
         scope.bases(&tree.decls, &types);
-        check::recursion(&self.library, &types, &mut self.found);
+        // Whoever walks through types, whatever else is wrong, comes to an end.
+        for id in check::recursion(&self.library, &types, &mut self.found) {
+            self.library.types[id.0].kind = TypeDeclKind::Struct(Vec::new());
+        }
         let mut scope = Scope {
             session: self,
             module: id,
@@ -624,12 +640,17 @@ impl Scope<'_, '_> {
                 names.extend(types.map(|t| library.ty(*t).name.text.as_str()));
                 let diagnostic = match &scoped.module {
                     Some(module) if modules.is_empty() => {
-                        let known = reachable
-                            .iter()
-                            .map(|m| library.module(*m).name.text.as_str());
+                        let known = reachable.iter().map(|m| &library.module(*m).name);
+                        let near = rc_diagnostics::nearest(
+                            &module.text,
+                            known.map(|name| name.text.as_str()),
+                        );
                         let message = format!("module `{}` is not imported here", module.text);
-                        Diagnostic::error("unknown-module", module.span, message)
-                            .suggest(&module.text, known)
+                        let diagnostic = Diagnostic::error("unknown-module", module.span, message);
+                        match near {
+                            Some(_) => diagnostic.help_nearest(near),
+                            None => diagnostic.help("import the file that declares it"),
+                        }
                     }
                     _ => {
                         let message = format!("unknown type `{}`", scoped.text());

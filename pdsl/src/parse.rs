@@ -7,7 +7,7 @@ use crate::ast::{
 use pest::Parser;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, Trivia, explain, missing_semicolon, nesting, unescape};
+use rc_syntax::{Literal, Name, Trivia, explain, missing_semicolon, nesting, unclosed_comment, unescape};
 
 #[derive(pest_derive::Parser)]
 #[grammar = "../../syntax/src/common.pest"]
@@ -36,6 +36,10 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn file(&mut self) -> File {
+        if let Some(unclosed) = unclosed_comment(&self.trivia, self.source) {
+            self.found.push(unclosed);
+            return File::default();
+        }
         if self.trivia.significant().is_empty() {
             let message = "this file is empty; it should hold `ComponentParams NAME { … };`";
             self.found.push(Diagnostic::error(

@@ -35,6 +35,14 @@ impl Name {
     }
 }
 
+/// An error where a comment begins that has no end.
+pub fn unclosed_comment(trivia: &Trivia, source: SourceId) -> Option<Diagnostic> {
+    let at = trivia.unclosed()?;
+    let message = "this comment has no end: `*/` is missing";
+    let span = Span::new(source, at, at + 2);
+    Some(Diagnostic::error("unclosed-comment", span, message))
+}
+
 /// The missing `;` after whatever ends before `at`.
 pub fn missing_semicolon(trivia: &Trivia, source: SourceId, at: usize) -> Diagnostic {
     let end = trivia.end_of_token_before(at);

@@ -35,6 +35,14 @@ impl<'a> Trivia<'a> {
         Self { text, comments }
     }
 
+    /// Where a `/*` begins that no `*/` ends.
+    pub fn unclosed(&self) -> Option<usize> {
+        let (start, stop) = *self.comments.last()?;
+        let comment = &self.text[start..stop];
+        let closed = comment.len() >= 4 && comment.ends_with("*/");
+        (comment.starts_with("/*") && !closed).then_some(start)
+    }
+
     /// Where the last token before `at` ends: back over white space and comments.
     pub fn end_of_token_before(&self, at: usize) -> usize {
         let mut end = at;

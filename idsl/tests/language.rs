@@ -1,0 +1,450 @@
+//! What is said about `.idsl` texts: the mistakes that people make, each at its place, and the habits of
+//! RoboComp's own files, which are accepted.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use expect_test::{Expect, expect};
+use rc_diagnostics::{Format, SourceMap, Span, render};
+use rc_idsl::{Library, Session};
+use rc_syntax::MemoryLoader;
+
+/// Files that tests import.
+const OTHERS: [(&str, &str); 5] = [
+    (
+        "Base.idsl",
+        "module Base { struct State { int x; }; exception Broken { string what; }; };",
+    ),
+    ("Other.idsl", "module Other { struct State { int y; }; };"),
+    ("Deep.idsl", "import \"Base.idsl\"; module Deep { };"),
+    (
+        "Ring.idsl",
+        "import \"m.idsl\";\nmodule Ring { struct Link { int x; }; };",
+    ),
+    ("Twin.idsl", "module M { };"),
+];
+
+/// What is found in a whole file `m.idsl`.
+fn check_file(text: &str, expected: &Expect) -> Library {
+    let mut sources = SourceMap::new();
+    let source = sources.add("m.idsl", text);
+    let mut texts = OTHERS.to_vec();
+    texts.push(("m.idsl", text));
+    let loader = MemoryLoader::new(texts);
+    let mut session = Session::new(&mut sources, &loader);
+    session.load_source(source, "m.idsl".into(), Span::new(source, 0, 0));
+    let (found, library) = (session.found, session.library);
+    expected.assert_eq(&render(&sources, &found, Format::Short));
+    library
+}
+
+/// What is found in `body`, which stands in a module from line 2 on.
+fn check(body: &str, expected: &Expect) -> Library {
+    check_file(&format!("module M {{\n{body}\n}};\n"), expected)
+}
+
+/// The operations of the last module, as they enter the hash of types.
+fn operations(library: &Library) -> Vec<String> {
+    let ids = (0..library.interfaces.len()).map(rc_idsl::model::InterfaceId);
+    let texts = ids.flat_map(|id| {
+        let operations = library.interface(id).operations.iter();
+        operations.map(move |o| rc_idsl::canonical::operation_text(library, id, o))
+    });
+    texts.collect()
+}
+
+#[test]
+fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
+    check(
+        "struct S { int a\n int b; // of b\n string c /* of c */ }\nsequence<int> L\ndictionary<int, int> D // of D\n\
+         const int C = 3\ninterface I {\n void a()\n int b(int x) throws E\n @unit(\"m\") command c()\n }\nexception E { }",
+        &expect![[r#"
+            m.idsl:2:17: error[missing-semicolon]: `;` expected here
+            m.idsl:4:10: error[missing-semicolon]: `;` expected here
+            m.idsl:5:16: error[missing-semicolon]: `;` expected here
+            m.idsl:6:23: error[missing-semicolon]: `;` expected here
+            m.idsl:7:16: error[missing-semicolon]: `;` expected here
+            m.idsl:9:10: error[missing-semicolon]: `;` expected here
+            m.idsl:10:23: error[missing-semicolon]: `;` expected here
+            m.idsl:11:24: error[missing-semicolon]: `;` expected here
+        "#]],
+    );
+    check_file(
+        "import \"Base\"\nmodule M { }",
+        &expect![[r#"
+        m.idsl:1:14: error[missing-semicolon]: `;` expected here
+    "#]],
+    );
+}
+
+#[test]
+fn whole_files() {
+    check_file(
+        "",
+        &expect![[r#"
+        m.idsl:1:1: error[empty-file]: this file is empty; it should hold `module NAME { … };`
+    "#]],
+    );
+    check_file(
+        "// nothing\n\n",
+        &expect![[r#"
+        m.idsl:1:1: error[empty-file]: this file is empty; it should hold `module NAME { … };`
+    "#]],
+    );
+    check_file(
+        "struct S { int a; };",
+        &expect![[r#"
+        m.idsl:1:1: error[syntax-error]: expected `module`, found `struct`
+    "#]],
+    );
+    check_file(
+        "module M { struct S { int a; }; }; module N { };",
+        &expect![[r#"
+            m.idsl:1:36: error[text-after-end]: there is text after the end of the module; a file holds one module
+        "#]],
+    );
+    check_file(
+        "module M { };\n}",
+        &expect![[r#"
+        m.idsl:2:1: error[text-after-end]: there is text after the end of the module; a file holds one module
+    "#]],
+    );
+    check_file(
+        "module M {\n struct S { int a; };\n",
+        &expect![[r#"
+        m.idsl:3:1: error[syntax-error]: expected `}` or a declaration, found the end of the file
+    "#]],
+    );
+    check_file(
+        "module M\n struct S { int a; };\n};",
+        &expect![[r#"
+        m.idsl:2:2: error[syntax-error]: expected `{`, found `struct`
+    "#]],
+    );
+    check_file(
+        "Module M { };",
+        &expect![[r#"
+        m.idsl:1:1: error[syntax-error]: expected `module`, found `Module`
+    "#]],
+    );
+    check_file(
+        "module { };",
+        &expect![[r#"
+        m.idsl:1:8: error[syntax-error]: expected a name, found `{`
+    "#]],
+    );
+    check_file(
+        "/* never closed\nmodule M { };",
+        &expect![[r#"
+        m.idsl:1:1: error[unclosed-comment]: this comment has no end: `*/` is missing
+    "#]],
+    );
+    check_file(
+        &format!(
+            "module M {{ {}int{} L; }};",
+            "sequence<".repeat(200),
+            ">".repeat(200)
+        ),
+        &expect![[r#"
+            m.idsl:1:911: error[nested-too-deep]: brackets nest deeper than 100 levels here
+        "#]],
+    );
+}
+
+#[test]
+fn imports_are_found() {
+    check_file(
+        "import \"Baes.idsl\"; module M { };",
+        &expect![[r#"
+        m.idsl:1:8: error[import-not-found]: `Baes.idsl` was not found; looked in memory (did you mean `Base.idsl`?)
+    "#]],
+    );
+    check_file(
+        "import \"/opt/robocomp/interfaces/Nothing.idsl\";\nmodule M { };",
+        &expect![[r#"
+            m.idsl:1:8: error[import-not-found]: `Nothing.idsl` was not found; looked in memory (name its folder with `-I DIR`, or put the file beside this one)
+        "#]],
+    );
+    check_file(
+        "import Base.idsl; module M { };",
+        &expect![[r#"
+        m.idsl:1:8: error[syntax-error]: expected a text in quotes, found `Base`
+    "#]],
+    );
+    check_file(
+        "import \"Ring\"; module M { };",
+        &expect![[r#"
+        Ring.idsl:1:8: error[import-cycle]: these files import each other in a circle: m.idsl → Ring.idsl → m.idsl
+    "#]],
+    );
+    check_file(
+        "import \"m.idsl\"; module M { };",
+        &expect![[r#"
+        m.idsl:1:8: error[import-cycle]: these files import each other in a circle: m.idsl → m.idsl
+    "#]],
+    );
+    check_file(
+        "import \"Twin.idsl\"; module M { };",
+        &expect![[r#"
+        m.idsl:1:28: error[module-in-two-files]: module `M` is in two files: Twin.idsl and m.idsl; also declared here at Twin.idsl:1:8
+    "#]],
+    );
+}
+
+#[test]
+fn what_cannot_be_read_does_not_hide_the_rest() {
+    check(
+        "struct A { int a, b; int [3] c; a; int d = ; int 3; float e[]; };\nstrcut B { int a; };\nenum C { A B };\n\
+         enum D { A = x };\ninterface E { void a(int); void b(int x; void c int x); int; void d() throws; };\n\
+         sequence<int L;\ndictionary<int> N;\nconst int O;\nStruct P { };\n§ x;\nstruct Q { string<x> a; };\n\
+         struct R extends Q { int a; };\nitn z;",
+        &expect![[r#"
+            m.idsl:2:17: error[syntax-error]: expected `;`, `=` or `[`, found `,`
+            m.idsl:2:26: error[syntax-error]: expected a name, found `[`
+            m.idsl:2:34: error[syntax-error]: expected a name, found `;`
+            m.idsl:2:44: error[syntax-error]: expected a value, found `;`
+            m.idsl:2:50: error[syntax-error]: expected a name, found `3`
+            m.idsl:2:61: error[syntax-error]: expected a number, found `]`
+            m.idsl:3:1: error[unknown-declaration]: `strcut` does not begin a declaration (did you mean `struct`?)
+            m.idsl:4:12: error[syntax-error]: expected `,`, `=` or `}`, found `B`
+            m.idsl:5:14: error[syntax-error]: expected a number, found `x`
+            m.idsl:6:25: error[syntax-error]: expected a name, found `)`
+            m.idsl:6:40: error[syntax-error]: expected `)` or `,`, found `;`
+            m.idsl:6:49: error[syntax-error]: expected `(`, found `int`
+            m.idsl:6:60: error[syntax-error]: expected a name, found `;`
+            m.idsl:6:77: error[syntax-error]: expected a name, found `;`
+            m.idsl:7:14: error[syntax-error]: expected `,` or `>`, found `L`
+            m.idsl:8:15: error[syntax-error]: expected `,`, found `>`
+            m.idsl:9:12: error[syntax-error]: expected `=`, found `;`
+            m.idsl:10:1: error[unknown-declaration]: `Struct` does not begin a declaration (did you mean `struct`?)
+            m.idsl:11:1: error[unknown-declaration]: `§` does not begin a declaration (allowed here: `enum`, `struct`, `sequence`, `dictionary`, `exception`, `interface`, `const`)
+            m.idsl:12:19: error[syntax-error]: expected a number, found `x`
+            m.idsl:13:10: error[syntax-error]: expected `{`, found `extends`
+            m.idsl:14:1: error[unknown-declaration]: `itn` does not begin a declaration (allowed here: `enum`, `struct`, `sequence`, `dictionary`, `exception`, `interface`, `const`)
+        "#]],
+    );
+}
+
+#[test]
+fn braces_that_are_missing() {
+    check(
+        "struct A  int a; };\nstruct B { int a; };",
+        &expect![[r#"
+        m.idsl:2:11: error[syntax-error]: expected `{`, found `int`
+        m.idsl:3:1: error[text-after-end]: there is text after the end of the module; a file holds one module
+    "#]],
+    );
+    check(
+        "struct A { int a;\nstruct B { int a; };",
+        &expect![[r#"
+        m.idsl:5:1: error[syntax-error]: expected `}` or a declaration, found the end of the file
+    "#]],
+    );
+    check(
+        "interface I { void a();\nstruct B { int a; };\n};",
+        &expect![[r#"
+            m.idsl:3:10: error[syntax-error]: expected `(`, found `{`
+        "#]],
+    );
+}
+
+#[test]
+fn names_are_unique_without_regard_to_case() {
+    check(
+        "struct S { int a; int A; string a; };\nstruct s { };\nenum E { One, ONE };\ninterface I { void f(); int F(int x, out int X); };\n\
+         interface S { };\nexception E { int what; };",
+        &expect![[r#"
+            m.idsl:2:23: error[duplicate-name]: member `A` differs from `a` only in case; first declared here at m.idsl:2:16
+            m.idsl:2:33: error[duplicate-name]: member `a` is declared twice; first declared here at m.idsl:2:16
+            m.idsl:3:8: error[duplicate-name]: declaration `s` differs from `S` only in case; first declared here at m.idsl:2:8
+            m.idsl:4:15: error[duplicate-name]: enumerator `ONE` differs from `One` only in case; first declared here at m.idsl:4:10
+            m.idsl:5:29: error[duplicate-name]: operation `F` differs from `f` only in case; first declared here at m.idsl:5:20
+            m.idsl:5:46: error[duplicate-name]: parameter `X` differs from `x` only in case; first declared here at m.idsl:5:35
+            m.idsl:6:11: error[duplicate-name]: declaration `S` is declared twice; first declared here at m.idsl:2:8
+            m.idsl:7:11: error[duplicate-name]: declaration `E` is declared twice; first declared here at m.idsl:4:6
+        "#]],
+    );
+    check(
+        "exception A { int code; };\nexception B extends A { int code; };",
+        &expect![[r#"
+            m.idsl:3:29: error[duplicate-name]: member `code` is declared twice; first declared here at m.idsl:2:19
+        "#]],
+    );
+}
+
+#[test]
+fn types_are_known() {
+    check(
+        "struct S { itn a; Float b; sate c; void d; E e; const f; unsigned g; };\nexception E { };\n\
+         interface I { s f(); void g(Sq x); void h() throws S; void i() throws Nothing; };",
+        &expect![[r#"
+            m.idsl:2:12: error[unknown-type]: unknown type `itn` (did you mean `int`?)
+            m.idsl:2:19: error[unknown-type]: unknown type `Float` (did you mean `float`?)
+            m.idsl:2:28: error[unknown-type]: unknown type `sate`
+            m.idsl:2:36: error[void-value]: `void` is only possible as the result of an operation
+            m.idsl:2:44: error[exception-as-type]: exception `E` is only possible after `throws`
+            m.idsl:2:49: error[unknown-type]: unknown type `const`
+            m.idsl:2:58: error[unknown-type]: unknown type `unsigned`
+            m.idsl:4:15: error[unknown-type]: unknown type `s` (did you mean `S`?)
+            m.idsl:4:29: error[unknown-type]: unknown type `Sq` (did you mean `S`?)
+            m.idsl:4:52: error[not-an-exception]: `S` is not an exception; declared here at m.idsl:2:8
+            m.idsl:4:71: error[unknown-type]: unknown type `Nothing`
+        "#]],
+    );
+    check_file(
+        "import \"Base\";\nimport \"Other\";\nmodule M {\nstruct A { Base::State a; Base::Sate b; Bsae::State c; State d; Other::Broken e; };\n\
+         interface I { void f() throws Base::Broken; void g() throws Broken; void h() throws Other::Broken; };\n};",
+        &expect![[r#"
+            m.idsl:4:27: error[unknown-type]: unknown type `Base::Sate` (did you mean `State`?)
+            m.idsl:4:41: error[type-moved]: `State` is not in module `Bsae`; it is `Base::State`, `Other::State` (write `Base::State`)
+            m.idsl:4:56: error[ambiguous-type]: `State` is in several modules: `Base::State`, `Other::State` (write `Base::State`)
+            m.idsl:4:65: error[type-moved]: `Broken` is not in module `Other`; it is `Base::Broken` (write `Base::Broken`)
+            m.idsl:5:61: warning[unscoped-name]: `Broken` is not in this module; `Base::Broken` is taken (write `Base::Broken`)
+            m.idsl:5:85: error[type-moved]: `Broken` is not in module `Other`; it is `Base::Broken` (write `Base::Broken`)
+        "#]],
+    );
+    check_file(
+        "import \"Deep\";\nmodule M {\nstruct A { Base::State a; Deep::State b; State c; };\n};",
+        &expect![[r#"
+            m.idsl:3:27: error[type-moved]: `State` is not in module `Deep`; it is `Base::State` (write `Base::State`)
+            m.idsl:3:42: warning[unscoped-name]: `State` is not in this module; `Base::State` is taken (write `Base::State`)
+        "#]],
+    );
+    check(
+        "struct A { Base::State a; };",
+        &expect![[r#"
+        m.idsl:2:12: error[unknown-module]: module `Base` is not imported here (import the file that declares it)
+    "#]],
+    );
+}
+
+#[test]
+fn types_have_a_size() {
+    check(
+        "struct A { B b; };\nstruct B { sequence<C> c; };\nstruct C { A a[2]; };\nstruct D { D d; };\nsequence<F> F;",
+        &expect![[r#"
+            m.idsl:2:8: error[recursive-type]: type `A` contains itself: A → B → C → A
+            m.idsl:5:8: error[recursive-type]: type `D` contains itself: D → D
+            m.idsl:6:13: error[recursive-type]: type `F` contains itself: F → F
+        "#]],
+    );
+    check(
+        "struct A { int a[0]; string<0> b; sequence<int, -1> c; int d[4294967296]; int e[1.5]; };",
+        &expect![[r#"
+            m.idsl:2:18: error[bad-bound]: a bound is a whole number from 1 to 4294967295
+            m.idsl:2:29: error[bad-bound]: a bound is a whole number from 1 to 4294967295
+            m.idsl:2:49: error[bad-bound]: a bound is a whole number from 1 to 4294967295
+            m.idsl:2:62: error[bad-bound]: a bound is a whole number from 1 to 4294967295
+            m.idsl:2:81: error[bad-bound]: a bound is a whole number from 1 to 4294967295
+        "#]],
+    );
+    check(
+        "struct S { int a; };\ndictionary<S, int> A;\ndictionary<float, int> B;\ndictionary<sequence<int>, int> C;",
+        &expect![[r#"
+            m.idsl:3:12: error[dictionary-key]: this cannot be the key of a dictionary (a key is a bool, a whole number, a string or an enum)
+            m.idsl:4:12: error[dictionary-key]: this cannot be the key of a dictionary (a key is a bool, a whole number, a string or an enum)
+            m.idsl:5:12: error[dictionary-key]: this cannot be the key of a dictionary (a key is a bool, a whole number, a string or an enum)
+        "#]],
+    );
+}
+
+#[test]
+fn values_fit() {
+    check(
+        "enum E { A, B = 7, C = 7, D = 3000000000 };\nenum F { };\n\
+         struct S { bool a = 1; byte b = 256; int c = \"x\"; string<2> d = \"abc\"; E e = Z; E f = 3; float g = 1; sequence<int> h = 3; long i = 9223372036854775808; };\n\
+         const S K = 3;\nconst int L = 1.5;",
+        &expect![[r#"
+            m.idsl:2:20: error[enum-value]: `C` has the same value as `B`; the first one at m.idsl:2:13
+            m.idsl:2:31: error[enum-value]: the value of an enumerator is a whole number of 32 bits
+            m.idsl:3:6: error[empty-enum]: enum `F` has no values
+            m.idsl:4:21: error[bad-default]: the number 1 cannot be the value here; allowed is `true` or `false`
+            m.idsl:4:33: error[bad-default]: the number 256 cannot be the value here; allowed is a whole number from 0 to 255
+            m.idsl:4:46: error[bad-default]: the text "x" cannot be the value here; allowed is a whole number from -2147483648 to 2147483647
+            m.idsl:4:65: error[bad-default]: the text "abc" cannot be the value here; allowed is a text in quotes of at most 2 bytes
+            m.idsl:4:78: error[bad-default]: `Z` is not a value of enum `E` (allowed here: `A`, `B`, `C`, `D`)
+            m.idsl:4:87: error[bad-default]: the number 3 is not a value of enum `E` (allowed here: `A`, `B`, `C`, `D`)
+            m.idsl:4:121: error[bad-default]: the number 3 cannot be the value here; allowed is nothing: only single values have one
+            m.idsl:4:133: error[bad-default]: the number 9223372036854776000 cannot be the value here; allowed is a whole number from -9223372036854775808 to 9223372036854775807
+            m.idsl:5:7: error[const-type]: a constant is a number, a bool or a string
+            m.idsl:6:15: error[bad-default]: the number 1.5 cannot be the value here; allowed is a whole number from -2147483648 to 2147483647
+        "#]],
+    );
+    check(
+        "struct S { @range(min=3, max=1) int a; @range(0, 1) int b; @range(min=0) string c; @range(min=0, max=10) int d = 11;\n\
+         @unit(3) int e; @optional(1) int f; @default int g; @rnage(min=0) int h; @key int i; @range(min=0.5) int j; };",
+        &expect![[r#"
+            m.idsl:2:13: error[bad-range]: this range is empty: `min` is above `max`
+            m.idsl:2:41: error[bad-range]: `@range` takes `min=` and `max=`: `@range(min=0, max=100)`
+            m.idsl:2:61: error[bad-range]: `@range` is only possible on a number
+            m.idsl:2:114: error[default-out-of-range]: the default 11 of `d` is outside its own range
+            m.idsl:3:2: error[annotation-arguments]: `@unit` takes one text: `@unit("m/s")`
+            m.idsl:3:18: error[annotation-arguments]: `@optional` takes no argument
+            m.idsl:3:38: error[annotation-arguments]: `@default` takes one value: `@default(0)`
+            m.idsl:3:54: warning[unknown-annotation]: unknown annotation `@rnage` is ignored (did you mean `range`?)
+            m.idsl:3:75: warning[unknown-annotation]: unknown annotation `@key` is ignored (allowed here: `unit`, `range`, `default`, `optional`)
+            m.idsl:3:87: error[bad-range]: the ends of `@range` are numbers of the member's type
+        "#]],
+    );
+}
+
+#[test]
+fn patterns_go_with_results() {
+    check(
+        "interface I { command int a(); publish void b(out int x); publish void c() throws E; query void d(); command e(int x); query f(out int x); };\nexception E { };",
+        &expect![[r#"
+            m.idsl:2:15: error[result-of-one-way]: `a` is a command and cannot have a result (a query has results: a return value, `out` parameters or `throws`)
+            m.idsl:2:32: error[result-of-one-way]: `b` is a publish and cannot have a result (a query has results: a return value, `out` parameters or `throws`)
+            m.idsl:2:59: error[result-of-one-way]: `c` is a publish and cannot have a result (a query has results: a return value, `out` parameters or `throws`)
+        "#]],
+    );
+    check(
+        "exception A extends B { };\nexception B { };\nstruct S { };\nexception C extends S { };",
+        &expect![[r#"
+            m.idsl:2:21: error[not-an-exception]: `B` is not an exception declared before this one
+            m.idsl:5:21: error[not-an-exception]: `S` is not an exception declared before this one
+        "#]],
+    );
+}
+
+#[test]
+fn declarations_stand_in_any_order() {
+    check(
+        "struct A { E e = Two; L l; L m = 3; Oops o; };\ndictionary<E, int> D;\nenum E { One, Two };\nsequence<int> L;\nexception Oops { };",
+        &expect![[r#"
+            m.idsl:2:34: error[bad-default]: the number 3 cannot be the value here; allowed is nothing: only single values have one
+            m.idsl:2:37: error[exception-as-type]: exception `Oops` is only possible after `throws`
+        "#]],
+    );
+}
+
+#[test]
+fn types_that_meet_again_and_again_are_walked_once() {
+    let mut body = String::from("struct S0 { int x; };");
+    for at in 1..60 {
+        let before = at - 1;
+        body.push_str(&format!("struct S{at} {{ S{before} a; S{before} b; }};"));
+    }
+    check(&body, &expect![[""]]);
+}
+
+#[test]
+fn an_interface_without_operations_is_read() {
+    check("interface I { };", &expect![[""]]);
+}
+
+#[test]
+fn the_habits_of_robocomp_are_accepted() {
+    let library = check_file(
+        "\u{feff}import \"/opt/robocomp/interfaces/IDSLs/Base.idsl\";\r\nimport \"../..//Other\";\r\nmodule M\r\n{\r\n\
+         \tsequence <float> Floats;\tdictionary< string , Floats > Table;\r\n\
+         \tenum Mode{ None, Some=5, default, };\r\n\tstruct T { int type; int fn; int match = 0; };\r\n\
+         \tinterface I { void publish(int command); int command(string query, out bool out_); void query(); idempotent Floats match(); };\r\n}",
+        &expect![[""]],
+    );
+    let expected = expect![[r#"
+        M::I/publish(command:int32;)->()
+        M::I/command(query:string<>;)->(out_:bool;return:int32)
+        M::I/query()->()
+        M::I/match()->(return:sequence<float32>)"#]];
+    expected.assert_eq(&operations(&library).join("\n"));
+}
