@@ -21,7 +21,7 @@ pub struct Component {
     pub parameters: Option<Name>,
     /// Crates and libraries of its user's code, with their versions.
     pub dependencies: Vec<(Name, Name)>,
-    /// How often compute() runs where the configuration does not say.
+    /// How often `compute()` runs where the configuration does not say.
     pub period: Duration,
     /// Interfaces and types that its imports reach.
     pub library: Library,

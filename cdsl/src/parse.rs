@@ -334,15 +334,12 @@ fn unknown_clause(first: &Name) -> Diagnostic {
         ),
         _ => None,
     };
-    match today {
-        Some(today) => {
-            let message = format!("`{}` is a clause of old; today it is {today}", first.text);
-            Diagnostic::error("old-clause", first.span, message)
-        }
-        None => {
-            let message = format!("`{}` does not begin a clause of a component", first.text);
-            Diagnostic::error("unknown-clause", first.span, message).suggest(&first.text, CLAUSES)
-        }
+    if let Some(today) = today {
+        let message = format!("`{}` is a clause of old; today it is {today}", first.text);
+        Diagnostic::error("old-clause", first.span, message)
+    } else {
+        let message = format!("`{}` does not begin a clause of a component", first.text);
+        Diagnostic::error("unknown-clause", first.span, message).suggest(&first.text, CLAUSES)
     }
 }
 

@@ -72,13 +72,12 @@ impl Resolver<'_> {
                 Clause::Parameters(file) => parameters = Some(file.clone()),
                 Clause::Dependencies(all) => dependencies.clone_from(all),
                 Clause::Period(literal) => {
-                    match literal.as_nanoseconds().filter(|ns| *ns >= 100_000) {
-                        Some(ns) => period = Duration::from_nanos(ns),
-                        None => {
-                            let message = "a period is a time of at least 100us, as in `50ms`";
-                            self.found
-                                .push(Diagnostic::error("bad-period", literal.span, message));
-                        }
+                    if let Some(ns) = literal.as_nanoseconds().filter(|ns| *ns >= 100_000) {
+                        period = Duration::from_nanos(ns);
+                    } else {
+                        let message = "a period is a time of at least 100us, as in `50ms`";
+                        self.found
+                            .push(Diagnostic::error("bad-period", literal.span, message));
                     }
                 }
             }

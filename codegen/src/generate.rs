@@ -133,10 +133,17 @@ impl Printer<'_> {
             src.join("context.rs"),
             self.print("context.rs", &[("has_ends", ends.into())])?,
         );
+        let implements = view.slots.iter().any(|s| s.role == "Implements");
         let subscribes = view.slots.iter().any(|s| s.role == "SubscribesTo");
         add(
             src.join("adapter.rs"),
-            self.print("adapter.rs", &[("subscribes", subscribes.into())])?,
+            self.print(
+                "adapter.rs",
+                &[
+                    ("subscribes", subscribes.into()),
+                    ("implements", implements.into()),
+                ],
+            )?,
         );
         if view.parameters.is_some() {
             add(src.join("parameters.rs"), self.print("parameters.rs", &[])?);

@@ -1,6 +1,6 @@
 //! How names of the description languages become names of Rust.
 //!
-//! Types, traits and enumerators are UpperCamelCase, everything else is snake_case; what is a word of Rust, or
+//! Types, traits and enumerators are `UpperCamelCase`, everything else is `snake_case`; what is a word of Rust, or
 //! a name that generated code uses itself, gets a `_` at its end. The wire keeps the names of the IDSL.
 
 use heck::{ToSnakeCase, ToUpperCamelCase};

@@ -374,7 +374,7 @@ impl<'a> Connector<'a> {
                     );
                 }
                 (_, all) => {
-                    for provider in all.to_vec() {
+                    for provider in all.iter().copied() {
                         read.insert(provider);
                         if self.agree(name.span, consumer, provider) {
                             self.network

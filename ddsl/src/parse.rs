@@ -262,15 +262,13 @@ impl<'a> Reader<'a> {
         let span = self.span(&pair);
         let names = pair.into_inner().filter(|p| p.as_rule() == Rule::name);
         let names: Vec<Name> = names.map(|p| self.name(&p)).collect();
-        match <[Name; 2]>::try_from(names) {
-            Ok([instance, slot]) => Some(SlotPath { instance, slot }),
-            Err(_) => {
-                let message =
-                    "a slot is `instance.slot`; paths through groups are not supported yet";
-                self.found
-                    .push(Diagnostic::error("not-supported-yet", span, message));
-                None
-            }
+        if let Ok([instance, slot]) = <[Name; 2]>::try_from(names) {
+            Some(SlotPath { instance, slot })
+        } else {
+            let message = "a slot is `instance.slot`; paths through groups are not supported yet";
+            self.found
+                .push(Diagnostic::error("not-supported-yet", span, message));
+            None
         }
     }
 

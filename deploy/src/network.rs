@@ -132,6 +132,36 @@ fn project(
     }
 }
 
+/// Checks one configuration against the component's parameters and slots.
+fn configuration(
+    sources: &SourceMap,
+    source: SourceId,
+    project: &Project,
+    found: &mut Diagnostics,
+) {
+    let (configuration, more) =
+        rc_pdsl::config::check(sources, source, project.parameters.as_ref());
+    found.extend(more);
+    let slots: Vec<&str> = project
+        .component
+        .slots
+        .iter()
+        .map(|s| s.name.as_str())
+        .collect();
+    for slot in configuration
+        .bindings
+        .keys()
+        .filter(|slot| !slots.contains(&slot.as_str()))
+    {
+        let message = format!(
+            "[bindings]: `{slot}` is not a slot of {}",
+            project.component.name.text
+        );
+        let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
+        found.push(diagnostic.suggest(slot, slots.iter().copied()));
+    }
+}
+
 fn beside(ddsl: &Path, relative: &str) -> PathBuf {
     ddsl.parent().unwrap_or(Path::new("")).join(relative)
 }
@@ -179,7 +209,7 @@ impl Network {
             match std::fs::read_to_string(&path) {
                 Ok(text) => {
                     let source = sources.add(path, text);
-                    self.configuration(sources, source, project, found);
+                    configuration(sources, source, project, found);
                 }
                 Err(error) => {
                     let message = format!(
@@ -189,36 +219,6 @@ impl Network {
                     found.push(Diagnostic::error("missing-configuration", place, message));
                 }
             }
-        }
-    }
-
-    fn configuration(
-        &self,
-        sources: &SourceMap,
-        source: SourceId,
-        project: &Project,
-        found: &mut Diagnostics,
-    ) {
-        let (configuration, more) =
-            rc_pdsl::config::check(sources, source, project.parameters.as_ref());
-        found.extend(more);
-        let slots: Vec<&str> = project
-            .component
-            .slots
-            .iter()
-            .map(|s| s.name.as_str())
-            .collect();
-        for slot in configuration
-            .bindings
-            .keys()
-            .filter(|slot| !slots.contains(&slot.as_str()))
-        {
-            let message = format!(
-                "[bindings]: `{slot}` is not a slot of {}",
-                project.component.name.text
-            );
-            let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
-            found.push(diagnostic.suggest(slot, slots.iter().copied()));
         }
     }
 

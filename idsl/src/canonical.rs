@@ -84,7 +84,7 @@ fn ty(library: &Library, used: &Type, out: &mut String) {
                         .for_each(|v| out.push_str(&format!("{}={};", v.name.text, v.value)));
                 }
                 TypeDeclKind::Struct(parts) | TypeDeclKind::Exception(parts) => {
-                    members(library, parts, out)
+                    members(library, parts, out);
                 }
                 TypeDeclKind::Alias(_) => {}
             }

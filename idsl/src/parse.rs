@@ -135,7 +135,7 @@ impl<'a> Reader<'a> {
                     import = Some(Import {
                         path: unescape(part.as_str()),
                         span: self.span(&part),
-                    })
+                    });
                 }
                 Rule::semicolon => self.semicolon(&part),
                 _ => {}

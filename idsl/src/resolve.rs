@@ -109,14 +109,14 @@ impl<'a> Session<'a> {
         self.loading.pop();
         let module = file
             .module
-            .map(|module| self.module(module, source, imports));
+            .map(|module| self.module(&module, source, imports));
         self.loaded.insert(path, module);
         module
     }
 
     fn module(
         &mut self,
-        tree: ast::Module,
+        tree: &ast::Module,
         source: rc_diagnostics::SourceId,
         imports: Vec<ModuleId>,
     ) -> ModuleId {
@@ -480,9 +480,9 @@ impl Scope<'_, '_> {
             if let Some(member) = self.member(&param.name, &[], &param.ty, &param.annotations) {
                 let member = self.with_default(member, None);
                 if param.out {
-                    outputs.push(member)
+                    outputs.push(member);
                 } else {
-                    inputs.push(member)
+                    inputs.push(member);
                 }
             }
         }
@@ -583,17 +583,16 @@ impl Scope<'_, '_> {
 
     fn bound(&mut self, literal: Option<&Literal>) -> Option<u32> {
         let literal = literal?;
-        match literal
+        if let Some(bound) = literal
             .as_i64()
             .and_then(|v| u32::try_from(v).ok())
             .filter(|v| *v > 0)
         {
-            Some(bound) => Some(bound),
-            None => {
-                let message = "a bound is a whole number from 1 to 4294967295";
-                self.report(Diagnostic::error("bad-bound", literal.span, message));
-                None
-            }
+            Some(bound)
+        } else {
+            let message = "a bound is a whole number from 1 to 4294967295";
+            self.report(Diagnostic::error("bad-bound", literal.span, message));
+            None
         }
     }
 

@@ -82,7 +82,7 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
         }
         Task::Run(arguments) => Interrupt::new()
             .map_err(|e| system("an event", &e))
-            .and_then(|interrupt| live(description, start, &arguments, interrupt, Process::Whole)),
+            .and_then(|interrupt| live(description, start, &arguments, interrupt, &Process::Whole)),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -155,7 +155,7 @@ pub fn embed<C: Component + 'static>(
                 start,
                 &arguments,
                 clone,
-                Process::Part(running),
+                &Process::Part(running),
             )
         })
         .map_err(|e| system("a thread", &e))?;
@@ -188,7 +188,7 @@ fn live<C: Component>(
     start: Start<C>,
     arguments: &Arguments,
     interrupt: Interrupt,
-    process: Process,
+    process: &Process,
 ) -> Result<(), StartError> {
     let configuration = configure(description, arguments)?;
     let level = arguments
@@ -228,7 +228,7 @@ fn live<C: Component>(
         let mut event_loop = EventLoop::new(&mut component, description, receivers)
             .map_err(|e| system("the event loop", &e))?;
         management.ready();
-        if let Process::Part(running) = &process {
+        if let Process::Part(running) = process {
             // Who does not wait any more has stopped the component already.
             let _ = running.send(());
         }

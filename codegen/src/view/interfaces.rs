@@ -175,7 +175,7 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
         ("SendError", published),
         ("cdr", (required || published) && by_reference),
     ]);
-    let runtime_uses = runtime_uses(typed, middleware, published);
+    let runtime_uses = runtime_uses(&typed, &middleware, published);
     Interface {
         module: super::interface_module(library, id),
         name: interface.name.text.clone(),
@@ -203,7 +203,7 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
 }
 
 /// The imports of the runtime: a list in braces stands after longer paths, a single name before them.
-fn runtime_uses(typed: Vec<&str>, middleware: Vec<&str>, published: bool) -> Vec<String> {
+fn runtime_uses(typed: &[&str], middleware: &[&str], published: bool) -> Vec<String> {
     let single = middleware.len() == 1;
     let mut uses = Vec::new();
     if published {
@@ -221,8 +221,8 @@ fn runtime_uses(typed: Vec<&str>, middleware: Vec<&str>, published: bool) -> Vec
 }
 
 /// The names of one `use`, as rustfmt has them.
-fn braced(names: Vec<&str>) -> String {
-    match names.as_slice() {
+fn braced(names: &[&str]) -> String {
+    match names {
         [one] => (*one).to_owned(),
         [] => String::new(),
         many => format!("{{{}}}", many.join(", ")),

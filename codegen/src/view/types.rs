@@ -48,7 +48,7 @@ pub struct TypeView {
     /// Its documentation.
     pub doc: Vec<String>,
     /// What stands in `derive`.
-    pub derive: String,
+    pub derive: &'static str,
     /// What an alias stands for.
     pub target: String,
     /// The values of an enum.
@@ -174,7 +174,7 @@ fn type_view(library: &Library, home: ModuleId, id: TypeId, found: &mut Diagnost
         kind: "struct",
         name: names::camel(&name.text),
         doc: super::doc(doc, None, None),
-        derive: String::new(),
+        derive: "",
         target: String::new(),
         values: Vec::new(),
         members: Vec::new(),
@@ -223,8 +223,7 @@ fn type_view(library: &Library, home: ModuleId, id: TypeId, found: &mut Diagnost
                 "Clone, Debug, PartialEq"
             } else {
                 "Clone, Debug, Default, PartialEq"
-            }
-            .to_owned();
+            };
             // rustfmt keeps a literal of a structure on one line up to 18 characters.
             view.short = view.members.len() == 1
                 && view.members[0].name.len() + ": reader.get()?".len() <= 18;

@@ -280,7 +280,7 @@ fn up(
         }
     } else {
         load(input, human, |network, found| {
-            network.check_executables(input.profile, found)
+            network.check_executables(input.profile, found);
         })?
     };
     let plan = network.plan(input.profile).map_err(|e| system(&e))?;

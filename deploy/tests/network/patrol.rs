@@ -160,7 +160,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
 #[test]
 fn executables_are_checked_by_the_note_in_them() {
     let site = Site::new("notes");
-    let other = site.executable("speech_server");
+    let other = Site::executable("speech_server");
     let missing = PATROL.replace(
         "cdsl \"../avoider/avoider.cdsl\";",
         "cdsl \"../avoider/avoider.cdsl\"; executable \"nowhere/avoider\";",
@@ -194,7 +194,7 @@ fn executables_are_checked_by_the_note_in_them() {
         .replace("../avoider/avoider.cdsl", "avoider/avoider.cdsl")
         .replace(
             "nowhere/avoider",
-            site.executable("avoider").to_str().expect("a path"),
+            Site::executable("avoider").to_str().expect("a path"),
         );
     site.write_ddsl(&stale);
     let up = site.rcdeploy(&["up", "--profile", "dev"], true);

@@ -94,7 +94,7 @@ impl Site {
         std::fs::write(path, changed).expect("to write");
     }
 
-    pub(crate) fn executable(&self, name: &str) -> PathBuf {
+    pub(crate) fn executable(name: &str) -> PathBuf {
         let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
             .parent()
             .expect("the target folder");
@@ -139,7 +139,7 @@ impl Site {
 
     /// Runs a component of this repository.
     pub(crate) fn component(&self, name: &str, args: &[&str]) -> Ran {
-        let mut command = Command::new(self.executable(name));
+        let mut command = Command::new(Self::executable(name));
         command.args(args);
         self.run(command)
     }
@@ -174,14 +174,14 @@ impl Site {
             .path("state/robocomp")
             .join(&self.network)
             .join(format!("{component}.log"));
-        self.until(&format!("`{text}` in the log of {component}"), || {
+        Self::until(&format!("`{text}` in the log of {component}"), || {
             std::fs::read_to_string(&log).is_ok_and(|log| log.contains(text))
         });
     }
 
     /// Waits until a component has ended by itself.
     pub(crate) fn await_end_of(&self, name: &str) {
-        self.until(&format!("the end of {name}"), || {
+        Self::until(&format!("the end of {name}"), || {
             let status = self.status();
             let components = status["components"].as_array().cloned().unwrap_or_default();
             components
@@ -191,7 +191,7 @@ impl Site {
     }
 
     /// Looks until something is so; the looking has a limit, and a pause that is none of what is tested.
-    fn until(&self, what: &str, so: impl Fn() -> bool) {
+    fn until(what: &str, so: impl Fn() -> bool) {
         let start = Instant::now();
         while !so() {
             assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
@@ -206,7 +206,7 @@ impl Site {
     }
 
     pub(crate) fn await_nothing_left(&self) {
-        self.until("the clean-up", || self.leftovers().is_empty());
+        Self::until("the clean-up", || self.leftovers().is_empty());
     }
 
     pub(crate) fn assert_nothing_left(&self) {
