@@ -10,6 +10,7 @@
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
+//! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
 //! - [`client`], [`detach`](mod@detach), [`logs`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
@@ -31,6 +32,7 @@ pub mod plan;
 pub mod process;
 mod relay;
 pub mod report;
+pub mod services;
 mod signals;
 pub mod status;
 mod supervise;

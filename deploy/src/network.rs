@@ -409,7 +409,7 @@ impl Network {
 
     /// Where each slot meets its other ends: `NETWORK/INSTANCE/SLOT` of the provider. Topics that share a
     /// subscriber share one address, that of the first of them.
-    fn addresses(&self) -> BTreeMap<Endpoint, String> {
+    pub(crate) fn addresses(&self) -> BTreeMap<Endpoint, String> {
         let mut leader: BTreeMap<Endpoint, Endpoint> = BTreeMap::new();
         let ends = self
             .projects

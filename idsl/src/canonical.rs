@@ -21,6 +21,16 @@ pub fn operation_hash(library: &Library, interface: InterfaceId, operation: &Ope
     hash(&operation_text(library, interface, operation))
 }
 
+/// The hash of all operations of an interface, in their order: the types of a connection for calls.
+pub fn interface_hash(library: &Library, interface: InterfaceId) -> u64 {
+    let operations = &library.interface(interface).operations;
+    let texts: Vec<String> = operations
+        .iter()
+        .map(|operation| operation_text(library, interface, operation))
+        .collect();
+    hash(&texts.join("\n"))
+}
+
 /// The canonical text of an operation.
 pub fn operation_text(library: &Library, interface: InterfaceId, operation: &Operation) -> String {
     let mut out = format!(

@@ -145,11 +145,6 @@ pub(super) fn of(component: &Component, middleware: Backend, found: &mut Diagnos
 fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware: Backend) -> Slot {
     let interface = library.interface(slot.interface);
     let module = super::interface_module(library, slot.interface);
-    let texts: Vec<String> = interface
-        .operations
-        .iter()
-        .map(|o| rc_idsl::canonical::operation_text(library, slot.interface, o))
-        .collect();
     let receives = matches!(slot.role, Role::Implements | Role::SubscribesTo);
     let base = names::camel(&interface.name.text);
     let same = library
@@ -227,7 +222,10 @@ fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware:
         interface_module: module,
         end,
         path: library.interface_path(slot.interface),
-        type_hash: format!("{:016x}", rc_idsl::canonical::hash(&texts.join("\n"))),
+        type_hash: format!(
+            "{:016x}",
+            rc_idsl::canonical::interface_hash(library, slot.interface)
+        ),
         backend: slot
             .backend
             .filter(|b| *b != middleware)

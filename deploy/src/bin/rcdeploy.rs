@@ -6,9 +6,10 @@
 use clap::{Args, Parser, Subcommand};
 use rc_codegen::FileLoader;
 use rc_deploy::network::{self, Network, Profile};
-use rc_deploy::{Format, Options};
+use rc_deploy::{Format, GuardCommand, Options, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, ExitCode};
 use std::time::Duration;
@@ -81,6 +82,9 @@ enum Command {
     Guard {
         #[arg(long)]
         network: String,
+        /// The services that it holds open, as JSON.
+        #[arg(long, default_value = "[]")]
+        hold: String,
     },
 }
 
@@ -171,9 +175,14 @@ fn run(command: Command) -> Result<u8, Failure> {
             rc_deploy::logs::print(&network, component.as_deref(), lines, follow, format, out)?;
             Ok(0)
         }
-        Command::Guard { network } => {
+        Command::Guard { network, hold } => {
+            let held = RefCell::new(services::hold(&network, &hold));
+            let clean = || {
+                held.take();
+                wipe(&network);
+            };
             // Its own exit code is for nobody: whoever started it is gone.
-            let _ = rc_deploy::guard(&network, &|| wipe(&network));
+            let _ = rc_deploy::guard(&network, &clean);
             Ok(0)
         }
     }
@@ -301,11 +310,17 @@ fn up(
         print!("{}", rc_deploy::status(&plan.network)?);
         return Ok(outcome.exit_code());
     }
+    let own = GuardCommand::own().map_err(|e| system(&e))?;
+    let args = own
+        .args
+        .into_iter()
+        .chain(["--hold".to_owned(), network.services()])
+        .collect();
     let options = Options {
         format,
         relay: !supervisor,
         supervisor,
-        guard: None,
+        guard: Some(GuardCommand { args, ..own }),
     };
     let name = plan.network.clone();
     Ok(rc_deploy::up(&plan, &options, &|| wipe(&name)).exit_code())
