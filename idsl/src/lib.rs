@@ -2,7 +2,7 @@
 //!
 //! [`parse`] turns one text into a tree ([`ast`]); [`Library::import`] loads a text and all that it imports,
 //! and resolves every name into the [`model`]; [`canonical`] gives two equal things one hash.
-//! The language is described in `README.md` of this folder.
+//! The grammar is `src/grammar.pest`, after `common.pest` of the crate `syntax`.
 
 pub mod ast;
 pub mod canonical;

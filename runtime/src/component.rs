@@ -27,7 +27,7 @@ pub struct Description {
     pub slots: &'static [Slot],
     /// The middlewares that its connections use.
     pub backends: &'static [(&'static str, Connect)],
-    /// What tools find in the executable, see `note` in the README of `codegen`.
+    /// What tools find in the executable, see `rc_codegen::note`.
     pub note: &'static [u8],
 }
 

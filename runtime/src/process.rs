@@ -16,6 +16,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 /// How long a component that ends waits for what it sent last to arrive.
@@ -162,11 +163,11 @@ pub fn embed<C: Component + 'static>(
     let embedded = Embedded { interrupt, thread };
     match runs.recv_timeout(EMBEDDED_START) {
         Ok(()) => Ok(embedded),
-        Err(_) if embedded.has_ended() => Err(match embedded.join() {
+        Err(RecvTimeoutError::Disconnected) => Err(match embedded.join() {
             Err(error) => error,
             Ok(()) => StartError::System("the component ended before it ran".to_owned()),
         }),
-        Err(_) => {
+        Err(RecvTimeoutError::Timeout) => {
             embedded.stop();
             Err(StartError::System(format!(
                 "the component does not run within {EMBEDDED_START:?}"

@@ -1,0 +1,228 @@
+//! The life of a component: its states, its management, its end.
+
+use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Reader, RunDirectory};
+use rc_runtime::{
+    Component, Core, Description, Embedded, Ports, StartError, Values, WorkerError, embed,
+};
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(10);
+
+static DESCRIPTION: Description = Description {
+    name: "life",
+    model_hash: 1,
+    middleware: "none",
+    period: Duration::from_millis(2),
+    parameters: None,
+    folder: "/nowhere",
+    slots: &[],
+    backends: &[],
+    note: b"",
+};
+
+/// Counts what the runtime calls, and fails as its name says.
+struct Worker {
+    core: Core,
+    computed: u32,
+    emergencies: bool,
+}
+
+static EMERGENCIES: AtomicU32 = AtomicU32::new(0);
+static RESTORED: AtomicU32 = AtomicU32::new(0);
+static FINALIZED: AtomicU32 = AtomicU32::new(0);
+
+impl Worker {
+    fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
+        if core.name() == "unwilling" {
+            return Err(StartError::Worker("there is no robot".to_owned()));
+        }
+        Ok(Self {
+            core,
+            computed: 0,
+            emergencies: false,
+        })
+    }
+}
+
+impl Component for Worker {
+    fn core(&mut self) -> &mut Core {
+        &mut self.core
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        self.computed += 1;
+        match self.core.name() {
+            "fatal" if self.computed == 3 => Err(WorkerError::Fatal("the arm fell off".to_owned())),
+            "failing" => Err(std::io::Error::other("again").into()),
+            "afraid" if self.computed == 3 => Err(WorkerError::Emergency("too hot".to_owned())),
+            "brief" if self.computed == 3 => {
+                self.core.stop("done");
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn emergency(&mut self) {
+        self.emergencies = true;
+        EMERGENCIES.fetch_add(1, Ordering::SeqCst);
+    }
+
+    fn restore(&mut self) {
+        assert!(self.emergencies);
+        RESTORED.fetch_add(1, Ordering::SeqCst);
+    }
+
+    fn finalize(&mut self) {
+        FINALIZED.fetch_add(1, Ordering::SeqCst);
+    }
+
+    fn sending_peers(&self, _: &mut [usize]) {}
+
+    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        request.unknown()
+    }
+
+    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+        Ok(())
+    }
+}
+
+fn network(name: &str) -> String {
+    format!("life_{name}_{}", std::process::id())
+}
+
+fn run(name: &str) -> Result<Embedded, StartError> {
+    embed(
+        &DESCRIPTION,
+        Worker::start,
+        &["--network", &network(name), "--name", name],
+    )
+}
+
+fn ask(name: &str, method: &str, params: &Value) -> Value {
+    let socket = RunDirectory::of(&network(name)).socket(name);
+    let mut stream = UnixStream::connect(socket).expect("its socket");
+    stream.set_read_timeout(Some(LIMIT)).expect("a limit");
+    let request = json!({ "jsonrpc": "2.0", "id": 7, "method": method, "params": params });
+    stream
+        .write_all(format!("{request}\n").as_bytes())
+        .expect("to ask");
+    let mut line = String::new();
+    BufReader::new(stream)
+        .read_line(&mut line)
+        .expect("an answer");
+    let answer: Value = serde_json::from_str(&line).expect("JSON");
+    assert_eq!(answer["id"], 7);
+    answer
+}
+
+/// Asks for the status until `so`; the question has a limit.
+fn until(name: &str, so: impl Fn(&Value) -> bool) -> Value {
+    let start = Instant::now();
+    loop {
+        let status = ask(name, "status", &Value::Null)["result"].clone();
+        if so(&status) {
+            return status;
+        }
+        assert!(start.elapsed() < LIMIT, "{status}");
+    }
+}
+
+#[test]
+fn management_sets_the_period_and_the_emergency_and_stops() {
+    let component = run("managed").expect("to run");
+    let status = until("managed", |s| s["compute"]["count"].as_u64() > Some(2));
+    assert_eq!(
+        (&status["state"], &status["period_ms"]),
+        (&json!("running"), &json!(2.0))
+    );
+    ask("managed", "period", &json!({ "ms": 1 }));
+    until("managed", |s| s["period_ms"] == json!(1.0));
+    let wrong = ask("managed", "period", &json!({ "ms": -1 }));
+    assert!(
+        wrong["error"]["message"]
+            .as_str()
+            .is_some_and(|m| m.contains("ms")),
+        "{wrong}"
+    );
+    ask("managed", "emergency", &json!({ "active": true }));
+    let before = EMERGENCIES.load(Ordering::SeqCst);
+    let calm = until("managed", |s| {
+        s["state"] == "emergency" && EMERGENCIES.load(Ordering::SeqCst) > before + 10
+    })["compute"]["count"]
+        .clone();
+    ask("managed", "emergency", &json!({ "active": false }));
+    until("managed", |s| {
+        s["state"] == "running" && s["compute"]["count"].as_u64() > calm.as_u64()
+    });
+    assert_eq!(
+        ask("managed", "dance", &Value::Null)["error"]["code"],
+        -32601
+    );
+    ask("managed", "stop", &Value::Null);
+    component.join().expect("an orderly end");
+    assert!(!RunDirectory::of(&network("managed")).path().exists());
+}
+
+#[test]
+fn a_failing_compute_goes_on_and_is_counted() {
+    let component = run("failing").expect("to run");
+    let status = until("failing", |s| s["compute"]["errors"].as_u64() > Some(5));
+    assert_eq!(status["state"], "running");
+    assert_eq!(status["last_error"], "again");
+    component.stop();
+    component.join().expect("an orderly end");
+}
+
+#[test]
+fn an_emergency_of_the_worker_is_left_by_management() {
+    let before = RESTORED.load(Ordering::SeqCst);
+    let component = run("afraid").expect("to run");
+    until("afraid", |s| s["state"] == "emergency");
+    // Its period goes on, with the other function.
+    let before = EMERGENCIES.load(Ordering::SeqCst);
+    until("afraid", |s| {
+        s["state"] == "emergency" && EMERGENCIES.load(Ordering::SeqCst) > before + 10
+    });
+    ask("afraid", "emergency", &json!({ "active": false }));
+    until("afraid", |s| s["state"] == "running");
+    assert!(RESTORED.load(Ordering::SeqCst) > before);
+    component.stop();
+    component.join().expect("an orderly end");
+}
+
+#[test]
+fn a_fatal_error_ends_the_component_after_finalize() {
+    let before = FINALIZED.load(Ordering::SeqCst);
+    let component = run("fatal").expect("to run");
+    let error = component.join().expect_err("a failure");
+    assert_eq!(error.to_string(), "the arm fell off");
+    assert!(FINALIZED.load(Ordering::SeqCst) > before);
+}
+
+#[test]
+fn a_component_may_end_itself() {
+    run("brief")
+        .expect("to run")
+        .join()
+        .expect("an orderly end");
+}
+
+#[test]
+fn what_cannot_start_says_why() {
+    let error = run("unwilling").expect_err("a failure");
+    assert_eq!(error.to_string(), "initialize(): there is no robot");
+    let first = run("twin").expect("to run");
+    let second = run("twin").expect_err("a second of that name");
+    assert!(second.to_string().contains("runs in network"), "{second}");
+    first.stop();
+    first.join().expect("an orderly end");
+    let usage = embed(&DESCRIPTION, Worker::start, &["--nmae", "x"]).expect_err("no such option");
+    assert!(matches!(usage, StartError::Usage(_)));
+}
