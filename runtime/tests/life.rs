@@ -6,9 +6,10 @@ use rc_runtime::{
     Component, Core, Description, Embedded, Ports, StartError, Values, WorkerError, embed,
 };
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(10);
@@ -32,9 +33,23 @@ struct Worker {
     emergencies: bool,
 }
 
-static EMERGENCIES: AtomicU32 = AtomicU32::new(0);
-static RESTORED: AtomicU32 = AtomicU32::new(0);
-static FINALIZED: AtomicU32 = AtomicU32::new(0);
+/// How often emergency(), restore() and finalize() ran, by the component's name.
+static SEEN: Mutex<BTreeMap<String, [u32; 3]>> = Mutex::new(BTreeMap::new());
+
+fn seen(name: &str) -> [u32; 3] {
+    *SEEN
+        .lock()
+        .expect("the counts")
+        .entry(name.to_owned())
+        .or_default()
+}
+
+fn count(name: &str, what: usize) {
+    SEEN.lock()
+        .expect("the counts")
+        .entry(name.to_owned())
+        .or_default()[what] += 1;
+}
 
 impl Worker {
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
@@ -70,16 +85,16 @@ impl Component for Worker {
 
     fn emergency(&mut self) {
         self.emergencies = true;
-        EMERGENCIES.fetch_add(1, Ordering::SeqCst);
+        count(self.core.name(), 0);
     }
 
     fn restore(&mut self) {
         assert!(self.emergencies);
-        RESTORED.fetch_add(1, Ordering::SeqCst);
+        count(self.core.name(), 1);
     }
 
     fn finalize(&mut self) {
-        FINALIZED.fetch_add(1, Ordering::SeqCst);
+        count(self.core.name(), 2);
     }
 
     fn sending_peers(&self, _: &mut [usize]) {}
@@ -152,9 +167,8 @@ fn management_sets_the_period_and_the_emergency_and_stops() {
         "{wrong}"
     );
     ask("managed", "emergency", &json!({ "active": true }));
-    let before = EMERGENCIES.load(Ordering::SeqCst);
     let calm = until("managed", |s| {
-        s["state"] == "emergency" && EMERGENCIES.load(Ordering::SeqCst) > before + 10
+        s["state"] == "emergency" && seen("managed")[0] > 10
     })["compute"]["count"]
         .clone();
     ask("managed", "emergency", &json!({ "active": false }));
@@ -182,28 +196,25 @@ fn a_failing_compute_goes_on_and_is_counted() {
 
 #[test]
 fn an_emergency_of_the_worker_is_left_by_management() {
-    let before = RESTORED.load(Ordering::SeqCst);
     let component = run("afraid").expect("to run");
     until("afraid", |s| s["state"] == "emergency");
     // Its period goes on, with the other function.
-    let before = EMERGENCIES.load(Ordering::SeqCst);
     until("afraid", |s| {
-        s["state"] == "emergency" && EMERGENCIES.load(Ordering::SeqCst) > before + 10
+        s["state"] == "emergency" && seen("afraid")[0] > 10
     });
     ask("afraid", "emergency", &json!({ "active": false }));
     until("afraid", |s| s["state"] == "running");
-    assert!(RESTORED.load(Ordering::SeqCst) > before);
+    assert_eq!(seen("afraid")[1], 1);
     component.stop();
     component.join().expect("an orderly end");
 }
 
 #[test]
 fn a_fatal_error_ends_the_component_after_finalize() {
-    let before = FINALIZED.load(Ordering::SeqCst);
     let component = run("fatal").expect("to run");
     let error = component.join().expect_err("a failure");
     assert_eq!(error.to_string(), "the arm fell off");
-    assert!(FINALIZED.load(Ordering::SeqCst) > before);
+    assert_eq!(seen("fatal")[2], 1);
 }
 
 #[test]
