@@ -33,7 +33,7 @@ struct Worker {
     emergencies: bool,
 }
 
-/// How often emergency(), restore() and finalize() ran, by the component's name.
+/// How often `emergency`, `restore` and `finalize` ran, by the component's name.
 static SEEN: Mutex<BTreeMap<String, [u32; 3]>> = Mutex::new(BTreeMap::new());
 
 fn seen(name: &str) -> [u32; 3] {
