@@ -7,7 +7,9 @@ use crate::ast::{
 use pest::Parser;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, Trivia, explain, missing_semicolon, nesting, unclosed_comment, unescape};
+use rc_syntax::{
+    Literal, Name, Trivia, explain, missing_semicolon, nesting, unclosed_comment, unescape,
+};
 
 #[derive(pest_derive::Parser)]
 #[grammar = "../../syntax/src/common.pest"]
