@@ -397,9 +397,9 @@ fn handler(
         user_result,
         exports.of_interface(module, &error_name(operation)),
     );
-    let bound = match names.as_slice() {
-        [] => String::new(),
-        many => tuple(many),
+    let bound = |indent: usize, head: &str, args: &[String]| match names.as_slice() {
+        [] => layout::call(indent, head, args, "?;"),
+        many => layout::binding(indent, &tuple(many), head, args, "?;"),
     };
     let read = format!("{module}::read_{plain}");
     let answer = if two_way && (throws || !bare_result.is_empty()) {
@@ -451,15 +451,14 @@ fn handler(
             ],
             " -> Result<(), HandlerError> {",
         ),
-        open: layout::call(
+        open: bound(
             4,
-            &format!("{bound}request.arguments"),
+            "request.arguments",
             &[format!("&{constant}"), read.clone()],
-            "?;",
         ),
         call: layout::call(4, &format!("{answer}worker.{method}"), &worker_args, ";"),
         take_call: layout::call(12, &format!("worker.{method}"), &worker_args, ";"),
-        take: layout::call(12, &format!("{bound}{read}"), &["reader".to_owned()], "?;"),
+        take: bound(12, &read, &["reader".to_owned()]),
         two_way,
         throws: operation
             .throws
