@@ -73,8 +73,8 @@ pub fn chain(indent: usize, before: usize, base: &str, calls: &[&str]) -> String
 /// `let PATTERN = HEAD(A, B)TAIL`: what does not fit behind the `=` stands below it.
 pub fn binding(indent: usize, pattern: &str, head: &str, args: &[String], tail: &str) -> String {
     let one = format!("let {pattern} = {head}({}){tail}", args.join(", "));
-    // rustfmt keeps one column free behind a `?`.
-    if args.join(", ").len() <= CALL && indent + one.len() >= LINE {
+    // rustfmt counts what follows the closing bracket twice.
+    if args.join(", ").len() <= CALL && indent + one.len() + tail.len() > LINE {
         let value = call(indent + 4, head, args, tail);
         return format!("let {pattern} =\n{}{value}", " ".repeat(indent + 4));
     }

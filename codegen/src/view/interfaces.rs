@@ -455,24 +455,18 @@ fn operation(
     let mut statements = Vec::new();
     for member in &operation.inputs {
         let name = names::local(&member.name.text);
-        // Parameters that are taken by reference are dereferenced by the checks themselves, where they have to.
-        let place = if member.optional {
-            format!("(*{name})")
-        } else {
-            name
-        };
         let lines = checks::lines(
             library,
             member,
             &format!("{what}.{}", member.name.text),
-            &place,
+            &name,
             checks::Side::Write,
         );
-        statements.extend(
-            lines
-                .into_iter()
-                .map(|line| line.replace("for item in &", "for item in ")),
-        );
+        // What is taken by reference needs no other one.
+        statements.extend(lines.into_iter().map(|line| {
+            line.replace("for item in &", "for item in ")
+                .replace("if let Some(item) = &", "if let Some(item) = ")
+        }));
         statements.push(write(library, member));
     }
     if statements.is_empty() {
