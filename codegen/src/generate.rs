@@ -121,10 +121,7 @@ impl Printer<'_> {
             .modules
             .iter()
             .any(|m| !m.types.is_empty() || !m.consts.is_empty());
-        add(
-            src.join("lib.rs"),
-            self.print("lib.rs", &[("has_types", has_types.into())])?,
-        );
+        add(src.join("lib.rs"), self.print("lib.rs", &[])?);
         for name in ["backend.rs", "description.rs"] {
             add(src.join(name), self.print(name, &[])?);
         }

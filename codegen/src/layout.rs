@@ -4,6 +4,8 @@
 
 const LINE: usize = 100;
 const CALL: usize = 60;
+/// Arguments and elements up to this length fill lines instead of having one each.
+const SHORT: usize = 10;
 
 /// `HEAD(A, B)TAIL` on one line if it fits, else one argument a line. `indent` counts spaces.
 pub fn signature(indent: usize, head: &str, args: &[String], tail: &str) -> String {
@@ -20,10 +22,79 @@ pub fn call(indent: usize, head: &str, args: &[String], tail: &str) -> String {
     let width = args.join(", ").len();
     let one = format!("{head}({}){tail}", args.join(", "));
     if width <= CALL && indent + one.len() <= LINE {
-        one
-    } else {
-        broken(indent, head, args, tail)
+        return one;
     }
+    if args.iter().all(|arg| arg.len() <= SHORT) {
+        let lines = filled(indent + 4, args).join("\n");
+        return format!("{head}(\n{lines}\n{}){tail}", " ".repeat(indent));
+    }
+    broken(indent, head, args, tail)
+}
+
+/// `HEAD RESULT<(A, B), ERROR> {` of a function with one parameter, which returns a tuple.
+pub fn tuple_result(head: &str, parameter: &str, items: &[String], error: &str) -> String {
+    let inner = items.join(", ");
+    if items.len() < 2 || inner.len() <= CALL {
+        let value = if items.len() == 1 {
+            inner
+        } else {
+            format!("({inner})")
+        };
+        let tail = format!(" -> Result<{value}, {error}> {{");
+        return signature(0, head, &[parameter.to_owned()], &tail);
+    }
+    let lines: String = items.iter().map(|i| format!("        {i},\n")).collect();
+    format!("{head}(\n    {parameter},\n) -> Result<\n    (\n{lines}    ),\n    {error},\n> {{")
+}
+
+/// `HEAD = (A, B);` at the left edge.
+pub fn tuple_alias(head: &str, items: &[String]) -> String {
+    let inner = items.join(", ");
+    if inner.len() > CALL {
+        broken(0, &format!("{head} = "), items, ";")
+    } else if head.len() + inner.len() + 6 <= LINE {
+        format!("{head} = ({inner});")
+    } else {
+        format!("{head} =\n    ({inner});")
+    }
+}
+
+/// A chain of calls, `base.a().b()`, behind `before` characters of its line and before a comma.
+pub fn chain(indent: usize, before: usize, base: &str, calls: &[&str]) -> String {
+    let one = format!("{base}{}", calls.concat());
+    if one.len() <= CALL && indent + before + one.len() < LINE {
+        return one;
+    }
+    let pad = " ".repeat(indent + 4);
+    let lines: String = calls.iter().map(|c| format!("\n{pad}{c}")).collect();
+    format!("{base}{lines}")
+}
+
+/// `let PATTERN = HEAD(A, B)TAIL`: what does not fit behind the `=` stands below it.
+pub fn binding(indent: usize, pattern: &str, head: &str, args: &[String], tail: &str) -> String {
+    let one = format!("let {pattern} = {head}({}){tail}", args.join(", "));
+    // rustfmt counts what follows the closing bracket twice.
+    if args.join(", ").len() <= CALL && indent + one.len() + tail.len() > LINE {
+        let value = call(indent + 4, head, args, tail);
+        return format!("let {pattern} =\n{}{value}", " ".repeat(indent + 4));
+    }
+    call(indent, &format!("let {pattern} = {head}"), args, tail)
+}
+
+/// Items one after the other, as many a line as fit, each with its comma.
+fn filled(indent: usize, items: &[String]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for item in items {
+        match lines.last_mut() {
+            Some(last) if last.len() + item.len() + 2 <= LINE => {
+                last.push(' ');
+                last.push_str(item);
+                last.push(',');
+            }
+            _ => lines.push(format!("{}{item},", " ".repeat(indent))),
+        }
+    }
+    lines
 }
 
 fn broken(indent: usize, head: &str, args: &[String], tail: &str) -> String {
@@ -42,26 +113,19 @@ pub fn array(items: &[String]) -> String {
 
 /// An array: on one line up to 60 characters; else short items fill lines and others have a line each.
 pub fn array_in(indent: usize, items: &[String]) -> String {
-    const SHORT: usize = 10;
     let one = items.join(", ");
     if one.len() <= CALL {
         return format!("&[{one}]");
     }
     let pad = " ".repeat(indent);
-    let mut lines: Vec<String> = Vec::new();
-    for item in items {
-        match lines.last_mut() {
-            Some(last)
-                if items.iter().all(|i| i.len() <= SHORT)
-                    && last.len() + item.len() + 2 <= LINE =>
-            {
-                last.push(' ');
-                last.push_str(item);
-                last.push(',');
-            }
-            _ => lines.push(format!("{pad}    {item},")),
-        }
-    }
+    let lines = if items.iter().all(|item| item.len() <= SHORT) {
+        filled(indent + 4, items)
+    } else {
+        items
+            .iter()
+            .map(|item| format!("{pad}    {item},"))
+            .collect()
+    };
     format!("&[\n{}\n{pad}]", lines.join("\n"))
 }
 
@@ -88,16 +152,5 @@ pub fn imports(krate: &str, names: &[String]) -> String {
     if line.len() <= LINE {
         return line;
     }
-    let mut lines: Vec<String> = Vec::new();
-    for name in names {
-        match lines.last_mut() {
-            Some(last) if last.len() + name.len() + 2 <= LINE => {
-                last.push(' ');
-                last.push_str(name);
-                last.push(',');
-            }
-            _ => lines.push(format!("    {name},")),
-        }
-    }
-    format!("use {krate}::{{\n{}\n}};", lines.join("\n"))
+    format!("use {krate}::{{\n{}\n}};", filled(4, names).join("\n"))
 }

@@ -64,6 +64,34 @@ pub fn camel(name: &str) -> String {
     }
 }
 
+/// Types that generated code uses by their bare names.
+const TYPES: [&str; 14] = [
+    "Box",
+    "Caller",
+    "Cdr",
+    "DecodeError",
+    "Default",
+    "HandlerError",
+    "OpenError",
+    "Option",
+    "Reader",
+    "Request",
+    "Result",
+    "String",
+    "Vec",
+    "Writer",
+];
+
+/// A type or a trait of the generated crate.
+pub fn ty(name: &str) -> String {
+    let camel = camel(name);
+    if TYPES.contains(&camel.as_str()) {
+        camel + "_"
+    } else {
+        camel
+    }
+}
+
 /// A constant.
 pub fn shout(name: &str) -> String {
     snake(name).trim_end_matches('_').to_uppercase()
@@ -89,6 +117,8 @@ mod tests {
         assert_eq!(camel("IDLE_MODE"), "IdleMode");
         assert_eq!(camel("None"), "None");
         assert_eq!(camel("self"), "Self_");
+        assert_eq!(ty("result"), "Result_");
+        assert_eq!(ty("TResult"), "TResult");
         assert_eq!(shout("sayHello"), "SAY_HELLO");
     }
 }

@@ -1,6 +1,7 @@
 //! Every decision of a generation: names, types, lines, which file holds what. Templates print this.
 
 mod checks;
+mod exports;
 mod interfaces;
 mod parameters;
 mod slots;
@@ -58,6 +59,10 @@ pub struct View {
     pub parameters: Option<Parameters>,
     /// Crates of the user's code.
     pub dependencies: Vec<Dependency>,
+    /// What `lib.rs` exports, in rustfmt's order.
+    pub reexports: Vec<String>,
+    /// Whether a name is exported more than once.
+    pub repeats: bool,
     /// What the user's worker file begins with.
     pub imports: Vec<String>,
 }
@@ -99,7 +104,8 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         model: format!("{:016x}", project.hash),
         middleware: middleware.word().to_owned(),
     };
-    let slots = slots::of(component, middleware, &mut found);
+    let exports = exports::Exports::of(component);
+    let slots = slots::of(component, middleware, &exports, &mut found);
     let mut traits: Vec<String> = slots
         .iter()
         .filter(|s| s.receives)
@@ -135,6 +141,8 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         modules: types::of(library, &mut found),
         interfaces: interfaces::of(component, &mut found),
         imports: user_imports(&slots, &traits),
+        reexports: reexports(component, &traits),
+        repeats: exports.repeats(),
         slots,
         traits,
         parameters,
@@ -149,6 +157,36 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
             .collect(),
     };
     (view, found)
+}
+
+fn reexports(component: &rc_cdsl::Component, traits: &[String]) -> Vec<String> {
+    let mut paths: Vec<String> = [
+        "adapter::{Worker, embed, run}",
+        "context::Context",
+        "rc_runtime::middleware::{CallError, SendError}",
+        "rc_runtime::tracing",
+        "rc_runtime::{Embedded, State, WorkerError}",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    let modules = &component.library.modules;
+    let globs = [
+        ("interfaces::*", !component.slots.is_empty()),
+        ("parameters::Params", component.parameters.is_some()),
+        (
+            "types::*",
+            modules
+                .iter()
+                .any(|m| !m.types.is_empty() || !m.consts.is_empty()),
+        ),
+    ];
+    let globs = globs.iter().filter(|(_, there)| *there);
+    paths.extend(globs.map(|(path, _)| (*path).to_owned()));
+    let dependencies = component.dependencies.iter();
+    paths.extend(dependencies.map(|(package, _)| package.text.replace('-', "_")));
+    paths.extend(traits.iter().map(|name| format!("slots::{name}")));
+    paths.sort();
+    paths
 }
 
 fn check_language(project: &Project, found: &mut Diagnostics) {

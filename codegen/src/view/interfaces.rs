@@ -289,7 +289,7 @@ pub(super) fn path(library: &Library, id: TypeId) -> String {
     format!(
         "{}::{}",
         super::type_module(library, decl.module),
-        names::camel(&decl.name.text)
+        names::ty(&decl.name.text)
     )
 }
 
@@ -362,7 +362,7 @@ pub(super) fn answer_type(library: &Library, operation: &Operation, prefix: &str
     }
 }
 
-fn answer_name(operation: &Operation) -> String {
+pub(super) fn answer_name(operation: &Operation) -> String {
     format!("{}Answer", error_name(operation).trim_end_matches("Error"))
 }
 
@@ -371,18 +371,21 @@ fn answer_alias(library: &Library, operation: &Operation) -> String {
     if results.len() < 2 {
         return String::new();
     }
-    layout::call(
-        0,
-        &format!("pub type {} = ", answer_name(operation)),
-        &results,
-        ";",
-    )
+    layout::tuple_alias(&format!("pub type {}", answer_name(operation)), &results)
 }
 
 pub(super) fn tuple(parts: &[String]) -> String {
     match parts {
         [one] => one.clone(),
         all => format!("({})", all.join(", ")),
+    }
+}
+
+/// The same, as rustfmt breaks it inside of a call or behind `let`.
+pub(super) fn tuple_at(indent: usize, parts: &[String]) -> String {
+    match parts {
+        [one] => one.clone(),
+        all => layout::call(indent, "", all, ""),
     }
 }
 
@@ -452,24 +455,18 @@ fn operation(
     let mut statements = Vec::new();
     for member in &operation.inputs {
         let name = names::local(&member.name.text);
-        // Parameters that are taken by reference are dereferenced by the checks themselves, where they have to.
-        let place = if member.optional {
-            format!("(*{name})")
-        } else {
-            name
-        };
         let lines = checks::lines(
             library,
             member,
             &format!("{what}.{}", member.name.text),
-            &place,
+            &name,
             checks::Side::Write,
         );
-        statements.extend(
-            lines
-                .into_iter()
-                .map(|line| line.replace("for item in &", "for item in ")),
-        );
+        // What is taken by reference needs no other one.
+        statements.extend(lines.into_iter().map(|line| {
+            line.replace("for item in &", "for item in ")
+                .replace("if let Some(item) = &", "if let Some(item) = ")
+        }));
         statements.push(write(library, member));
     }
     if statements.is_empty() {
@@ -515,18 +512,18 @@ fn operation(
             " -> Result<(), SendError> {",
         ),
         write: statements,
-        read_signature: layout::signature(
-            0,
+        read_signature: layout::tuple_result(
             &format!("pub(crate) fn {read_function}"),
-            &["reader: &mut Reader<'_>".to_owned()],
-            &format!(" -> Result<{}, DecodeError> {{", tuple(&inputs)),
+            "reader: &mut Reader<'_>",
+            &inputs,
+            "DecodeError",
         ),
         read_function,
         read: read_lines,
-        read_value: tuple(&names),
+        read_value: tuple_at(4, &names),
         answer_alias: answer_alias(library, operation),
         read_answer: answer_lines,
-        answer_value: tuple(&outs),
+        answer_value: tuple_at(8, &outs),
         throws: operation
             .throws
             .iter()

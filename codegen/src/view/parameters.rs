@@ -1,6 +1,6 @@
 //! The parameters of a component as Rust structures.
 
-use crate::names;
+use crate::{layout, names};
 use heck::ToUpperCamelCase;
 use rc_pdsl::model::{self, Kind, Parameter, Type};
 use serde::Serialize;
@@ -85,7 +85,17 @@ fn field(owner: &str, parameter: &Parameter, out: &mut Vec<Struct>) -> Field {
                 parameters,
                 out,
             );
-            let value = format!("values.list({name:?}).iter().map({inner}::from_values).collect()");
+            let value = layout::chain(
+                12,
+                names::snake(name).len() + 2,
+                "values",
+                &[
+                    &format!(".list({name:?})"),
+                    ".iter()",
+                    &format!(".map({inner}::from_values)"),
+                    ".collect()",
+                ],
+            );
             (format!("Vec<{inner}>"), value)
         }
     };
@@ -119,7 +129,17 @@ fn scalar(ty: Type, array: bool, name: &str) -> (String, String) {
     }
     let value = match cast {
         "" => format!("values.{method}s({name:?})"),
-        _ => format!("values.{method}s({name:?}).iter().map(|v| *v{cast}).collect()"),
+        _ => layout::chain(
+            12,
+            names::snake(name).len() + 2,
+            "values",
+            &[
+                &format!(".{method}s({name:?})"),
+                ".iter()",
+                &format!(".map(|v| *v{cast})"),
+                ".collect()",
+            ],
+        ),
     };
     (format!("Vec<{rust}>"), value)
 }

@@ -1,6 +1,7 @@
 //! The slots of a component: traits that the user implements, ends that the user calls.
 
-use super::interfaces::{answer_type, error_name, operation_doc, owned, tuple};
+use super::exports::Exports;
+use super::interfaces::{answer_name, answer_type, error_name, operation_doc, owned, tuple};
 use super::types;
 use crate::{layout, names};
 use rc_cdsl::Component;
@@ -103,13 +104,18 @@ pub struct Handler {
     pub write: Vec<String>,
 }
 
-pub(super) fn of(component: &Component, middleware: Backend, found: &mut Diagnostics) -> Vec<Slot> {
+pub(super) fn of(
+    component: &Component,
+    middleware: Backend,
+    exports: &Exports,
+    found: &mut Diagnostics,
+) -> Vec<Slot> {
     const OWN: [&str; 3] = ["core", "params", "deref"];
     let library = &component.library;
     let mut seen: Vec<(String, String)> = Vec::new();
     let mut slots = Vec::new();
     for (index, slot) in component.slots.iter().enumerate() {
-        let view = one(library, index, slot, middleware);
+        let view = one(library, index, slot, middleware, exports);
         let taken = seen
             .iter()
             .find(|(_, field)| *field == view.field)
@@ -142,7 +148,13 @@ pub(super) fn of(component: &Component, middleware: Backend, found: &mut Diagnos
     slots
 }
 
-fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware: Backend) -> Slot {
+fn one(
+    library: &Library,
+    index: usize,
+    slot: &rc_cdsl::model::Slot,
+    middleware: Backend,
+    exports: &Exports,
+) -> Slot {
     let interface = library.interface(slot.interface);
     let module = super::interface_module(library, slot.interface);
     let receives = matches!(slot.role, Role::Implements | Role::SubscribesTo);
@@ -162,11 +174,11 @@ fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware:
         _ => format!("{path}{base}Client"),
     };
     let field = names::snake(&slot.name);
-    let type_name = names::camel(&slot.name);
+    let type_name = names::ty(&slot.name);
     let operations: Vec<Handler> = interface
         .operations
         .iter()
-        .map(|o| handler(library, slot.role, &module, &type_name, o))
+        .map(|o| handler(library, slot.role, &module, &type_name, exports, o))
         .collect();
     let mut uses = super::interfaces::uses(library, &interface.operations);
     uses.retain(|path| {
@@ -236,7 +248,7 @@ fn one(library: &Library, index: usize, slot: &rc_cdsl::model::Slot, middleware:
         doc: interface.doc.clone(),
         queries: operations.iter().any(|o| o.two_way),
         operations,
-        mentioned: mentioned(library, &interface.operations),
+        mentioned: mentioned(library, exports, &interface.operations),
     }
 }
 
@@ -287,7 +299,7 @@ fn qos(role: Role, qos: &Qos) -> Vec<String> {
     lines
 }
 
-fn mentioned(library: &Library, operations: &[Operation]) -> Vec<String> {
+fn mentioned(library: &Library, exports: &Exports, operations: &[Operation]) -> Vec<String> {
     let mut names = Vec::new();
     for operation in operations {
         let members = operation
@@ -302,12 +314,13 @@ fn mentioned(library: &Library, operations: &[Operation]) -> Vec<String> {
             names.push(error_name(operation));
         }
     }
+    names.retain(|name| exports.is_unique(name));
     names
 }
 
 fn named(library: &Library, ty: &Type, out: &mut Vec<String>) {
     match ty {
-        Type::Named(id) => out.push(names::camel(&library.ty(*id).name.text)),
+        Type::Named(id) => out.push(names::ty(&library.ty(*id).name.text)),
         Type::Sequence(element, _) | Type::Array(element, _) => named(library, element, out),
         Type::Dictionary(key, value) => {
             named(library, key, out);
@@ -318,8 +331,8 @@ fn named(library: &Library, ty: &Type, out: &mut Vec<String>) {
 }
 
 /// A type by its bare name, as the user's file has it.
-fn bare(library: &Library, ty: &Type) -> String {
-    types::rust_with(ty, &|id| names::camel(&library.ty(id).name.text))
+fn bare(library: &Library, exports: &Exports, ty: &Type) -> String {
+    types::rust_with(ty, &|id| exports.ty(library, id))
 }
 
 fn handler(
@@ -327,10 +340,12 @@ fn handler(
     role: Role,
     module: &str,
     type_name: &str,
+    exports: &Exports,
     operation: &Operation,
 ) -> Handler {
     let method = names::snake(&operation.name.text);
     let plain = names::shout(&operation.name.text).to_lowercase();
+    let function = format!("answer_{plain}");
     let constant = format!("{module}::{}", names::shout(&operation.name.text));
     let two_way = super::two_way(role, operation);
     let throws = !operation.throws.is_empty();
@@ -359,9 +374,9 @@ fn handler(
     let bare_result: Vec<String> = operation
         .result
         .iter()
-        .map(|ty| bare(library, ty))
+        .map(|ty| bare(library, exports, ty))
         .chain(operation.outputs.iter().map(|m| {
-            let ty = bare(library, &m.ty);
+            let ty = bare(library, exports, &m.ty);
             if m.optional {
                 format!("Option<{ty}>")
             } else {
@@ -372,14 +387,17 @@ fn handler(
     let bare_tuple = tuple(&bare_result);
     // rustfmt breaks a tuple that is longer than a call may be; the type has a name for that.
     let user_result = if bare_result.len() > 1 && bare_tuple.len() > 62 {
-        answer_type(library, operation, "")
+        exports.of_interface(module, &answer_name(operation))
     } else {
         bare_tuple
     };
-    let user_returns = returns(user_result, error_name(operation));
-    let bound = match names.as_slice() {
-        [] => String::new(),
-        many => format!("let {} = ", tuple(many)),
+    let user_returns = returns(
+        user_result,
+        exports.of_interface(module, &error_name(operation)),
+    );
+    let bound = |indent: usize, head: &str, args: &[String]| match names.as_slice() {
+        [] => layout::call(indent, head, args, "?;"),
+        many => layout::binding(indent, &tuple(many), head, args, "?;"),
     };
     let read = format!("{module}::read_{plain}");
     let answer = if two_way && (throws || !bare_result.is_empty()) {
@@ -411,7 +429,7 @@ fn handler(
             4,
             &format!("fn {method}"),
             &params(&|m| {
-                let ty = bare(library, &m.ty);
+                let ty = bare(library, exports, &m.ty);
                 if m.optional {
                     format!("Option<{ty}>")
                 } else {
@@ -423,7 +441,7 @@ fn handler(
         user_body: user_body(&names, two_way, throws, &bare_result),
         serve_signature: layout::signature(
             0,
-            &format!("fn {plain}<W: {type_name}>"),
+            &format!("fn {function}<W: {type_name}>"),
             &[
                 "worker: &mut W".to_owned(),
                 "ctx: &mut Context".to_owned(),
@@ -431,15 +449,14 @@ fn handler(
             ],
             " -> Result<(), HandlerError> {",
         ),
-        open: layout::call(
+        open: bound(
             4,
-            &format!("{bound}request.arguments"),
+            "request.arguments",
             &[format!("&{constant}"), read.clone()],
-            "?;",
         ),
         call: layout::call(4, &format!("{answer}worker.{method}"), &worker_args, ";"),
         take_call: layout::call(12, &format!("worker.{method}"), &worker_args, ";"),
-        take: layout::call(12, &format!("{bound}{read}"), &["reader".to_owned()], "?;"),
+        take: bound(12, &read, &["reader".to_owned()]),
         two_way,
         throws: operation
             .throws
@@ -460,7 +477,7 @@ fn handler(
         },
         write,
         constant,
-        function: plain,
+        function,
         method,
     }
 }
@@ -490,14 +507,19 @@ fn write_answer(library: &Library, operation: &Operation, module: &str) -> Vec<S
 fn user_body(names: &[String], two_way: bool, throws: bool, result: &[String]) -> Vec<String> {
     let mut unused = vec!["ctx".to_owned()];
     unused.extend(names.iter().cloned());
-    let mut lines = vec![format!(
-        "let _ = {};",
-        if unused.len() == 1 {
-            "ctx".to_owned()
-        } else {
-            tuple(&unused)
+    // As many in one tuple as rustfmt leaves on one line.
+    let mut tuples: Vec<Vec<String>> = vec![Vec::new()];
+    for name in unused {
+        let width = |names: &[String]| names.iter().map(|n| n.len() + 2).sum::<usize>();
+        match tuples.last_mut() {
+            Some(last) if last.is_empty() || width(last) + name.len() <= 58 => last.push(name),
+            _ => tuples.push(vec![name]),
         }
-    )];
+    }
+    let mut lines: Vec<String> = tuples
+        .iter()
+        .map(|names| format!("let _ = {};", tuple(names)))
+        .collect();
     if two_way {
         match (result, throws) {
             ([], true) => lines.push("Ok(())".to_owned()),

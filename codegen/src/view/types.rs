@@ -102,7 +102,7 @@ pub(super) fn of(library: &Library, found: &mut Diagnostics) -> Vec<Module> {
 fn module(library: &Library, id: ModuleId, found: &mut Diagnostics) -> Module {
     let module = library.module(id);
     let decls = module.types.iter().map(|t| &library.ty(*t).name);
-    super::collisions(decls.map(|n| (n, names::camel(&n.text))), "types", found);
+    super::collisions(decls.map(|n| (n, names::ty(&n.text))), "types", found);
     let mut used = Vec::new();
     for ty in &module.types {
         types_in(library, *ty, &mut used);
@@ -172,7 +172,7 @@ fn type_view(library: &Library, home: ModuleId, id: TypeId, found: &mut Diagnost
     } = library.ty(id);
     let mut view = TypeView {
         kind: "struct",
-        name: names::camel(&name.text),
+        name: names::ty(&name.text),
         doc: super::doc(doc, None, None),
         derive: "",
         target: String::new(),
@@ -288,7 +288,7 @@ fn long_array(library: &Library, ty: &Type) -> bool {
 pub(super) fn rust(library: &Library, ty: &Type, home: ModuleId) -> String {
     rust_with(ty, &|id| {
         let decl = library.ty(id);
-        let name = names::camel(&decl.name.text);
+        let name = names::ty(&decl.name.text);
         if decl.module == home {
             name
         } else {

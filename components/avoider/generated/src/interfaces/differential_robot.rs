@@ -10,7 +10,7 @@ use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
 use rc_runtime::middleware::{CallError, DecodeError};
 
 /// `getBaseState`
-pub const GET_BASE_STATE: Operation = Operation {
+pub(crate) const GET_BASE_STATE: Operation = Operation {
     name: "getBaseState",
     id: 1652238603,
     type_hash: 0x7fb65cee8ac42b04,
@@ -18,7 +18,7 @@ pub const GET_BASE_STATE: Operation = Operation {
 };
 
 /// `getBasePose`
-pub const GET_BASE_POSE: Operation = Operation {
+pub(crate) const GET_BASE_POSE: Operation = Operation {
     name: "getBasePose",
     id: 1764853400,
     type_hash: 0x22e81f5648ef3638,
@@ -26,7 +26,7 @@ pub const GET_BASE_POSE: Operation = Operation {
 };
 
 /// `getMechParams`
-pub const GET_MECH_PARAMS: Operation = Operation {
+pub(crate) const GET_MECH_PARAMS: Operation = Operation {
     name: "getMechParams",
     id: 1094106188,
     type_hash: 0x8b562d9b6ea758ed,
@@ -34,7 +34,7 @@ pub const GET_MECH_PARAMS: Operation = Operation {
 };
 
 /// `setSpeedBase`
-pub const SET_SPEED_BASE: Operation = Operation {
+pub(crate) const SET_SPEED_BASE: Operation = Operation {
     name: "setSpeedBase",
     id: 813783100,
     type_hash: 0xa402e8c2e63c6d3f,
@@ -42,7 +42,7 @@ pub const SET_SPEED_BASE: Operation = Operation {
 };
 
 /// `stopBase`
-pub const STOP_BASE: Operation = Operation {
+pub(crate) const STOP_BASE: Operation = Operation {
     name: "stopBase",
     id: 1982418655,
     type_hash: 0x0cce038f4d7aee28,
@@ -50,7 +50,7 @@ pub const STOP_BASE: Operation = Operation {
 };
 
 /// `resetOdometer`
-pub const RESET_ODOMETER: Operation = Operation {
+pub(crate) const RESET_ODOMETER: Operation = Operation {
     name: "resetOdometer",
     id: 1723657111,
     type_hash: 0x94826cdc9adc89d4,
@@ -58,7 +58,7 @@ pub const RESET_ODOMETER: Operation = Operation {
 };
 
 /// `setOdometer`
-pub const SET_ODOMETER: Operation = Operation {
+pub(crate) const SET_ODOMETER: Operation = Operation {
     name: "setOdometer",
     id: -2082011004,
     type_hash: 0xecfa26b2d69af9f8,
@@ -66,7 +66,7 @@ pub const SET_ODOMETER: Operation = Operation {
 };
 
 /// `setOdometerPose`
-pub const SET_ODOMETER_POSE: Operation = Operation {
+pub(crate) const SET_ODOMETER_POSE: Operation = Operation {
     name: "setOdometerPose",
     id: -163556198,
     type_hash: 0x59b1980be6f94abd,
@@ -74,7 +74,7 @@ pub const SET_ODOMETER_POSE: Operation = Operation {
 };
 
 /// `correctOdometer`
-pub const CORRECT_ODOMETER: Operation = Operation {
+pub(crate) const CORRECT_ODOMETER: Operation = Operation {
     name: "correctOdometer",
     id: -595828834,
     type_hash: 0x390b47dab13646fd,

@@ -9,7 +9,7 @@ use rc_runtime::middleware::CallError;
 use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
 
 /// `getLaserData`
-pub const GET_LASER_DATA: Operation = Operation {
+pub(crate) const GET_LASER_DATA: Operation = Operation {
     name: "getLaserData",
     id: -1813133903,
     type_hash: 0x94aaf70d43c7deec,
@@ -17,7 +17,7 @@ pub const GET_LASER_DATA: Operation = Operation {
 };
 
 /// `getLaserAndBStateData`
-pub const GET_LASER_AND_B_STATE_DATA: Operation = Operation {
+pub(crate) const GET_LASER_AND_B_STATE_DATA: Operation = Operation {
     name: "getLaserAndBStateData",
     id: 84382437,
     type_hash: 0x6c4954ac5c18af2c,
@@ -25,7 +25,7 @@ pub const GET_LASER_AND_B_STATE_DATA: Operation = Operation {
 };
 
 /// `getLaserConfData`
-pub const GET_LASER_CONF_DATA: Operation = Operation {
+pub(crate) const GET_LASER_CONF_DATA: Operation = Operation {
     name: "getLaserConfData",
     id: 1941542868,
     type_hash: 0x33d972a9fa76c3fb,

@@ -8,7 +8,7 @@ use rc_runtime::middleware::typed::Operation;
 use rc_runtime::middleware::{DecodeError, Reader};
 
 /// `newFullPose`
-pub const NEW_FULL_POSE: Operation = Operation {
+pub(crate) const NEW_FULL_POSE: Operation = Operation {
     name: "newFullPose",
     id: -1003851669,
     type_hash: 0x21ddbe7f0f48f693,

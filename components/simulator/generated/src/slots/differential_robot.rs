@@ -66,36 +66,36 @@ pub(crate) fn serve<W: DifferentialRobot>(
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
     if request.operation == differential_robot::GET_BASE_STATE.id {
-        return get_base_state(worker, ctx, request);
+        return answer_get_base_state(worker, ctx, request);
     }
     if request.operation == differential_robot::GET_BASE_POSE.id {
-        return get_base_pose(worker, ctx, request);
+        return answer_get_base_pose(worker, ctx, request);
     }
     if request.operation == differential_robot::GET_MECH_PARAMS.id {
-        return get_mech_params(worker, ctx, request);
+        return answer_get_mech_params(worker, ctx, request);
     }
     if request.operation == differential_robot::SET_SPEED_BASE.id {
-        return set_speed_base(worker, ctx, request);
+        return answer_set_speed_base(worker, ctx, request);
     }
     if request.operation == differential_robot::STOP_BASE.id {
-        return stop_base(worker, ctx, request);
+        return answer_stop_base(worker, ctx, request);
     }
     if request.operation == differential_robot::RESET_ODOMETER.id {
-        return reset_odometer(worker, ctx, request);
+        return answer_reset_odometer(worker, ctx, request);
     }
     if request.operation == differential_robot::SET_ODOMETER.id {
-        return set_odometer(worker, ctx, request);
+        return answer_set_odometer(worker, ctx, request);
     }
     if request.operation == differential_robot::SET_ODOMETER_POSE.id {
-        return set_odometer_pose(worker, ctx, request);
+        return answer_set_odometer_pose(worker, ctx, request);
     }
     if request.operation == differential_robot::CORRECT_ODOMETER.id {
-        return correct_odometer(worker, ctx, request);
+        return answer_correct_odometer(worker, ctx, request);
     }
     request.unknown()
 }
 
-fn get_base_state<W: DifferentialRobot>(
+fn answer_get_base_state<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -120,7 +120,7 @@ fn get_base_state<W: DifferentialRobot>(
     request.finish()
 }
 
-fn get_base_pose<W: DifferentialRobot>(
+fn answer_get_base_pose<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -147,7 +147,7 @@ fn get_base_pose<W: DifferentialRobot>(
     request.finish()
 }
 
-fn get_mech_params<W: DifferentialRobot>(
+fn answer_get_mech_params<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -163,7 +163,7 @@ fn get_mech_params<W: DifferentialRobot>(
     request.finish()
 }
 
-fn set_speed_base<W: DifferentialRobot>(
+fn answer_set_speed_base<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -176,7 +176,7 @@ fn set_speed_base<W: DifferentialRobot>(
     Ok(())
 }
 
-fn stop_base<W: DifferentialRobot>(
+fn answer_stop_base<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -189,7 +189,7 @@ fn stop_base<W: DifferentialRobot>(
     Ok(())
 }
 
-fn reset_odometer<W: DifferentialRobot>(
+fn answer_reset_odometer<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -202,7 +202,7 @@ fn reset_odometer<W: DifferentialRobot>(
     Ok(())
 }
 
-fn set_odometer<W: DifferentialRobot>(
+fn answer_set_odometer<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -215,7 +215,7 @@ fn set_odometer<W: DifferentialRobot>(
     Ok(())
 }
 
-fn set_odometer_pose<W: DifferentialRobot>(
+fn answer_set_odometer_pose<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -228,7 +228,7 @@ fn set_odometer_pose<W: DifferentialRobot>(
     Ok(())
 }
 
-fn correct_odometer<W: DifferentialRobot>(
+fn answer_correct_odometer<W: DifferentialRobot>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,

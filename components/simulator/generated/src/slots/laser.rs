@@ -26,18 +26,18 @@ pub(crate) fn serve<W: Laser>(
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
     if request.operation == laser::GET_LASER_DATA.id {
-        return get_laser_data(worker, ctx, request);
+        return answer_get_laser_data(worker, ctx, request);
     }
     if request.operation == laser::GET_LASER_AND_B_STATE_DATA.id {
-        return get_laser_and_b_state_data(worker, ctx, request);
+        return answer_get_laser_and_b_state_data(worker, ctx, request);
     }
     if request.operation == laser::GET_LASER_CONF_DATA.id {
-        return get_laser_conf_data(worker, ctx, request);
+        return answer_get_laser_conf_data(worker, ctx, request);
     }
     request.unknown()
 }
 
-fn get_laser_data<W: Laser>(
+fn answer_get_laser_data<W: Laser>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -50,7 +50,7 @@ fn get_laser_data<W: Laser>(
     request.finish()
 }
 
-fn get_laser_and_b_state_data<W: Laser>(
+fn answer_get_laser_and_b_state_data<W: Laser>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -67,7 +67,7 @@ fn get_laser_and_b_state_data<W: Laser>(
     request.finish()
 }
 
-fn get_laser_conf_data<W: Laser>(
+fn answer_get_laser_conf_data<W: Laser>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,

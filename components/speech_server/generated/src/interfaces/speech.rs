@@ -8,7 +8,7 @@ use rc_runtime::middleware::typed::Operation;
 use rc_runtime::middleware::{DecodeError, Reader};
 
 /// `say`
-pub const SAY: Operation = Operation {
+pub(crate) const SAY: Operation = Operation {
     name: "say",
     id: 1324760997,
     type_hash: 0x789ba98f7c190330,
@@ -16,7 +16,7 @@ pub const SAY: Operation = Operation {
 };
 
 /// `isBusy`
-pub const IS_BUSY: Operation = Operation {
+pub(crate) const IS_BUSY: Operation = Operation {
     name: "isBusy",
     id: -228285889,
     type_hash: 0x8b94f2f5a52ee7d3,
@@ -24,7 +24,7 @@ pub const IS_BUSY: Operation = Operation {
 };
 
 /// `enableSynchronization`
-pub const ENABLE_SYNCHRONIZATION: Operation = Operation {
+pub(crate) const ENABLE_SYNCHRONIZATION: Operation = Operation {
     name: "enableSynchronization",
     id: 1135797090,
     type_hash: 0xe4bdfa3a6c4eb122,

@@ -33,18 +33,18 @@ pub(crate) fn serve<W: Speech>(
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
     if request.operation == speech::SAY.id {
-        return say(worker, ctx, request);
+        return answer_say(worker, ctx, request);
     }
     if request.operation == speech::IS_BUSY.id {
-        return is_busy(worker, ctx, request);
+        return answer_is_busy(worker, ctx, request);
     }
     if request.operation == speech::ENABLE_SYNCHRONIZATION.id {
-        return enable_synchronization(worker, ctx, request);
+        return answer_enable_synchronization(worker, ctx, request);
     }
     request.unknown()
 }
 
-fn say<W: Speech>(
+fn answer_say<W: Speech>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -57,7 +57,7 @@ fn say<W: Speech>(
     request.finish()
 }
 
-fn is_busy<W: Speech>(
+fn answer_is_busy<W: Speech>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,
@@ -70,7 +70,7 @@ fn is_busy<W: Speech>(
     request.finish()
 }
 
-fn enable_synchronization<W: Speech>(
+fn answer_enable_synchronization<W: Speech>(
     worker: &mut W,
     ctx: &mut Context,
     request: &mut Request<'_>,

@@ -1,0 +1,226 @@
+//! `rcgen` as people type it: which files it writes, which it leaves alone, and how it ends.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+const CDSL: &str = "import \"Laser.idsl\"; import \"Speech.idsl\";\nComponent c { Communications { requires Laser; implements Speech; }; language rust; };\n";
+
+/// A folder with `c.cdsl`.
+fn folder(cdsl: &str) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("c.cdsl"), cdsl).expect("a file");
+    folder
+}
+
+/// Exit code, standard output and standard error of `rcgen` in `folder`.
+fn rcgen(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_rcgen"))
+        .args(args)
+        .current_dir(folder)
+        .env_remove("RC_IDSL_PATH")
+        .output()
+        .expect("rcgen starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    let code = output.status.code().expect("an exit code");
+    (code, text(output.stdout), text(output.stderr))
+}
+
+fn succeeds(folder: &Path, args: &[&str]) -> String {
+    let (code, out, err) = rcgen(folder, args);
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    out
+}
+
+/// Every file of a folder with its bytes.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let inside = path.strip_prefix(folder).expect("inside").to_path_buf();
+                all.insert(inside, std::fs::read(&path).expect("a file"));
+            }
+        }
+    }
+    all
+}
+
+/// The files that are not the same in both, with `/` between their folders.
+fn changed(a: &BTreeMap<PathBuf, Vec<u8>>, b: &BTreeMap<PathBuf, Vec<u8>>) -> Vec<String> {
+    let mut paths: Vec<&PathBuf> = a.keys().chain(b.keys()).collect();
+    paths.sort();
+    paths.dedup();
+    let differing = paths
+        .into_iter()
+        .filter(|path| a.get(*path) != b.get(*path));
+    differing
+        .map(|p| p.to_string_lossy().replace('\\', "/"))
+        .collect()
+}
+
+#[test]
+fn what_is_yours_stays_over_a_change_of_middleware() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    succeeds(folder, &["c.cdsl"]);
+    std::fs::write(folder.join("src/specific_worker.rs"), "// mine\r\n").expect("a file");
+    std::fs::write(folder.join("Cargo.toml"), "# mine").expect("a file");
+    std::fs::write(folder.join("etc/config.toml"), "").expect("a file");
+    let before = files(folder);
+    assert_eq!(succeeds(folder, &["c.cdsl"]), "");
+    assert_eq!(changed(&before, &files(folder)), [""; 0]);
+    succeeds(folder, &["c.cdsl", "--middleware", "local"]);
+    let differing = changed(&before, &files(folder));
+    assert_eq!(
+        differing,
+        ["generated/Cargo.toml", "generated/src/backend.rs"]
+    );
+    succeeds(folder, &["c.cdsl"]);
+    assert_eq!(changed(&before, &files(folder)), [""; 0]);
+}
+
+#[test]
+fn an_interface_that_is_removed_takes_its_files_with_it() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    succeeds(folder, &["c.cdsl"]);
+    assert!(folder.join("generated/src/slots/speech.rs").exists());
+    let less = CDSL
+        .replace("implements Speech;", "")
+        .replace("import \"Speech.idsl\";", "");
+    std::fs::write(folder.join("c.cdsl"), less).expect("a file");
+    let out = succeeds(folder, &["c.cdsl"]);
+    assert!(
+        out.contains("remove ./generated/src/interfaces/speech.rs"),
+        "{out}"
+    );
+    let left = files(folder);
+    let left: Vec<&PathBuf> = left
+        .keys()
+        .filter(|p| p.to_string_lossy().contains("speech"))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
+    assert!(!folder.join("generated/src/slots").exists());
+}
+
+#[test]
+fn two_runs_write_the_same() {
+    let (one, two) = (folder(CDSL), folder(CDSL));
+    succeeds(one.path(), &["c.cdsl"]);
+    succeeds(two.path(), &["c.cdsl"]);
+    assert_eq!(changed(&files(one.path()), &files(two.path())), [""; 0]);
+}
+
+#[test]
+fn dry_runs_and_checks_write_nothing() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    let out = succeeds(folder, &["c.cdsl", "--dry-run"]);
+    assert!(
+        out.contains("specific create src/specific_worker.rs\n"),
+        "{out}"
+    );
+    assert!(
+        out.contains("generic  create generated/src/lib.rs\n"),
+        "{out}"
+    );
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--check"]);
+    assert_eq!(code, 1);
+    assert!(
+        err.contains("c.cdsl is not up to date: create generated/Cargo.toml\n"),
+        "{err}"
+    );
+    assert_eq!(files(folder).len(), 1);
+    succeeds(folder, &["c.cdsl"]);
+    succeeds(folder, &["c.cdsl", "--check"]);
+    std::fs::write(folder.join("generated/src/lib.rs"), "").expect("a file");
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--check"]);
+    assert_eq!(
+        (code, err.lines().next()),
+        (
+            1,
+            Some("c.cdsl is not up to date: update generated/src/lib.rs")
+        )
+    );
+    assert_eq!(
+        std::fs::read(folder.join("generated/src/lib.rs")).expect("a file"),
+        b""
+    );
+}
+
+#[test]
+fn an_error_writes_nothing_and_says_where() {
+    let folder = folder(&CDSL.replace("requires Laser", "requires Lasre"));
+    let (code, out, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    let wanted = "c.cdsl:2:41: error[unknown-interface]: unknown interface `Lasre` (did you mean `Laser`?)\n";
+    assert_eq!(err, wanted);
+    assert_eq!(files(folder.path()).len(), 1);
+    let (_, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "json"]);
+    for line in err.lines() {
+        let value: serde_json::Value = serde_json::from_str(line).expect("one JSON object a line");
+        assert_eq!(value["start"]["line"], 2);
+    }
+    assert_eq!(err.lines().count(), 1);
+}
+
+#[test]
+fn wrong_usage_and_a_system_that_refuses() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    assert_eq!(rcgen(folder, &["c.cdsl", "--nonsense"]).0, 2);
+    assert_eq!(rcgen(folder, &["c.idsl"]).0, 2);
+    assert_eq!(rcgen(folder, &[]).0, 2);
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--middleware", "dds"]);
+    assert_eq!(code, 2);
+    assert!(
+        err.contains("dds comes with a later version; there are iceoryx2 and local"),
+        "{err}"
+    );
+    let (code, _, err) = rcgen(folder, &["missing.cdsl"]);
+    assert_eq!(code, 3);
+    assert_eq!(
+        err,
+        "rcgen: error: missing.cdsl: No such file or directory (os error 2)\n"
+    );
+    assert_eq!(files(folder).len(), 1);
+}
+
+#[test]
+fn names_that_fall_together_in_rust() {
+    let folder = folder(
+        "import \"a.idsl\";\nComponent c { Communications { requires I; }; language rust; };",
+    );
+    let idsl = "module M { interface I {\nvoid getData();\nvoid get_data(); }; };";
+    std::fs::write(folder.path().join("a.idsl"), idsl).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert_eq!(
+        err,
+        "a.idsl:3:6: error[name-collision]: operations `getData` and `get_data` are both `get_data` in Rust; the other one at a.idsl:2:6\n"
+    );
+}
+
+#[test]
+fn a_new_workspace_and_a_new_component() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    succeeds(folder.path(), &["init", "robot", "--framework", root]);
+    let robot = folder.path().join("robot");
+    succeeds(&robot, &["new", "lidar"]);
+    succeeds(&robot, &["components/lidar/lidar.cdsl"]);
+    assert!(
+        robot
+            .join("components/lidar/src/specific_worker.rs")
+            .exists()
+    );
+    assert_eq!(rcgen(&robot, &["new", "lidar"]).0, 2);
+    assert_eq!(rcgen(folder.path(), &["init", "robot"]).0, 2);
+    assert_eq!(rcgen(&robot, &["new", "match"]).0, 2);
+}
