@@ -1,4 +1,8 @@
-//! `cargo xtask`: the project's own commands. `test` is the whole test run.
+//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures.
+
+mod bench;
+mod pair;
+mod programs;
 
 use std::process::{Command, ExitCode};
 
@@ -12,20 +16,20 @@ const COMPONENTS: [&str; 5] = [
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let outcome = match args
-        .iter()
-        .map(String::as_str)
-        .collect::<Vec<_>>()
-        .as_slice()
-    {
-        ["test", rest @ ..] => test(rest),
-        _ => Err("usage: cargo xtask test [ARGUMENTS OF cargo test]".to_owned()),
+    let outcome = match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["test", ref rest @ ..] => test(rest),
+        ["bench"] => bench::run(false).map_err(|e| e.to_string()),
+        ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
+        _ => {
+            eprintln!("usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [--smoke]");
+            return ExitCode::from(2);
+        }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
-            eprintln!("xtask: {message}");
-            ExitCode::FAILURE
+            eprintln!("xtask: error: {message}");
+            ExitCode::from(3)
         }
     }
 }

@@ -1,0 +1,29 @@
+//! What `ping` and `pong` do, written by hand over iceoryx2: the yardstick for generated components.
+//!
+//! `bench_peer ping|pong ROOT PREFIX`. The services have the settings of our backend (overflow and depth of topics,
+//! order and queues of calls, limits of ports), bodies are `[u8]`, and who waits sleeps in `poll` on the
+//! descriptor of its listener. What only our backend does is not here: envelopes, type hashes, growing memory,
+//! watching the other side's process, a periodic compute().
+
+mod ping;
+mod pong;
+mod services;
+
+use services::Failure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["ping", root, prefix] => ping::run(root, prefix),
+        ["pong", root, prefix] => pong::run(root, prefix),
+        _ => Err(Failure::from("usage: bench_peer ping|pong ROOT PREFIX")),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("bench_peer: error: {error}");
+            ExitCode::from(3)
+        }
+    }
+}

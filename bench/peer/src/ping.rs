@@ -1,0 +1,99 @@
+//! The sending and asking side.
+
+use crate::services::{Failure, Ipc, Stamp, bells, calls, node, samples, wait};
+use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
+use iceoryx2::port::client::Client;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+
+/// Most waits for one answer.
+const WAITS: usize = 5;
+
+struct Ping {
+    publisher: Publisher<Ipc, [u8], Stamp>,
+    client: Client<Ipc, [u8], (), [u8], ()>,
+    subscriber: Notifier<Ipc>,
+    server: Notifier<Ipc>,
+    answered: Listener<Ipc>,
+}
+
+/// Does what is ordered until there are no more orders.
+pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
+    let node = node(root, prefix)?;
+    let (samples, calls) = (samples(&node)?, calls(&node)?);
+    let (sampled, asked, answered) = (
+        bells(&node, "sample")?,
+        bells(&node, "asked")?,
+        bells(&node, "answered")?,
+    );
+    let ping = Ping {
+        publisher: samples
+            .publisher_builder()
+            .initial_max_slice_len(LARGEST)
+            .max_loaned_samples(1)
+            .create()?,
+        client: calls
+            .client_builder()
+            .initial_max_slice_len(LARGEST)
+            .create()?,
+        subscriber: sampled.notifier_builder().create()?,
+        server: asked.notifier_builder().create()?,
+        answered: answered.listener_builder().create()?,
+    };
+    let data = vec![7; LARGEST];
+    let mut times = Vec::new();
+    let mut answer = Vec::new();
+    ready()?;
+    while let Some(order) = next_order()? {
+        times.clear();
+        let data = &data[..order.size];
+        for _ in 0..order.count {
+            match order.kind {
+                Kind::Publish => {
+                    pause();
+                    ping.publish(now(), data)?;
+                }
+                Kind::Query => {
+                    let start = now();
+                    ping.query(data, &mut answer)?;
+                    times.push(now() - start);
+                    if answer.len() != data.len() {
+                        return Err("another echo".into());
+                    }
+                }
+            }
+        }
+        if order.kind == Kind::Publish {
+            pause();
+            ping.publish(0, &[])?;
+        }
+        report(&times)?;
+    }
+    Ok(())
+}
+
+impl Ping {
+    fn publish(&self, sent: Stamp, data: &[u8]) -> Result<(), Failure> {
+        let mut loan = self.publisher.loan_slice_uninit(data.len())?;
+        *loan.user_header_mut() = sent;
+        loan.write_from_slice(data).send()?;
+        self.subscriber.notify()?;
+        Ok(())
+    }
+
+    fn query(&self, data: &[u8], answer: &mut Vec<u8>) -> Result<(), Failure> {
+        let loan = self.client.loan_slice_uninit(data.len())?;
+        let pending = loan.write_from_slice(data).send()?;
+        self.server.notify()?;
+        for _ in 0..WAITS {
+            wait([&self.answered])?;
+            if let Some(response) = pending.receive()? {
+                answer.clear();
+                answer.extend_from_slice(response.payload());
+                return Ok(());
+            }
+        }
+        Err("no answer".into())
+    }
+}

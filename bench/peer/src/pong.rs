@@ -1,0 +1,46 @@
+//! The receiving and answering side.
+
+use crate::services::{Failure, bells, calls, node, samples, wait};
+use bench_protocol::{LARGEST, now, ready, report};
+
+/// Answers and notes until it is ended.
+pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
+    let node = node(root, prefix)?;
+    let (samples, calls) = (samples(&node)?, calls(&node)?);
+    let (sampled, asked, answered) = (
+        bells(&node, "sample")?,
+        bells(&node, "asked")?,
+        bells(&node, "answered")?,
+    );
+    let sampled = sampled.listener_builder().create()?;
+    let asked = asked.listener_builder().create()?;
+    let client = answered.notifier_builder().create()?;
+    let subscriber = samples.subscriber_builder().buffer_size(10).create()?;
+    let server = calls
+        .server_builder()
+        .initial_max_slice_len(LARGEST)
+        .create()?;
+    let mut times = Vec::new();
+    let mut data = Vec::new();
+    ready()?;
+    loop {
+        wait([&sampled, &asked])?;
+        while let Some(sample) = subscriber.receive()? {
+            data.clear();
+            data.extend_from_slice(sample.payload());
+            if data.is_empty() {
+                report(&times)?;
+                times.clear();
+            } else {
+                times.push(now() - *sample.user_header());
+            }
+        }
+        while let Some(request) = server.receive()? {
+            data.clear();
+            data.extend_from_slice(request.payload());
+            let loan = request.loan_slice_uninit(data.len())?;
+            loan.write_from_slice(&data).send()?;
+            client.notify()?;
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! The node, its services, and waiting for a listener.
+#![expect(
+    unsafe_code,
+    reason = "iceoryx2 gives a listener's descriptor only as a number"
+)]
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::os::fd::BorrowedFd;
+
+/// Anything that goes wrong ends the program.
+pub(crate) type Failure = Box<dyn std::error::Error>;
+/// The services of one process for itself: nothing here crosses a thread.
+pub(crate) type Ipc = ipc::Service;
+pub(crate) type Samples = publish_subscribe::PortFactory<Ipc, [u8], Stamp>;
+pub(crate) type Calls = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
+pub(crate) type Bells = event::PortFactory<Ipc>;
+
+/// The user header of a value: the time of its sending.
+pub(crate) type Stamp = i64;
+/// No wait is longer.
+const LIMIT: Timespec = Timespec {
+    tv_sec: 1,
+    tv_nsec: 0,
+};
+
+/// Opens a node with files of its own.
+pub(crate) fn node(root: &str, prefix: &str) -> Result<Node<Ipc>, Failure> {
+    set_log_level(LogLevel::Fatal);
+    let mut config = Config::default();
+    config.global.set_root_path(&Path::new(root.as_bytes())?);
+    config.global.prefix = FileName::new(prefix.as_bytes())?;
+    Ok(NodeBuilder::new()
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Ipc>()?)
+}
+
+/// The topic.
+pub(crate) fn samples(node: &Node<Ipc>) -> Result<Samples, Failure> {
+    Ok(node
+        .service_builder(&"sample".try_into()?)
+        .publish_subscribe::<[u8]>()
+        .user_header::<Stamp>()
+        .enable_safe_overflow(true)
+        .history_size(0)
+        .subscriber_max_buffer_size(10)
+        .subscriber_max_borrowed_samples(1)
+        .max_publishers(16)
+        .max_subscribers(64)
+        .max_nodes(128)
+        .open_or_create()?)
+}
+
+/// The calls.
+pub(crate) fn calls(node: &Node<Ipc>) -> Result<Calls, Failure> {
+    Ok(node
+        .service_builder(&"echo".try_into()?)
+        .request_response::<[u8], [u8]>()
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(false)
+        .max_active_requests_per_client(16)
+        .max_loaned_requests(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
+        .max_servers(1)
+        .max_clients(64)
+        .max_nodes(128)
+        .open_or_create()?)
+}
+
+/// What wakes the listeners of `name`.
+pub(crate) fn bells(node: &Node<Ipc>, name: &str) -> Result<Bells, Failure> {
+    Ok(node
+        .service_builder(&name.try_into()?)
+        .event()
+        .max_notifiers(64)
+        .max_listeners(64)
+        .max_nodes(128)
+        .event_id_max_value(1)
+        .open_or_create()?)
+}
+
+/// Sleeps until one of `listeners` was rung for, or for a second; takes the rings back. Bit i of the result: the
+/// listener i was rung for.
+pub(crate) fn wait<const N: usize>(listeners: [&Listener<Ipc>; N]) -> Result<u32, Failure> {
+    let mut polled = listeners.map(|listener| {
+        // SAFETY: the listener owns its socket and outlives the call; nothing here reads from it or closes it.
+        let descriptor =
+            unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) };
+        PollFd::from_borrowed_fd(descriptor, PollFlags::IN)
+    });
+    poll(&mut polled, Some(&LIMIT))?;
+    let mut rung = 0;
+    for (at, (polled, listener)) in polled.iter().zip(listeners).enumerate() {
+        if !polled.revents().is_empty() {
+            listener.try_wait(|_| {})?;
+            rung |= 1 << at;
+        }
+    }
+    Ok(rung)
+}

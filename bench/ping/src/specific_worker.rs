@@ -1,0 +1,52 @@
+//! Does one block a period, as ordered on its standard input. A block is longer than the period, which is reported
+//! and harmless here.
+
+use ping_generated::{Context, Worker, WorkerError};
+
+use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
+
+pub(crate) struct SpecificWorker {
+    data: Vec<u8>,
+    times: Vec<i64>,
+}
+
+impl Worker for SpecificWorker {
+    fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
+        ready()?;
+        Ok(Self {
+            data: vec![7; LARGEST],
+            times: Vec::new(),
+        })
+    }
+
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let Some(order) = next_order()? else {
+            ctx.stop("no more orders");
+            return Ok(());
+        };
+        self.times.clear();
+        let data = &self.data[..order.size];
+        for _ in 0..order.count {
+            match order.kind {
+                Kind::Publish => {
+                    pause();
+                    ctx.sample.sample(now(), data)?;
+                }
+                Kind::Query => {
+                    let start = now();
+                    let answer = ctx.echo.echo(data)?;
+                    self.times.push(now() - start);
+                    if answer.len() != data.len() {
+                        return Err(WorkerError::Fatal("another echo".to_owned()));
+                    }
+                }
+            }
+        }
+        if order.kind == Kind::Publish {
+            pause();
+            ctx.sample.sample(0, &[])?;
+        }
+        report(&self.times)?;
+        Ok(())
+    }
+}

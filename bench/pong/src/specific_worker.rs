@@ -1,0 +1,39 @@
+//! Answers, and notes how long values were on their way; reports it when a block has ended.
+
+use bench_protocol::{now, ready, report};
+use pong_generated::tracing::error;
+use pong_generated::{Context, Echo, Sample, Worker, WorkerError};
+
+pub(crate) struct SpecificWorker {
+    times: Vec<i64>,
+}
+
+impl Worker for SpecificWorker {
+    fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
+        ready()?;
+        Ok(Self { times: Vec::new() })
+    }
+
+    fn compute(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        Ok(())
+    }
+}
+
+impl Echo for SpecificWorker {
+    fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
+        data
+    }
+}
+
+impl Sample for SpecificWorker {
+    fn sample(&mut self, _ctx: &mut Context, sent: i64, data: Vec<u8>) {
+        if !data.is_empty() {
+            self.times.push(now() - sent);
+            return;
+        }
+        if let Err(error) = report(&self.times) {
+            error!("nobody listens: {error}");
+        }
+        self.times.clear();
+    }
+}

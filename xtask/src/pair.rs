@@ -1,0 +1,161 @@
+//! Two programs that talk to each other, and how long it takes them.
+
+use crate::programs::{Failure, Program, target};
+use rc_middleware::RunDirectory;
+use std::time::Duration;
+
+/// How long a pair may take to start.
+const START: Duration = Duration::from_secs(10);
+/// How long one block may take.
+const BLOCK: Duration = Duration::from_secs(10);
+
+/// One row of the table.
+#[derive(Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    /// The first word of an order.
+    kind: &'static str,
+    size: usize,
+    /// How many a block has, in a whole run.
+    count: usize,
+}
+
+/// What is measured.
+pub(crate) const ROWS: [Row; 3] = [
+    Row {
+        name: "publish 64 B, one way",
+        kind: "publish",
+        size: 64,
+        count: 500,
+    },
+    Row {
+        name: "publish 4 KiB, one way",
+        kind: "publish",
+        size: 4096,
+        count: 500,
+    },
+    Row {
+        name: "query 64 B, round trip",
+        kind: "query",
+        size: 64,
+        count: 1000,
+    },
+];
+
+/// A network that is removed when the measuring is over.
+pub(crate) struct Network {
+    pub(crate) name: String,
+    pub(crate) directory: RunDirectory,
+}
+
+impl Network {
+    /// One of this process alone.
+    pub(crate) fn new(what: &str) -> Result<Self, Failure> {
+        let name = format!("bench-{what}-{}", std::process::id());
+        let directory = RunDirectory::open(&name)?;
+        Ok(Self { name, directory })
+    }
+}
+
+impl Drop for Network {
+    fn drop(&mut self) {
+        // What cannot be removed stays in memory and hurts nobody.
+        let _ = rc_iceoryx2::wipe(&self.directory);
+        let _ = self.directory.remove();
+    }
+}
+
+/// Two programs; the asking one is ended first, the network last.
+pub(crate) struct Pair {
+    ping: Program,
+    pong: Program,
+    _network: Network,
+}
+
+impl Pair {
+    /// The generated components.
+    pub(crate) fn generated() -> Result<Self, Failure> {
+        let network = Network::new("gen")?;
+        let folder = target()?.join("release");
+        let arguments = ["--network", network.name.as_str(), "--log", "error"];
+        let pong = ready(Program::start(&folder.join("pong"), &arguments)?)?;
+        let ping = ready(Program::start(&folder.join("ping"), &arguments)?)?;
+        Ok(Self {
+            ping,
+            pong,
+            _network: network,
+        })
+    }
+
+    /// The hand-written programs.
+    pub(crate) fn by_hand() -> Result<Self, Failure> {
+        let network = Network::new("hand")?;
+        let path = target()?.join("release/bench_peer");
+        let root = network.directory.middleware(rc_iceoryx2::NAME);
+        std::fs::create_dir_all(&root)?;
+        let root = root.to_string_lossy().into_owned();
+        let prefix = rc_iceoryx2::prefix(&network.directory);
+        let pong = ready(Program::start(&path, &["pong", &root, &prefix])?)?;
+        let ping = ready(Program::start(&path, &["ping", &root, &prefix])?)?;
+        Ok(Self {
+            ping,
+            pong,
+            _network: network,
+        })
+    }
+
+    /// Measures one block.
+    pub(crate) fn block(&mut self, row: &Row, share: f64) -> Result<Vec<i64>, Failure> {
+        let count = (row.count as f64 * share) as usize;
+        let Row { kind, size, .. } = row;
+        self.ping.say(&format!("{kind} {size} {count}"))?;
+        let asked = times(&self.ping.hear(BLOCK)?)?;
+        if *kind == "query" {
+            return Ok(asked);
+        }
+        times(&self.pong.hear(BLOCK)?)
+    }
+}
+
+fn ready(program: Program) -> Result<Program, Failure> {
+    match program.hear(START)?.as_str() {
+        "ready" => Ok(program),
+        other => Err(format!("`{other}` instead of `ready`").into()),
+    }
+}
+
+fn times(line: &str) -> Result<Vec<i64>, Failure> {
+    let words = line.strip_prefix("times").ok_or("no times")?;
+    Ok(words
+        .split_whitespace()
+        .map(str::parse)
+        .collect::<Result<_, _>>()?)
+}
+
+/// What a side of the table shows.
+#[derive(Default)]
+pub(crate) struct Times(Vec<i64>);
+
+impl Times {
+    /// Adds a block.
+    pub(crate) fn add(&mut self, block: Vec<i64>) {
+        self.0.extend(block);
+    }
+
+    /// In microseconds: how long `part` of all took at most.
+    pub(crate) fn quantile(&mut self, part: f64) -> f64 {
+        quantile(&mut self.0, part) as f64 / 1000.0
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+}
+
+/// The value below which `part` of all values lie; the default where there are none.
+pub(crate) fn quantile<T: PartialOrd + Copy + Default>(values: &mut [T], part: f64) -> T {
+    values.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    let at = (values.len().saturating_sub(1) as f64 * part).round() as usize;
+    values.get(at).copied().unwrap_or_default()
+}

@@ -1,0 +1,167 @@
+//! Programs that are run with a limit, and ended when they are dropped.
+
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+/// What goes wrong here is only told.
+pub(crate) type Failure = Box<dyn std::error::Error>;
+
+/// How long a program may take to end when it is asked to.
+const END: Duration = Duration::from_secs(2);
+/// How long it may take to end because its standard input did.
+const INPUT_END: Duration = Duration::from_millis(300);
+/// Between two looks at a program that is to end.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// The folder of the workspace.
+pub(crate) fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The folder that cargo builds into: this program lies in it.
+pub(crate) fn target() -> Result<PathBuf, Failure> {
+    let own = std::env::current_exe()?;
+    let target = own.parent().and_then(Path::parent);
+    Ok(target
+        .ok_or("this program is not in a target folder")?
+        .into())
+}
+
+/// `cargo` with these words, in the workspace.
+pub(crate) fn cargo(words: &[&str]) -> Result<Command, Failure> {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(words).current_dir(root());
+    command.env("CARGO_TARGET_DIR", target()?);
+    Ok(command)
+}
+
+/// Runs a command to its end, at most for `limit`; gives back how long it took and what it said on stderr.
+pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration, String), Failure> {
+    let what = format!("{command:?}");
+    let said = tempfile::tempfile()?;
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(said.try_clone()?);
+    let start = Instant::now();
+    let mut running = Running(command.spawn()?);
+    let (done, ended) = channel();
+    let mut waited = None;
+    std::thread::scope(|scope| {
+        // A thread that sleeps in the kernel measures exactly, and the limit holds all the same.
+        let child = &mut running.0;
+        let pid = Pid::from_child(child);
+        scope.spawn(move || done.send((child.wait(), start.elapsed())));
+        waited = ended.recv_timeout(limit).ok();
+        if waited.is_none() {
+            let _ = kill_process(pid, Signal::KILL);
+        }
+    });
+    let Some((status, took)) = waited else {
+        return Err(format!("{what} took longer than {limit:?}").into());
+    };
+    let text = read_back(said)?;
+    if status?.success() {
+        Ok((took, text))
+    } else {
+        Err(format!("{what} failed:\n{text}").into())
+    }
+}
+
+fn read_back(mut file: std::fs::File) -> std::io::Result<String> {
+    use std::io::{Read as _, Seek as _};
+    let mut text = String::new();
+    file.rewind()?;
+    file.read_to_string(&mut text)?;
+    Ok(text)
+}
+
+/// A child that is asked to end, and then made to, when this is dropped.
+struct Running(Child);
+
+impl Running {
+    fn ended_within(&mut self, limit: Duration) -> bool {
+        let end = Instant::now() + limit;
+        loop {
+            if matches!(self.0.try_wait(), Ok(Some(_))) {
+                return true;
+            }
+            if Instant::now() >= end {
+                return false;
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if self.ended_within(INPUT_END) {
+            return;
+        }
+        let _ = kill_process(Pid::from_child(&self.0), Signal::TERM);
+        if self.ended_within(END) {
+            return;
+        }
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A program that is spoken with over pipes, line by line.
+pub(crate) struct Program {
+    name: String,
+    lines: Receiver<String>,
+    orders: ChildStdin,
+    child: Running,
+}
+
+impl Program {
+    /// Starts it.
+    pub(crate) fn start(path: &Path, arguments: &[&str]) -> Result<Self, Failure> {
+        let name = path.display().to_string();
+        let child = Command::new(path)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| format!("{name} cannot be started: {error}"))?;
+        let mut child = Running(child);
+        let orders = child.0.stdin.take().ok_or("no pipe")?;
+        let output = child.0.stdout.take().ok_or("no pipe")?;
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in BufReader::new(output).lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self {
+            name,
+            lines,
+            orders,
+            child,
+        })
+    }
+
+    /// Its process.
+    pub(crate) fn pid(&self) -> u32 {
+        self.child.0.id()
+    }
+
+    /// Says one line to it.
+    pub(crate) fn say(&mut self, line: &str) -> Result<(), Failure> {
+        writeln!(self.orders, "{line}").map_err(|error| format!("{}: {error}", self.name).into())
+    }
+
+    /// Its next line.
+    pub(crate) fn hear(&self, limit: Duration) -> Result<String, Failure> {
+        let line = self.lines.recv_timeout(limit);
+        line.map_err(|_| format!("{} said nothing within {limit:?}", self.name).into())
+    }
+}
