@@ -131,6 +131,7 @@ impl Printer<'_> {
             self.print("context.rs", &[("has_ends", ends.into())])?,
         );
         let implements = view.slots.iter().any(|s| s.role == "Implements");
+        let exports = view.interfaces.iter().any(|i| i.exports);
         let subscribes = view.slots.iter().any(|s| s.role == "SubscribesTo");
         add(
             src.join("adapter.rs"),
@@ -158,7 +159,10 @@ impl Printer<'_> {
         }
         add(
             src.join("interfaces.rs"),
-            self.print("interfaces_mod.rs", &[])?,
+            self.print(
+                "interfaces_mod.rs",
+                &[("interfaces_export", exports.into())],
+            )?,
         );
         for interface in &view.interfaces {
             let value =

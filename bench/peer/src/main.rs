@@ -3,7 +3,7 @@
 //! `bench_peer ping|pong ROOT PREFIX`. The services have the settings of our backend (overflow and depth of topics,
 //! order and queues of calls, limits of ports), bodies are `[u8]`, and who waits sleeps in `poll` on the
 //! descriptor of its listener. What only our backend does is not here: envelopes, type hashes, growing memory,
-//! watching the other side's process, a periodic compute().
+//! watching the other side's process, a periodic `compute`.
 
 mod ping;
 mod pong;

@@ -38,6 +38,8 @@ pub struct Interface {
     pub throws: bool,
     /// What it imports of the runtime, in rustfmt's order.
     pub runtime_uses: Vec<String>,
+    /// Whether the user sees anything of it.
+    pub exports: bool,
     /// The array of its operations.
     pub all: String,
 }
@@ -190,6 +192,10 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
         client: format!("{name}Client"),
         publisher: format!("{name}Publisher"),
         runtime_uses,
+        exports: required
+            || published
+            || throws
+            || operations.iter().any(|o| !o.answer_alias.is_empty()),
         all: layout::array(
             &operations
                 .iter()

@@ -3,6 +3,3 @@
 
 pub mod echo;
 pub mod sample;
-
-pub use echo::*;
-pub use sample::*;

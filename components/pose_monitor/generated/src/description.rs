@@ -19,6 +19,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos {
         reliability: Reliability::Reliable,
+        depth: 100,
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
@@ -27,7 +28,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pose_monitor",
-    model_hash: 0x10b8f149f11dcafe,
+    model_hash: 0xb62fefceecb8c180,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),

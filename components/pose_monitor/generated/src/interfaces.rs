@@ -2,5 +2,3 @@
 //! The interfaces of this component: how their operations are called and what they answer.
 
 pub mod full_pose_estimation_pub;
-
-pub use full_pose_estimation_pub::*;

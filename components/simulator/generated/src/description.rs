@@ -38,14 +38,17 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
     type_name: "RoboCompFullPoseEstimationPub::FullPoseEstimationPub",
     type_hash: 0x21ddbe7f0f48f693,
     backend: backend::MIDDLEWARE,
-    qos: Qos::PUBLISHER,
+    qos: Qos {
+        depth: 100,
+        ..Qos::PUBLISHER
+    },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
 };
 
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "simulator",
-    model_hash: 0x3e0a252aa1086d43,
+    model_hash: 0xfc857cdff2d1891e,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

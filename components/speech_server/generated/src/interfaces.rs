@@ -2,5 +2,3 @@
 //! The interfaces of this component: how their operations are called and what they answer.
 
 pub mod speech;
-
-pub use speech::*;
