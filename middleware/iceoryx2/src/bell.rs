@@ -108,21 +108,33 @@ impl Ear {
         crate::descriptor::of(&self.listener)
     }
 
-    /// Takes the rings back. A ring that comes during one pass can be swallowed while its state stays set, and then
-    /// no later one is heard (iceoryx2 0.10.0); so passes are made until one finds nothing. (If it were rung without
-    /// a pause, the descriptor would stay readable.)
+    /// Takes the rings back in one pass. That is enough where one rings after the other; where several ring at once,
+    /// see [`Ear::drain`].
+    pub(crate) fn take(&self) -> Heard {
+        let mut heard = Heard::default();
+        self.pass(&mut heard);
+        heard
+    }
+
+    /// Takes the rings back, to be done before sleeping. A ring that comes during one pass can be swallowed while its
+    /// state stays set, and then no later one is heard (iceoryx2 0.10.0); so passes are made until one finds nothing,
+    /// which costs two system calls. (If it were rung without a pause, the descriptor would stay readable.)
     pub(crate) fn drain(&self) -> Heard {
         let mut heard = Heard::default();
         for _ in 0..PASSES {
-            let pass = self.listener.try_wait(|event| {
-                heard.any = true;
-                heard.kept |= event.id.as_value() == KEPT;
-            });
-            match pass {
-                Ok(0) | Err(_) => break,
-                Ok(_) => {}
+            if !self.pass(&mut heard) {
+                break;
             }
         }
         heard
+    }
+
+    /// Says whether there was a ring.
+    fn pass(&self, heard: &mut Heard) -> bool {
+        let pass = self.listener.try_wait(|event| {
+            heard.any = true;
+            heard.kept |= event.id.as_value() == KEPT;
+        });
+        pass.is_ok_and(|rings| rings > 0)
     }
 }

@@ -208,7 +208,13 @@ impl Client for SharedClient {
         let mut interrupted = false;
         let mut unanswered: Option<Instant> = None;
         loop {
-            self.ear.drain();
+            // Before the first look nobody has had the time to answer; and one server rings, one ring after the
+            // other. A ring for an earlier request that comes now only wakes once too often.
+            self.wait(limit.saturating_sub(start.elapsed()), &mut interrupted);
+            self.ear.take();
+            if self.take(&pending, reply)? {
+                return Ok(());
+            }
             // What is found out about the server comes before the look into the queue, so that no answer is missed.
             let gone = self.is_gone(asked);
             let given_up = unanswered.is_some_and(|since| since.elapsed() >= CYCLE);
@@ -235,7 +241,6 @@ impl Client for SharedClient {
                     limit,
                 });
             }
-            self.wait(left, &mut interrupted);
         }
     }
 

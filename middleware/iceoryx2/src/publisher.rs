@@ -82,10 +82,10 @@ impl Publisher for SharedPublisher {
             .write_from_slice(body)
             .send()
             .map_err(|error| failed(&error))?;
+        self.bell.ring();
         if reached > 0 {
             self.session.published();
         }
-        self.bell.ring();
         Ok(())
     }
 

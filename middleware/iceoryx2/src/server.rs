@@ -212,7 +212,8 @@ impl Server for SharedServer {
     }
 
     fn acknowledge(&mut self) {
-        self.ear.drain();
+        // The rest of draining waits until there is nothing else to do: nobody's answer is to wait for it.
+        self.ear.take();
     }
 
     fn serve(
@@ -220,6 +221,9 @@ impl Server for SharedServer {
         answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
     ) -> Result<bool, ReceiveError> {
         if self.inbox.is_empty() {
+            self.refill()?;
+        }
+        if self.inbox.is_empty() && self.ear.drain().any {
             self.refill()?;
         }
         let Some(request) = self.inbox.pop_front() else {

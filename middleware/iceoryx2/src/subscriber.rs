@@ -1,6 +1,6 @@
 //! The receiving end of a topic.
 
-use crate::bell::{Bell, Ear};
+use crate::bell::{Bell, Ear, Heard};
 use crate::names;
 use crate::service::{Audience, SubscriberPort, Topic, existing_kept_topic, refusal, topic};
 use crate::session::Session;
@@ -62,15 +62,10 @@ impl SharedSubscriber {
         }
         Ok(())
     }
-}
 
-impl Subscriber for SharedSubscriber {
-    fn descriptor(&self) -> BorrowedFd<'_> {
-        self.ear.descriptor()
-    }
-
-    fn acknowledge(&mut self) {
-        if self.ear.drain().kept && self.kept.is_none() {
+    /// Joins the publishers that keep values, where the first of them has come.
+    fn heard(&mut self, heard: Heard) {
+        if heard.kept && self.kept.is_none() {
             // All that this publisher has kept was sent while we were here already.
             if let Err(error) = self.join_keepers(depth(&self.endpoint)) {
                 self.failure = Some(ReceiveError {
@@ -81,7 +76,8 @@ impl Subscriber for SharedSubscriber {
         }
     }
 
-    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+    /// Takes one value.
+    fn next(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
@@ -96,6 +92,27 @@ impl Subscriber for SharedSubscriber {
             (kept, &self.live)
         };
         Ok(first.receive(address.as_str(), take)? || second.receive(address.as_str(), take)?)
+    }
+}
+
+impl Subscriber for SharedSubscriber {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.ear.descriptor()
+    }
+
+    fn acknowledge(&mut self) {
+        // The rest of draining waits until there is nothing else to do: no value is to wait for it.
+        let heard = self.ear.take();
+        self.heard(heard);
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+        if self.next(take)? {
+            return Ok(true);
+        }
+        let heard = self.ear.drain();
+        self.heard(heard);
+        Ok(heard.any && self.next(take)?)
     }
 
     fn peers(&self) -> usize {
