@@ -32,7 +32,7 @@ pub(crate) struct Management {
     shared: Arc<Shared>,
     facts: Arc<Facts>,
     end: UnixStream,
-    thread: std::thread::JoinHandle<()>,
+    thread: Option<std::thread::JoinHandle<()>>,
     socket: PathBuf,
     /// Held as long as the component lives: nobody else may have its name.
     _lock: File,
@@ -107,7 +107,7 @@ impl Management {
             shared: shared.clone(),
             facts,
             end,
-            thread,
+            thread: Some(thread),
             socket,
             _lock: lock,
         })
@@ -129,11 +129,15 @@ impl Management {
         self.shared.turned();
         let _ = (&self.end).write_all(b"r");
     }
+}
 
-    /// Ends the thread and gives the name back.
-    pub(crate) fn end(self) {
+/// Ends the thread and gives the name back, however the component ends.
+impl Drop for Management {
+    fn drop(&mut self) {
         let _ = (&self.end).write_all(b"e");
-        let _ = self.thread.join();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
         let _ = std::fs::remove_file(&self.socket);
         let _ = std::fs::remove_file(self.socket.with_extension("lock"));
         // The last one of a network that nobody supervises leaves an empty folder behind otherwise.

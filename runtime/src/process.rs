@@ -238,7 +238,7 @@ fn live<C: Component>(
     ports.linger(LINGER);
     drop(component);
     drop(ports);
-    management.end();
+    drop(management);
     ended.map_err(StartError::System)
 }
 

@@ -229,6 +229,7 @@ fn a_component_may_end_itself() {
 fn what_cannot_start_says_why() {
     let error = run("unwilling").expect_err("a failure");
     assert_eq!(error.to_string(), "initialize(): there is no robot");
+    assert!(!RunDirectory::of(&network("unwilling")).path().exists());
     let first = run("twin").expect("to run");
     let second = run("twin").expect_err("a second of that name");
     assert!(second.to_string().contains("runs in network"), "{second}");
