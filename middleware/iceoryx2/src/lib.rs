@@ -12,6 +12,7 @@ mod descriptor;
 mod estate;
 mod holder;
 mod keeper;
+mod last;
 mod message;
 mod names;
 mod publisher;

@@ -1,5 +1,6 @@
 //! What the ports of one component share: the node, its configuration, and what is still on its way.
 
+use crate::last::Presence;
 use crate::service::{Node, Pending, Service};
 use crate::{bounded, names};
 use iceoryx2::prelude::{
@@ -31,6 +32,8 @@ pub(crate) struct Session {
     pub(crate) node: Node,
     published: Mutex<Option<Instant>>,
     commands: Mutex<Vec<Weak<Mutex<Option<Pending>>>>>,
+    /// Left after everything above.
+    _presence: Presence,
 }
 
 impl Session {
@@ -44,6 +47,8 @@ impl Session {
                 reason,
             };
             let config = configuration(&owned).map_err(refused)?;
+            let presence = Presence::enter(&owned.directory)
+                .map_err(|e| refused(format!("the network's lock cannot be taken: {e}")))?;
             let node = node(&owned, &config).map_err(refused)?;
             Ok(Arc::new(Self {
                 environment: owned,
@@ -51,6 +56,7 @@ impl Session {
                 node,
                 published: Mutex::default(),
                 commands: Mutex::default(),
+                _presence: presence,
             }))
         })
     }

@@ -291,7 +291,12 @@ fn a_holder_keeps_and_a_wipe_removes() {
     server.kill();
     assert_eq!(holder.clean(), 1);
     assert_eq!(client.peers(), 0);
+    // The last one out leaves nothing.
+    assert!(!rc_iceoryx2::leftovers(&environment.directory).is_empty());
     drop((client, backend, holder));
+    assert!(rc_iceoryx2::leftovers(&environment.directory).is_empty());
+    // One that is killed cannot tidy up: the deployer does.
+    network.start("server").kill();
     assert!(!rc_iceoryx2::leftovers(&environment.directory).is_empty());
     assert!(rc_iceoryx2::wipe(&environment.directory).expect("to wipe") > 0);
     assert!(rc_iceoryx2::leftovers(&environment.directory).is_empty());
