@@ -92,7 +92,10 @@ impl Files {
             });
         }
         let mut there = Vec::new();
-        list(folder, Path::new(GENERATED), &mut there)?;
+        // Files that hold nothing generated (a new workspace) have no say over a folder of that name.
+        if self.0.values().any(|(owner, _)| *owner == Owner::Generic) {
+            list(folder, Path::new(GENERATED), &mut there)?;
+        }
         for path in there.into_iter().filter(|path| !self.0.contains_key(path)) {
             steps.push(Step {
                 path,
@@ -128,7 +131,13 @@ impl Files {
         }
         for step in steps.iter().filter(|s| s.change == Change::Remove) {
             let path = folder.join(&step.path);
-            std::fs::remove_file(&path).map_err(|e| named(&path, &e))?;
+            match std::fs::remove_file(&path) {
+                // What a generation left that was killed has been used and renamed by this one.
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(named(&path, &error));
+                }
+                _ => {}
+            }
             // A folder that is empty now goes, too; one that is not stays.
             let _ = path.parent().map(std::fs::remove_dir);
         }

@@ -224,3 +224,24 @@ fn a_new_workspace_and_a_new_component() {
     assert_eq!(rcgen(folder.path(), &["init", "robot"]).0, 2);
     assert_eq!(rcgen(&robot, &["new", "match"]).0, 2);
 }
+
+#[test]
+fn a_new_component_leaves_a_generated_folder_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let other = folder.path().join("generated/of_somebody_else.txt");
+    std::fs::create_dir_all(other.parent().expect("a parent")).expect("a folder");
+    std::fs::write(&other, "kept").expect("a file");
+    succeeds(folder.path(), &["new", "guard"]);
+    assert_eq!(std::fs::read_to_string(other).expect("it is there"), "kept");
+}
+
+#[test]
+fn every_file_is_checked_and_one_that_is_no_text_is_wrong_input() {
+    let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
+    std::fs::write(folder.path().join("bytes.idsl"), [0xff, 0xfe]).expect("a file");
+    let args = ["check", "bytes.idsl", "c.cdsl", "--format", "short"];
+    let (code, _, err) = rcgen(folder.path(), &args);
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("bytes.idsl:1:1: error[not-utf8]"), "{err}");
+    assert!(err.contains("error[unknown-interface]"), "{err}");
+}

@@ -142,6 +142,15 @@ fn configuration(
     let (configuration, more) =
         rc_pdsl::config::check(sources, source, project.parameters.as_ref());
     found.extend(more);
+    let addresses = configuration.bindings.values();
+    for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
+        let message = format!("[bindings]: {reason}");
+        found.push(Diagnostic::error(
+            "bad-address",
+            Span::new(source, 0, 0),
+            message,
+        ));
+    }
     let slots: Vec<&str> = project
         .component
         .slots
@@ -229,7 +238,8 @@ impl Network {
         }
         let project = self.projects.get(at)?.as_ref()?;
         let target = match std::env::var_os("CARGO_TARGET_DIR").filter(|dir| !dir.is_empty()) {
-            Some(dir) => PathBuf::from(dir),
+            // A relative one is meant from where cargo runs; an absolute one stays as it is.
+            Some(dir) => workspace(project.folder())?.join(dir),
             None => workspace(project.folder())?.join("target"),
         };
         Some(

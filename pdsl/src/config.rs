@@ -20,6 +20,8 @@ use toml_edit::{Document, Item, Key, TableLike};
 
 const TABLES: [&str; 4] = ["component", "bindings", "middleware", "parameters"];
 const COMPONENT: [&str; 2] = ["period", "log"];
+/// In nanoseconds; the same as in a `.cdsl`.
+const SHORTEST_PERIOD: u64 = 100_000;
 /// The levels of `log`.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
@@ -183,7 +185,9 @@ impl Checker {
             .ok_or(Misfit::Type)
             .and_then(|value| Type::Duration.accept(&value))
         {
-            Ok(Value::Duration(ns)) if ns > 0 => return Some(Duration::from_nanos(ns)),
+            Ok(Value::Duration(ns)) if ns >= SHORTEST_PERIOD => {
+                return Some(Duration::from_nanos(ns));
+            }
             Ok(_) | Err(Misfit::Size) => {
                 let message = format!(
                     "`component.period` cannot be {}",
@@ -192,7 +196,7 @@ impl Checker {
                 let span = self.place.of(item.span(), at);
                 let diagnostic = Diagnostic::error("out-of-range", span, message);
                 self.found
-                    .push(diagnostic.help("allowed is a time longer than 0"));
+                    .push(diagnostic.help("allowed is a time of at least 100us"));
             }
             Err(Misfit::Type) => {
                 self.wrong_type(item, "component.period", at, Type::Duration.described());

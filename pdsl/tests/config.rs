@@ -250,7 +250,7 @@ fn what_belongs_to_the_framework() {
     let text = "[component]\nperiod = 0\nlog = \"inf\"\nperoid = 3\n[bindings]\na = 3\nb = \"x\"\n[middlewares.dds]\nx = 1\n";
     let (configuration, _, rendered) = read(text, None);
     expect![[r#"
-        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number 0 (allowed is a time longer than 0)
+        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number 0 (allowed is a time of at least 100us)
         config.toml:3:7: error[invalid-choice]: `component.log` cannot be the text "inf" (did you mean `info`?)
         config.toml:4:1: error[unknown-key]: unknown key `component.peroid` (did you mean `period`?)
         config.toml:6:5: error[wrong-type]: `bindings.a` cannot be the number 3 (allowed is an address in quotes)
@@ -264,7 +264,7 @@ fn what_belongs_to_the_framework() {
     "#]].assert_eq(&rendered);
     let (_, _, rendered) = read("[component]\nperiod = -3", None);
     expect![[r#"
-        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number -3 (allowed is a time longer than 0)
+        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number -3 (allowed is a time of at least 100us)
     "#]].assert_eq(&rendered);
     let (_, _, rendered) = read("[parameters]\nx = 3", None);
     expect![[r#"

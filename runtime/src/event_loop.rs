@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 /// Handlers that run before a `compute()` that is due.
 const HANDLERS_A_TURN: usize = 64;
 /// No wait is longer: the heartbeat wants the loop to come round, and a backend may lose a wake-up
-/// (iceoryx2 0.10 does, rarely), so every port is looked at after it.
+/// (iceoryx2 0.10 does, rarely), so every port is looked at this often, whatever else happens.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
 /// The same complaint is logged at most this often.
 const COMPLAINT_PAUSE: Duration = Duration::from_secs(1);
@@ -40,6 +40,7 @@ pub(crate) struct EventLoop<'a> {
     period: Duration,
     first_port: usize,
     peers_at: Option<Instant>,
+    swept: Instant,
     fatal: Option<String>,
     complained: Option<Instant>,
 }
@@ -100,6 +101,7 @@ impl<'a> EventLoop<'a> {
             period,
             first_port: 0,
             peers_at: None,
+            swept: Instant::now(),
             fatal: None,
             complained: None,
         })
@@ -169,7 +171,8 @@ impl<'a> EventLoop<'a> {
             Err(rustix::io::Errno::INTR) => return Ok(false),
             other => other?,
         };
-        if events.is_empty() {
+        if events.is_empty() || self.swept.elapsed() >= LONGEST_WAIT {
+            self.swept = Instant::now();
             self.ports.iter_mut().for_each(|p| p.ready = true);
         }
         let mut due = false;
@@ -232,7 +235,7 @@ impl<'a> EventLoop<'a> {
         while left > 0 && self.ports.iter().any(|p| p.ready) {
             for step in 0..count {
                 let at = (self.first_port + step) % count;
-                if self.ports[at].ready && !self.shared.interrupt.is_stopping() {
+                if left > 0 && self.ports[at].ready && !self.shared.interrupt.is_stopping() {
                     self.handle(at);
                     left = left.saturating_sub(1);
                 }

@@ -22,6 +22,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 const HEARTBEAT: Duration = Duration::from_millis(500);
+/// Signals within this time are one.
+const TOGETHER: Duration = Duration::from_millis(300);
 /// A request longer than this is none of ours.
 const LONGEST_LINE: usize = 64 * 1024;
 /// More callers than this at once are turned away.
@@ -95,6 +97,7 @@ impl Management {
             link: None,
             signals: None,
             told: None,
+            signalled: None,
         };
         server
             .attach(whole_process)
@@ -157,6 +160,7 @@ struct Server {
     link: Option<UnixStream>,
     signals: Option<UnixStream>,
     told: Option<State>,
+    signalled: Option<Instant>,
 }
 
 struct Caller {
@@ -259,7 +263,16 @@ impl Server {
     }
 
     fn accept(&mut self) {
-        while let Ok((stream, _)) = self.listener.accept() {
+        loop {
+            let stream = match self.listener.accept() {
+                Ok((stream, _)) => stream,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                Err(_) => {
+                    // The process has no descriptors left; who waits must not make this thread spin.
+                    std::thread::sleep(Duration::from_millis(20));
+                    return;
+                }
+            };
             let limit = Some(Duration::from_millis(200));
             if self.callers.len() < MOST_CALLERS
                 && stream.set_nonblocking(true).is_ok()
@@ -273,14 +286,13 @@ impl Server {
         }
     }
 
-    /// The first signal stops in order, the second one at once.
+    /// The first signal stops in order, a later one at once. Signals that come together are one wish: a terminal
+    /// that closes, or a tool that signals a process and then its group, sends several.
     fn signalled(&mut self) {
         let mut bytes = [0_u8; 16];
-        let count = self
-            .signals
-            .as_ref()
-            .map_or(0, |mut s| s.read(&mut bytes).unwrap_or(0));
-        if count > 1 || self.shared.interrupt.is_stopping() {
+        let _ = self.signals.as_ref().map(|mut s| s.read(&mut bytes));
+        let first = *self.signalled.get_or_insert_with(Instant::now);
+        if first.elapsed() > TOGETHER {
             eprintln!("{}: ended at once by a second signal", self.facts.name);
             std::process::exit(3);
         }

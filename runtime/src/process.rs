@@ -13,6 +13,7 @@ use rc_pdsl::config::{self, Configuration, Values};
 use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -75,20 +76,30 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
     std::hint::black_box(description.note);
     let outcome = match task {
         Task::Print(text) => {
-            print!("{text}");
+            say(&text);
             Ok(())
         }
-        Task::Check(arguments) => {
-            configure(description, &arguments).map(|_| println!("{}: ok", description.name))
-        }
+        Task::Check(arguments) => configure(description, &arguments)
+            .and_then(|configuration| bindings(description, &arguments, &configuration))
+            .map(|_| say(&format!("{}: ok\n", description.name))),
         Task::Run(arguments) => Interrupt::new()
             .map_err(|e| system("an event", &e))
-            .and_then(|interrupt| live(description, start, &arguments, interrupt, &Process::Whole)),
+            .and_then(|interrupt| {
+                let run = || live(description, start, &arguments, interrupt, &Process::Whole);
+                std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).unwrap_or_else(|_| {
+                    Err(StartError::System("the component panicked".to_owned()))
+                })
+            }),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => fail(description, &error),
     }
+}
+
+/// Prints; a reader that has left is no failure.
+fn say(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
 fn fail(description: &Description, error: &StartError) -> ExitCode {
@@ -224,7 +235,11 @@ fn live<C: Component>(
     management.addresses(ports.addresses());
     let receivers = ports.receivers()?;
     let core = Core::new(&arguments.name, &arguments.network, shared);
-    let mut component = start(core, &ports, &configuration.parameters)?;
+    let mut component = match start(core, &ports, &configuration.parameters) {
+        // A stop that came while the worker was being initialised is no failure of the worker.
+        Err(StartError::Worker(_)) if environment.interrupt.is_stopping() => return Ok(()),
+        other => other?,
+    };
     let ended = {
         let mut event_loop = EventLoop::new(&mut component, description, receivers)
             .map_err(|e| system("the event loop", &e))?;

@@ -8,7 +8,8 @@ use rc_cdsl::model::Backend;
 use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::view::BACKENDS;
 use rc_codegen::{FileLoader, Files, Project, generate, workspace};
-use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_diagnostics::{Diagnostic, Diagnostics, Format, SourceMap, Span, render};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -122,6 +123,11 @@ enum Failure {
     System(String),
 }
 
+/// Prints a line; a reader that has left is no failure.
+fn print_line(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
@@ -168,7 +174,7 @@ fn write_new(files: &Files, folder: &Path) -> Result<(), Failure> {
         .write(folder)
         .map_err(|e| Failure::System(e.to_string()))?;
     for step in steps.iter().filter(|s| s.change == Change::Create) {
-        println!("create {}", folder.join(&step.path).display());
+        print_line(format_args!("create {}", folder.join(&step.path).display()));
     }
     Ok(())
 }
@@ -177,11 +183,35 @@ fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
     let mut found = Diagnostics::new();
     let loader = FileLoader::new(&common.include);
+    let mut refused = None;
     for file in files {
-        rc_codegen::check::file(file, &mut sources, &loader, &mut found)
-            .map_err(|e| Failure::System(format!("{}: {e}", file.display())))?;
+        if let Err(error) = rc_codegen::check::file(file, &mut sources, &loader, &mut found) {
+            unreadable(file, &error, &mut sources, &mut found, &mut refused);
+        }
     }
-    report(&sources, &found, common.format)
+    let told = report(&sources, &found, common.format);
+    refused.map_or(told, |why| Err(Failure::System(why)))
+}
+
+/// A file that is no text is wrong input; anything else is the system's refusal.
+fn unreadable(
+    file: &Path,
+    error: &std::io::Error,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+    refused: &mut Option<String>,
+) {
+    if error.kind() == std::io::ErrorKind::InvalidData {
+        let source = sources.add(file, "");
+        let message = "this file is not UTF-8";
+        found.push(Diagnostic::error(
+            "not-utf8",
+            Span::new(source, 0, 0),
+            message,
+        ));
+    } else {
+        refused.get_or_insert(format!("{}: {error}", file.display()));
+    }
 }
 
 /// Prints findings; an error among them is a failure.
@@ -234,11 +264,11 @@ fn generate_component(args: &Generate) -> Result<(), Failure> {
         .iter()
         .filter(|s| s.change != Change::Keep)
     {
-        println!(
+        print_line(format_args!(
             "{} {}",
             step.change.word(),
             folder.join(&step.path).display()
-        );
+        ));
     }
     Ok(())
 }
@@ -255,12 +285,12 @@ fn dry(steps: &[Step], check: bool, file: &Path) -> Result<(), Failure> {
             } else {
                 "specific"
             };
-            println!(
+            print_line(format_args!(
                 "{:<8} {:<6} {}",
                 owner,
                 step.change.word(),
                 step.path.display()
-            );
+            ));
         }
         return Ok(());
     }

@@ -10,6 +10,7 @@ use rc_deploy::{Format, GuardCommand, Options, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
 use std::cell::RefCell;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, ExitCode};
 use std::time::Duration;
@@ -124,6 +125,11 @@ fn system(error: &dyn std::fmt::Display) -> Failure {
     Failure(3, error.to_string())
 }
 
+/// Prints a line; a reader that has left is no failure.
+fn print_line(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
 fn main() -> ExitCode {
     match run(Cli::parse().command) {
         Ok(code) => ExitCode::from(code),
@@ -155,11 +161,11 @@ fn run(command: Command) -> Result<u8, Failure> {
         Command::Status { network, format } => {
             let status = rc_deploy::status(&named(network)?)?;
             match format {
-                Format::Human => print!("{status}"),
-                Format::Json => println!(
+                Format::Human => print_line(format_args!("{}", status.to_string().trim_end())),
+                Format::Json => print_line(format_args!(
                     "{}",
                     serde_json::to_string(&status).map_err(|e| system(&e))?
-                ),
+                )),
             }
             Ok(0)
         }
@@ -261,10 +267,10 @@ fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
             network.projects.len(),
             network.connections.connections.len(),
         );
-        println!(
+        print_line(format_args!(
             "{}: {components} components, {connections} connections, nothing wrong",
             network.name()
-        );
+        ));
     }
     Ok(0)
 }
@@ -307,7 +313,10 @@ fn up(
         if let Some(message) = outcome.message() {
             return Err(Failure(outcome.exit_code(), message));
         }
-        print!("{}", rc_deploy::status(&plan.network)?);
+        print_line(format_args!(
+            "{}",
+            rc_deploy::status(&plan.network)?.to_string().trim_end()
+        ));
         return Ok(outcome.exit_code());
     }
     let own = GuardCommand::own().map_err(|e| system(&e))?;

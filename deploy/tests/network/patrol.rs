@@ -119,7 +119,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
     let site = Site::new("wrong");
     let bad = site.write(
         "bad.toml",
-        "[parameters]\nsaef_distance = 700\nspeed = \"fast\"\nturn_speed = 30\n",
+        "[bindings]\nLaser = \"no address\"\n[parameters]\nsaef_distance = 700\nspeed = \"fast\"\nturn_speed = 30\n",
     );
     let wrong = PATROL
         .replace(
@@ -131,9 +131,10 @@ fn what_is_wrong_is_said_before_anything_starts() {
     let check = site.rcdeploy(&["check", "--profile", "dev", "--format", "short"], true);
     assert_eq!(check.code, 1);
     for expected in [
-        "bad.toml:2:1: error[unknown-parameter]",
-        "bad.toml:3:9: error[wrong-type]",
-        "bad.toml:4:14: error[out-of-range]",
+        "bad.toml:4:1: error[unknown-parameter]",
+        "bad.toml:5:9: error[wrong-type]",
+        "bad.toml:6:14: error[out-of-range]",
+        "error[bad-address]",
         "error[unknown-slot]",
         "did you mean `Laser`?",
         "did you mean `safe_distance`?",
