@@ -80,13 +80,13 @@ fn whole_files() {
     check_file(
         "Component C { language rust; Communications { }; }; }",
         &expect![[r#"
-            c.cdsl:1:53: error[text-after-end]: there is text after the end of the component; a file holds one component
+            c.cdsl:1:53: error[text-after-end]: there is text after the end; a file holds one `Component NAME { … };`
         "#]],
     );
     check_file(
         "Component C { language rust; Communications { }; };\nComponent D { };",
         &expect![[r#"
-            c.cdsl:2:1: error[text-after-end]: there is text after the end of the component; a file holds one component
+            c.cdsl:2:1: error[text-after-end]: there is text after the end; a file holds one `Component NAME { … };`
         "#]],
     );
     check_file(

@@ -1,19 +1,20 @@
 //! From text to model. Never stops: what could not be read is a diagnostic, and the rest is read.
 
 use crate::model::{Bind, Deployment, Instance, READY, STOP, SlotPath};
-use pest::Parser;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{
-    Literal, Name, Trivia, explain, missing_semicolon, nesting, unclosed_comment, unescape,
-};
+use rc_syntax::{Language, Leaf, Literal, Name, Reader};
 use std::collections::HashMap;
 use std::time::Duration;
 
+#[allow(
+    unreachable_pub,
+    reason = "pest makes `Rule` public, and it names its parser"
+)]
 #[derive(pest_derive::Parser)]
 #[grammar = "../../syntax/src/common.pest"]
 #[grammar = "grammar.pest"]
-struct Grammar;
+pub struct Grammar;
 
 const DECLS: [&str; 6] = ["Component", "Host", "Group", "bind", "middleware", "domain"];
 const FIELDS: [&str; 13] = [
@@ -34,350 +35,243 @@ const FIELDS: [&str; 13] = [
 
 /// Reads one `.ddsl` text and checks it in itself.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (Option<Deployment>, Diagnostics) {
-    let text = sources.text(source);
-    let mut reader = Reader {
-        source,
-        text,
-        trivia: Trivia::new(text),
-        found: Diagnostics::new(),
-    };
-    let deployment = reader.file();
+    let mut reader = Reader::new(sources, source);
+    let deployment = file(&mut reader);
     if let Some(deployment) = &deployment {
         check(deployment, &mut reader.found);
     }
     (deployment, reader.found)
 }
 
-struct Reader<'a> {
-    source: SourceId,
-    text: &'a str,
-    trivia: Trivia<'a>,
-    found: Diagnostics,
+fn file(r: &mut Reader<'_>) -> Option<Deployment> {
+    let mut found = None;
+    for pair in r.file::<Rule>().into_iter().flatten() {
+        match pair.as_rule() {
+            Rule::import => later(r, &pair, "`import`"),
+            Rule::deployment => found = Some(deployment(r, pair)),
+            Rule::trailing => r.trailing(&pair),
+            _ => {}
+        }
+    }
+    found
 }
 
-impl<'a> Reader<'a> {
-    fn file(&mut self) -> Option<Deployment> {
-        if let Some(unclosed) = unclosed_comment(&self.trivia, self.source) {
-            self.found.push(unclosed);
-            return None;
+fn later(r: &mut Reader<'_>, pair: &Pair<'_, Rule>, what: &str) {
+    let span = r.first_word(pair).span;
+    let message =
+        format!("{what} is read, but this version does not support it yet; it has no effect");
+    r.found
+        .push(Diagnostic::warning("not-supported-yet", span, message));
+}
+
+fn unknown(
+    r: &mut Reader<'_>,
+    pair: &Pair<'_, Rule>,
+    rules: &[(&str, Rule)],
+    allowed: &[&'static str],
+    what: &str,
+) {
+    let first = r.first_word(pair);
+    let rule = rules
+        .iter()
+        .find(|(word, _)| word.eq_ignore_ascii_case(&first.text));
+    if let Some((_, rule)) = rule {
+        return r.unread(pair, *rule);
+    }
+    let message = format!("`{}` does not begin {what}", first.text);
+    let diagnostic = Diagnostic::error("unknown-field", first.span, message);
+    r.found
+        .push(diagnostic.suggest(&first.text, allowed.iter().copied()));
+}
+
+fn deployment(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Deployment {
+    let mut deployment = Deployment {
+        name: Name::new("", r.span(&pair)),
+        middleware: None,
+        components: Vec::new(),
+        binds: Vec::new(),
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => deployment.name = r.name(&part),
+            Rule::decl => part.into_inner().for_each(|p| decl(r, p, &mut deployment)),
+            _ => {}
         }
-        if self.trivia.significant().is_empty() {
-            let message = "this file is empty; it should hold `Deployment NAME { … };`";
-            self.found.push(Diagnostic::error(
-                "empty-file",
-                Span::new(self.source, 0, 0),
-                message,
-            ));
-            return None;
+    }
+    deployment
+}
+
+fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>, deployment: &mut Deployment) {
+    match pair.as_rule() {
+        Rule::component => {
+            let instance = instance(r, pair);
+            deployment.components.push(instance);
         }
-        if let Some(deep) = nesting(self.text, self.source) {
-            self.found.push(deep);
-            return None;
-        }
-        let Ok(mut pairs) = Grammar::parse(Rule::file, self.text) else {
-            self.found.extend(explain::<Grammar, Rule>(
-                Rule::file,
-                self.text,
-                self.source,
-                0,
-                word,
-            ));
-            return None;
-        };
-        let mut deployment = None;
-        for pair in pairs.next().into_iter().flat_map(Pair::into_inner) {
-            match pair.as_rule() {
-                Rule::import => self.later(&pair, "`import`"),
-                Rule::deployment => deployment = Some(self.deployment(pair)),
-                Rule::trailing => {
-                    let message = "there is text after the end of the deployment; a file holds one";
-                    let start = pair.as_span().start();
-                    let first = pair
-                        .as_str()
-                        .lines()
-                        .next()
-                        .unwrap_or_default()
-                        .trim_end()
-                        .len();
-                    let span = Span::new(self.source, start, start + first);
-                    self.found
-                        .push(Diagnostic::error("text-after-end", span, message));
-                }
-                _ => {}
+        Rule::bind => {
+            let paths: Vec<Pair<'_, Rule>> = pair
+                .clone()
+                .into_inner()
+                .filter(|p| p.as_rule() == Rule::slot_path)
+                .collect();
+            r.texts(pair);
+            let mut paths = paths.into_iter().map(|p| slot_path(r, p));
+            if let (Some(Some(consumer)), Some(Some(provider))) = (paths.next(), paths.next()) {
+                deployment.binds.push(Bind { consumer, provider });
             }
         }
-        deployment
-    }
-
-    fn span(&self, pair: &Pair<'a, Rule>) -> Span {
-        Span::new(self.source, pair.as_span().start(), pair.as_span().end())
-    }
-
-    fn name(&self, pair: &Pair<'a, Rule>) -> Name {
-        match pair.as_rule() {
-            Rule::string => Name::new(unescape(pair.as_str()), self.span(pair)),
-            _ => Name::new(pair.as_str(), self.span(pair)),
+        Rule::middleware => {
+            let name = r.texts(pair).into_iter().next();
+            if let (Some(name), Some(first)) = (&name, &deployment.middleware) {
+                let diagnostic = Diagnostic::error(
+                    "repeated-clause",
+                    name.span,
+                    "the middleware is named twice",
+                );
+                r.found.push(diagnostic.label(first.span, "the first one"));
+            }
+            deployment.middleware = name;
         }
-    }
-
-    /// The names, texts and numbers directly inside a pair, its semicolon checked.
-    fn names(&mut self, pair: Pair<'a, Rule>) -> Vec<Name> {
-        let mut names = Vec::new();
-        for part in pair.into_inner() {
-            match part.as_rule() {
-                Rule::name | Rule::string | Rule::number => names.push(self.name(&part)),
-                Rule::semicolon if part.as_str().is_empty() => {
-                    self.found.push(missing_semicolon(
-                        &self.trivia,
-                        self.source,
-                        part.as_span().start(),
-                    ));
-                }
-                _ => {}
-            }
-        }
-        names
-    }
-
-    /// The first word of a pair.
-    fn first_word(&self, pair: &Pair<'a, Rule>) -> Name {
-        let text = pair.as_str();
-        let end = text
-            .find(|c: char| !(c.is_alphanumeric() || c == '_'))
-            .unwrap_or(text.len());
-        let end = if end == 0 {
-            text.chars().next().map_or(0, char::len_utf8)
-        } else {
-            end
-        };
-        let start = pair.as_span().start();
-        Name::new(&text[..end], Span::new(self.source, start, start + end))
-    }
-
-    fn later(&mut self, pair: &Pair<'a, Rule>, what: &str) {
-        let span = self.first_word(pair).span;
-        let message =
-            format!("{what} is read, but this version does not support it yet; it has no effect");
-        self.found
-            .push(Diagnostic::warning("not-supported-yet", span, message));
-    }
-
-    fn unread(
-        &mut self,
-        pair: &Pair<'a, Rule>,
-        rules: &[(&str, Rule)],
-        allowed: &[&'static str],
-        what: &str,
-    ) {
-        let first = self.first_word(pair);
-        let rule = rules
-            .iter()
-            .find(|(word, _)| word.eq_ignore_ascii_case(&first.text));
-        if let Some((_, rule)) = rule {
-            let found =
-                explain::<Grammar, Rule>(*rule, pair.as_str(), self.source, first.span.start, word);
-            return self.found.extend(found);
-        }
-        let message = format!("`{}` does not begin {what}", first.text);
-        let diagnostic = Diagnostic::error("unknown-field", first.span, message);
-        self.found
-            .push(diagnostic.suggest(&first.text, allowed.iter().copied()));
-    }
-
-    fn deployment(&mut self, pair: Pair<'a, Rule>) -> Deployment {
-        let mut deployment = Deployment {
-            name: Name::new("", self.span(&pair)),
-            middleware: None,
-            components: Vec::new(),
-            binds: Vec::new(),
-        };
-        for part in pair.into_inner() {
-            match part.as_rule() {
-                Rule::name => deployment.name = self.name(&part),
-                Rule::decl => part
-                    .into_inner()
-                    .for_each(|p| self.decl(p, &mut deployment)),
-                _ => {}
-            }
-        }
-        deployment
-    }
-
-    fn decl(&mut self, pair: Pair<'a, Rule>, deployment: &mut Deployment) {
-        match pair.as_rule() {
-            Rule::component => {
-                let instance = self.instance(pair);
-                deployment.components.push(instance);
-            }
-            Rule::bind => {
-                let paths: Vec<Pair<'a, Rule>> = pair
-                    .clone()
-                    .into_inner()
-                    .filter(|p| p.as_rule() == Rule::slot_path)
-                    .collect();
-                self.names(pair);
-                let mut paths = paths.into_iter().map(|p| self.slot_path(p));
-                if let (Some(Some(consumer)), Some(Some(provider))) = (paths.next(), paths.next()) {
-                    deployment.binds.push(Bind { consumer, provider });
-                }
-            }
-            Rule::middleware => {
-                let name = self.names(pair).into_iter().next();
-                if let (Some(name), Some(first)) = (&name, &deployment.middleware) {
-                    let diagnostic = Diagnostic::error(
-                        "repeated-clause",
-                        name.span,
-                        "the middleware is named twice",
-                    );
-                    self.found
-                        .push(diagnostic.label(first.span, "the first one"));
-                }
-                deployment.middleware = name;
-            }
-            Rule::host => self.later(&pair, "`Host`"),
-            Rule::group => {
-                let span = self.first_word(&pair).span;
-                let message =
-                    "`Group` is not supported yet; put its components directly into the deployment";
-                self.found
-                    .push(Diagnostic::error("not-supported-yet", span, message));
-            }
-            Rule::domain => self.later(&pair, "`domain`"),
-            _ => {
-                let rules = [
-                    ("component", Rule::component),
-                    ("host", Rule::host),
-                    ("group", Rule::group),
-                    ("bind", Rule::bind),
-                    ("middleware", Rule::middleware),
-                    ("domain", Rule::domain),
-                ];
-                self.unread(&pair, &rules, &DECLS, "a declaration of a deployment");
-            }
-        }
-    }
-
-    /// `instance.slot`; groups, which would make it longer, are not supported yet.
-    fn slot_path(&mut self, pair: Pair<'a, Rule>) -> Option<SlotPath> {
-        let span = self.span(&pair);
-        let names = pair.into_inner().filter(|p| p.as_rule() == Rule::name);
-        let names: Vec<Name> = names.map(|p| self.name(&p)).collect();
-        if let Ok([instance, slot]) = <[Name; 2]>::try_from(names) {
-            Some(SlotPath { instance, slot })
-        } else {
-            let message = "a slot is `instance.slot`; paths through groups are not supported yet";
-            self.found
+        Rule::host => later(r, &pair, "`Host`"),
+        Rule::group => {
+            let span = r.first_word(&pair).span;
+            let message =
+                "`Group` is not supported yet; put its components directly into the deployment";
+            r.found
                 .push(Diagnostic::error("not-supported-yet", span, message));
-            None
+        }
+        Rule::domain => later(r, &pair, "`domain`"),
+        _ => {
+            let rules = [
+                ("component", Rule::component),
+                ("host", Rule::host),
+                ("group", Rule::group),
+                ("bind", Rule::bind),
+                ("middleware", Rule::middleware),
+                ("domain", Rule::domain),
+            ];
+            unknown(r, &pair, &rules, &DECLS, "a declaration of a deployment");
         }
     }
+}
 
-    fn instance(&mut self, pair: Pair<'a, Rule>) -> Instance {
-        let mut instance = Instance {
-            name: Name::new("", self.span(&pair)),
-            cdsl: None,
-            executable: None,
-            config: None,
-            after: Vec::new(),
-            ready: READY,
-            stop: STOP,
-            env: Vec::new(),
-            args: Vec::new(),
-        };
-        let mut seen: HashMap<String, Span> = HashMap::new();
-        let mut unread = false;
-        for part in pair.into_inner() {
-            match part.as_rule() {
-                Rule::name => instance.name = self.name(&part),
-                Rule::field => {
-                    let first = self.first_word(&part);
-                    if let Some(before) = seen.insert(first.text.to_lowercase(), first.span) {
-                        let message =
-                            format!("`{}` is repeated; each field stands once", first.text);
-                        let diagnostic = Diagnostic::error("repeated-clause", first.span, message);
-                        self.found.push(diagnostic.label(before, "the first one"));
-                    }
-                    part.into_inner()
-                        .for_each(|p| self.field(p, &first, &mut instance));
-                }
-                Rule::unread => {
-                    unread = true;
-                    let rules = [
-                        ("cdsl", Rule::text_field),
-                        ("executable", Rule::text_field),
-                        ("config", Rule::text_field),
-                        ("endpoint", Rule::text_field),
-                        ("host", Rule::host_ref),
-                        ("after", Rule::after),
-                        ("restart", Rule::restart),
-                        ("ready", Rule::time_field),
-                        ("stop", Rule::time_field),
-                        ("env", Rule::env),
-                        ("args", Rule::args),
-                        ("cpu", Rule::cpu),
-                        ("priority", Rule::priority),
-                    ];
-                    self.unread(&part, &rules, &FIELDS, "a field of a component");
-                }
-                _ => {}
-            }
-        }
-        // A field that is there, but could not be read, has been reported.
-        if instance.cdsl.is_none() && !unread {
-            let message = format!("component `{}` does not say what it is", instance.name.text);
-            let help = "add `cdsl \"PATH/NAME.cdsl\";`, relative to this file";
-            self.found
-                .push(Diagnostic::error("missing-clause", instance.name.span, message).help(help));
-        }
-        instance
+/// `instance.slot`; groups, which would make it longer, are not supported yet.
+fn slot_path(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath> {
+    let span = r.span(&pair);
+    let names = pair.into_inner().filter(|p| p.as_rule() == Rule::name);
+    let names: Vec<Name> = names.map(|p| r.name(&p)).collect();
+    if let Ok([instance, slot]) = <[Name; 2]>::try_from(names) {
+        Some(SlotPath { instance, slot })
+    } else {
+        let message = "a slot is `instance.slot`; paths through groups are not supported yet";
+        r.found
+            .push(Diagnostic::error("not-supported-yet", span, message));
+        None
     }
+}
 
-    fn field(&mut self, pair: Pair<'a, Rule>, first: &Name, instance: &mut Instance) {
-        let word = first.text.to_lowercase();
-        match pair.as_rule() {
-            Rule::text_field => {
-                let kept = pair.clone();
-                let text = self.names(pair).into_iter().next();
-                match word.as_str() {
-                    "cdsl" => instance.cdsl = text,
-                    "executable" => instance.executable = text,
-                    "config" => instance.config = text,
-                    _ => self.later(&kept, "`endpoint`"),
+fn instance(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Instance {
+    let mut instance = Instance {
+        name: Name::new("", r.span(&pair)),
+        cdsl: None,
+        executable: None,
+        config: None,
+        after: Vec::new(),
+        ready: READY,
+        stop: STOP,
+        env: Vec::new(),
+        args: Vec::new(),
+    };
+    let mut seen: HashMap<String, Span> = HashMap::new();
+    let mut unread = false;
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => instance.name = r.name(&part),
+            Rule::field => {
+                let first = r.first_word(&part);
+                if let Some(before) = seen.insert(first.text.to_lowercase(), first.span) {
+                    let message = format!("`{}` is repeated; each field stands once", first.text);
+                    let diagnostic = Diagnostic::error("repeated-clause", first.span, message);
+                    r.found.push(diagnostic.label(before, "the first one"));
+                }
+                part.into_inner()
+                    .for_each(|p| field(r, p, &first, &mut instance));
+            }
+            Rule::unread => {
+                unread = true;
+                let rules = [
+                    ("cdsl", Rule::text_field),
+                    ("executable", Rule::text_field),
+                    ("config", Rule::text_field),
+                    ("endpoint", Rule::text_field),
+                    ("host", Rule::host_ref),
+                    ("after", Rule::after),
+                    ("restart", Rule::restart),
+                    ("ready", Rule::time_field),
+                    ("stop", Rule::time_field),
+                    ("env", Rule::env),
+                    ("args", Rule::args),
+                    ("cpu", Rule::cpu),
+                    ("priority", Rule::priority),
+                ];
+                unknown(r, &part, &rules, &FIELDS, "a field of a component");
+            }
+            _ => {}
+        }
+    }
+    // A field that is there, but could not be read, has been reported.
+    if instance.cdsl.is_none() && !unread {
+        let message = format!("component `{}` does not say what it is", instance.name.text);
+        let help = "add `cdsl \"PATH/NAME.cdsl\";`, relative to this file";
+        r.found
+            .push(Diagnostic::error("missing-clause", instance.name.span, message).help(help));
+    }
+    instance
+}
+
+fn field(r: &mut Reader<'_>, pair: Pair<'_, Rule>, first: &Name, instance: &mut Instance) {
+    let word = first.text.to_lowercase();
+    match pair.as_rule() {
+        Rule::text_field => {
+            let kept = pair.clone();
+            let text = r.texts(pair).into_iter().next();
+            match word.as_str() {
+                "cdsl" => instance.cdsl = text,
+                "executable" => instance.executable = text,
+                "config" => instance.config = text,
+                _ => later(r, &kept, "`endpoint`"),
+            }
+        }
+        Rule::after => instance.after = r.texts(pair),
+        Rule::args => instance.args = r.texts(pair),
+        Rule::env => {
+            let variables = pair.into_inner().filter(|p| p.as_rule() == Rule::variable);
+            for variable in variables.collect::<Vec<_>>() {
+                if let Ok([name, value]) = <[Name; 2]>::try_from(r.texts(variable)) {
+                    instance.env.push((name, value));
                 }
             }
-            Rule::after => instance.after = self.names(pair),
-            Rule::args => instance.args = self.names(pair),
-            Rule::env => {
-                let variables = pair.into_inner().filter(|p| p.as_rule() == Rule::variable);
-                for variable in variables.collect::<Vec<_>>() {
-                    if let Ok([name, value]) = <[Name; 2]>::try_from(self.names(variable)) {
-                        instance.env.push((name, value));
-                    }
+        }
+        Rule::time_field => {
+            let time = pair
+                .clone()
+                .into_inner()
+                .find(|p| p.as_rule() == Rule::time);
+            r.texts(pair);
+            let Some(time) = time else { return };
+            let span = r.span(&time);
+            let literal = Literal::parse(time.as_str(), span);
+            match literal.as_nanoseconds().filter(|ns| *ns > 0) {
+                Some(ns) if word == "ready" => instance.ready = Duration::from_nanos(ns),
+                Some(ns) => instance.stop = Duration::from_nanos(ns),
+                None => {
+                    let message = format!("`{word}` takes a time such as `5s`");
+                    r.found.push(Diagnostic::error("bad-time", span, message));
                 }
             }
-            Rule::time_field => {
-                let time = pair
-                    .clone()
-                    .into_inner()
-                    .find(|p| p.as_rule() == Rule::time);
-                self.names(pair);
-                let Some(time) = time else { return };
-                let span = self.span(&time);
-                let literal = Literal::parse(time.as_str(), span);
-                match literal.as_nanoseconds().filter(|ns| *ns > 0) {
-                    Some(ns) if word == "ready" => instance.ready = Duration::from_nanos(ns),
-                    Some(ns) => instance.stop = Duration::from_nanos(ns),
-                    None => {
-                        let message = format!("`{word}` takes a time such as `5s`");
-                        self.found
-                            .push(Diagnostic::error("bad-time", span, message));
-                    }
-                }
-            }
-            _ => {
-                self.later(&pair, &format!("`{word}`"));
-                self.names(pair);
-            }
+        }
+        _ => {
+            later(r, &pair, &format!("`{word}`"));
+            r.texts(pair);
         }
     }
 }
@@ -493,26 +387,40 @@ fn walk(
     done[last] = true;
 }
 
-/// The words of messages for the rules that can be missing.
-fn word(rule: Rule) -> Option<&'static str> {
-    Some(match rule {
-        Rule::EOI => "the end of the file",
-        Rule::file | Rule::kw_deployment => "`Deployment`",
-        Rule::name => "a name",
-        Rule::slot_path => "a slot such as `simulator.Laser`",
-        Rule::string => "a text in quotes",
-        Rule::number => "a number",
-        Rule::time | Rule::duration => "a time such as `5s`",
-        Rule::field => "a field",
-        Rule::decl => "a declaration",
-        Rule::semicolon | Rule::begins_next => "`;`",
-        Rule::open => "`{`",
-        Rule::close => "`}`",
-        Rule::comma => "`,`",
-        Rule::arrow => "`->`",
-        Rule::dot => "`.`",
-        Rule::kw_within => "`within`",
-        Rule::variable => "`NAME \"value\";`",
-        _ => return None,
-    })
+impl Language for Rule {
+    type Grammar = Grammar;
+    const FILE: Self = Self::file;
+    const HOLDS: &'static str = "`Deployment NAME { … };`";
+
+    fn leaf(self) -> Option<Leaf> {
+        match self {
+            Self::name | Self::number => Some(Leaf::Word),
+            Self::string => Some(Leaf::Quoted),
+            Self::semicolon => Some(Leaf::Semicolon),
+            _ => None,
+        }
+    }
+
+    fn word(self) -> Option<&'static str> {
+        Some(match self {
+            Self::EOI => "the end of the file",
+            Self::file | Self::kw_deployment => "`Deployment`",
+            Self::name => "a name",
+            Self::slot_path => "a slot such as `simulator.Laser`",
+            Self::string => "a text in quotes",
+            Self::number => "a number",
+            Self::time | Self::duration => "a time such as `5s`",
+            Self::field => "a field",
+            Self::decl => "a declaration",
+            Self::semicolon | Self::begins_next => "`;`",
+            Self::open => "`{`",
+            Self::close => "`}`",
+            Self::comma => "`,`",
+            Self::arrow => "`->`",
+            Self::dot => "`.`",
+            Self::kw_within => "`within`",
+            Self::variable => "`NAME \"value\";`",
+            _ => return None,
+        })
+    }
 }

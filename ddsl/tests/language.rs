@@ -120,8 +120,8 @@ fn whole_files() {
     check_file(
         "Deployment n { };\nDeployment m { };",
         &expect![[r#"
-        n.ddsl:2:1: error[text-after-end]: there is text after the end of the deployment; a file holds one
-    "#]],
+            n.ddsl:2:1: error[text-after-end]: there is text after the end; a file holds one `Deployment NAME { … };`
+        "#]],
     );
 }
 
@@ -169,7 +169,7 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
             n.ddsl:8:8: error[syntax-error]: expected a number, found `x`
             n.ddsl:9:1: error[unknown-field]: `§` does not begin a declaration of a deployment (allowed here: `Component`, `Host`, `Group`, `bind`, `middleware`, `domain`)
             n.ddsl:10:13: error[syntax-error]: expected `{`, found `cdsl`
-            n.ddsl:11:1: error[text-after-end]: there is text after the end of the deployment; a file holds one
+            n.ddsl:11:1: error[text-after-end]: there is text after the end; a file holds one `Deployment NAME { … };`
         "#]],
     );
 }

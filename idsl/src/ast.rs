@@ -7,18 +7,9 @@ use rc_syntax::{Literal, Name};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct File {
     /// `import "Other.idsl";`
-    pub imports: Vec<Import>,
+    pub imports: Vec<Name>,
     /// The module, if one could be read.
     pub module: Option<Module>,
-}
-
-/// One import.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Import {
-    /// The path as written.
-    pub path: String,
-    /// The place of the path.
-    pub span: Span,
 }
 
 /// `module NAME { … };`

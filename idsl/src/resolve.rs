@@ -103,7 +103,7 @@ impl<'a> Session<'a> {
         self.loading.push((path.clone(), span));
         let mut imports = Vec::new();
         for import in &file.imports {
-            let module = self.import(&path, &import.path, import.span);
+            let module = self.import(&path, &import.text, import.span);
             imports.extend(module.filter(|m| !imports.contains(m)));
         }
         self.loading.pop();

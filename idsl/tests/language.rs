@@ -99,14 +99,14 @@ fn whole_files() {
     check_file(
         "module M { struct S { int a; }; }; module N { };",
         &expect![[r#"
-            m.idsl:1:36: error[text-after-end]: there is text after the end of the module; a file holds one module
+            m.idsl:1:36: error[text-after-end]: there is text after the end; a file holds one `module NAME { … };`
         "#]],
     );
     check_file(
         "module M { };\n}",
         &expect![[r#"
-        m.idsl:2:1: error[text-after-end]: there is text after the end of the module; a file holds one module
-    "#]],
+            m.idsl:2:1: error[text-after-end]: there is text after the end; a file holds one `module NAME { … };`
+        "#]],
     );
     check_file(
         "module M {\n struct S { int a; };\n",
@@ -229,9 +229,9 @@ fn braces_that_are_missing() {
     check(
         "struct A  int a; };\nstruct B { int a; };",
         &expect![[r#"
-        m.idsl:2:11: error[syntax-error]: expected `{`, found `int`
-        m.idsl:3:1: error[text-after-end]: there is text after the end of the module; a file holds one module
-    "#]],
+            m.idsl:2:11: error[syntax-error]: expected `{`, found `int`
+            m.idsl:3:1: error[text-after-end]: there is text after the end; a file holds one `module NAME { … };`
+        "#]],
     );
     check(
         "struct A { int a;\nstruct B { int a; };",

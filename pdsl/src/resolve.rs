@@ -16,7 +16,7 @@ pub fn load(sources: &SourceMap, source: SourceId) -> (Option<Parameters>, Diagn
     for import in &file.imports {
         let message = format!(
             "`{}` is not read: imports between .pdsl files do not exist yet",
-            import.path
+            import.text
         );
         resolver.found.push(Diagnostic::warning(
             "not-supported-yet",

@@ -199,8 +199,8 @@ fn whole_files() {
     check_file(
         "ComponentParams C { a int 1; }; b int 2;",
         &expect![[r#"
-        c.pdsl:1:33: error[text-after-end]: there is text after the end of the parameters; a file holds one `ComponentParams`
-    "#]],
+            c.pdsl:1:33: error[text-after-end]: there is text after the end; a file holds one `ComponentParams NAME { … };`
+        "#]],
     );
     check_file(
         "ComponentParams C { a int 1;",

@@ -1,27 +1,29 @@
 //! What pest could not read, in words.
 
+use crate::Language;
+use crate::scan::{Kind, runs};
+use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
-use pest::{Parser, RuleType};
 use rc_diagnostics::{Diagnostic, SourceId, Span};
 
 /// Deeper nesting than this is refused before parsing, since the parser calls itself for each level.
 const DEEPEST: usize = 100;
 
-/// Reads `text`, which stands at byte `offset` of `source`, once more as `rule`, and says where and why it
-/// cannot be. `word` names each rule as people know it; a rule without a word is not mentioned.
-pub fn explain<P: Parser<R>, R: RuleType>(
+/// Reads `piece`, which stands at byte `offset` of `text`, once more as `rule`, and says where and why it cannot be.
+pub(crate) fn explain<R: Language>(
     rule: R,
+    piece: &str,
+    offset: usize,
     text: &str,
     source: SourceId,
-    offset: usize,
-    word: impl Fn(R) -> Option<&'static str>,
 ) -> Option<Diagnostic> {
-    let error = P::parse(rule, text).err()?;
-    let at = match error.location {
-        InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
-    };
+    let error = R::Grammar::parse(rule, piece).err()?;
+    let at = offset
+        + match error.location {
+            InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
+        };
     let found = text[at..]
-        .split(|c: char| c.is_whitespace())
+        .split(char::is_whitespace)
         .next()
         .unwrap_or_default();
     let length = found
@@ -30,7 +32,7 @@ pub fn explain<P: Parser<R>, R: RuleType>(
         .max(found.chars().next().map_or(0, char::len_utf8));
     let mut expected: Vec<&'static str> = match &error.variant {
         ErrorVariant::ParsingError { positives, .. } => {
-            positives.iter().filter_map(|r| word(*r)).collect()
+            positives.iter().filter_map(|r| r.word()).collect()
         }
         ErrorVariant::CustomError { .. } => Vec::new(),
     };
@@ -46,26 +48,28 @@ pub fn explain<P: Parser<R>, R: RuleType>(
         [one] => format!("expected {one}, found {what}"),
         [rest @ .., last] => format!("expected {} or {last}, found {what}", rest.join(", ")),
     };
-    let span = Span::new(source, offset + at, offset + at + length);
+    let span = Span::new(source, at, at + length);
     Some(Diagnostic::error("syntax-error", span, message))
 }
 
 /// An error where brackets nest deeper than any description of a robot does.
-pub fn nesting(text: &str, source: SourceId) -> Option<Diagnostic> {
-    let mut depth = 0_usize;
-    for (at, byte) in text.bytes().enumerate() {
-        match byte {
-            b'{' | b'<' | b'(' | b'[' => depth += 1,
-            b'}' | b'>' | b')' | b']' => depth = depth.saturating_sub(1),
+pub(crate) fn nesting(text: &str, source: SourceId) -> Option<Diagnostic> {
+    let (mut depth, mut angles) = (0_usize, 0_usize);
+    let code = runs(text).filter(|(kind, ..)| *kind == Kind::Code);
+    for at in code.flat_map(|(_, start, stop)| start..stop) {
+        match text.as_bytes()[at] {
+            b'{' | b'(' | b'[' => depth += 1,
+            b'}' | b')' | b']' => depth = depth.saturating_sub(1),
+            // In a rule of a .pdsl they compare, and nothing closes them.
+            b'<' => angles += 1,
+            b'>' => angles = angles.saturating_sub(1),
+            b';' => angles = 0,
             _ => {}
         }
-        if depth > DEEPEST {
+        if depth + angles > DEEPEST {
             let message = format!("brackets nest deeper than {DEEPEST} levels here");
-            return Some(Diagnostic::error(
-                "nested-too-deep",
-                Span::new(source, at, at + 1),
-                message,
-            ));
+            let span = Span::new(source, at, at + 1);
+            return Some(Diagnostic::error("nested-too-deep", span, message));
         }
     }
     None

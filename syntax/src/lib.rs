@@ -6,15 +6,17 @@
 mod explain;
 mod literal;
 mod loader;
+mod reader;
+mod scan;
 mod trivia;
 
-pub use explain::{explain, nesting};
 pub use literal::{Literal, LiteralKind, unescape};
 pub use loader::{Found, Loader, MemoryLoader, NotFound};
 pub use rc_diagnostics::duration_nanoseconds;
+pub use reader::{Language, Leaf, Reader};
 pub use trivia::Trivia;
 
-use rc_diagnostics::{Diagnostic, SourceId, Span};
+use rc_diagnostics::Span;
 
 /// A name and where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,22 +35,4 @@ impl Name {
             span,
         }
     }
-}
-
-/// An error where a comment begins that has no end.
-pub fn unclosed_comment(trivia: &Trivia, source: SourceId) -> Option<Diagnostic> {
-    let at = trivia.unclosed()?;
-    let message = "this comment has no end: `*/` is missing";
-    let span = Span::new(source, at, at + 2);
-    Some(Diagnostic::error("unclosed-comment", span, message))
-}
-
-/// The missing `;` after whatever ends before `at`.
-pub fn missing_semicolon(trivia: &Trivia, source: SourceId, at: usize) -> Diagnostic {
-    let end = trivia.end_of_token_before(at);
-    Diagnostic::error(
-        "missing-semicolon",
-        Span::new(source, end, end),
-        "`;` expected here",
-    )
 }

@@ -1,5 +1,7 @@
 //! Comments: where they are, and which of them document what.
 
+use crate::scan::{Kind, runs};
+
 /// The comments of one text, kept beside the tree instead of in the grammar.
 #[derive(Clone, Debug)]
 pub struct Trivia<'a> {
@@ -10,29 +12,27 @@ pub struct Trivia<'a> {
 impl<'a> Trivia<'a> {
     /// Finds the comments of `text`; `//` inside a string is no comment.
     pub fn new(text: &'a str) -> Self {
-        let bytes = text.as_bytes();
-        let mut comments = Vec::new();
-        let mut at = 0;
-        while at < bytes.len() {
-            let rest = &text.as_bytes()[at..];
-            let length = if rest.starts_with(b"//") {
-                rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())
-            } else if rest.starts_with(b"/*") {
-                rest[2..]
-                    .windows(2)
-                    .position(|w| w == b"*/")
-                    .map_or(rest.len(), |end| end + 4)
-            } else if rest[0] == b'"' {
-                at += string_length(rest);
-                continue;
-            } else {
-                at += 1;
-                continue;
-            };
-            comments.push((at, at + length));
-            at += length;
+        let comments = runs(text).filter(|(kind, ..)| *kind == Kind::Comment);
+        Self {
+            text,
+            comments: comments.map(|(_, start, stop)| (start, stop)).collect(),
         }
-        Self { text, comments }
+    }
+
+    /// The comments in their order: first byte, and the one after the last.
+    pub fn comments(&self) -> &[(usize, usize)] {
+        &self.comments
+    }
+
+    /// Whether the text holds nothing but comments and white space.
+    pub fn is_blank(&self) -> bool {
+        self.end_of_token_before(self.text.len()) == 0
+    }
+
+    /// The comment that ends at `stop`.
+    fn ending_at(&self, stop: usize) -> Option<(usize, usize)> {
+        let at = self.comments.binary_search_by_key(&stop, |(_, end)| *end);
+        at.ok().map(|at| self.comments[at])
     }
 
     /// Where a `/*` begins that no `*/` ends.
@@ -48,13 +48,8 @@ impl<'a> Trivia<'a> {
         let mut end = at;
         loop {
             let trimmed = self.text[..end].trim_end().len();
-            match self
-                .comments
-                .iter()
-                .rev()
-                .find(|(_, stop)| *stop == trimmed)
-            {
-                Some((start, _)) => end = *start,
+            match self.ending_at(trimmed) {
+                Some((start, _)) => end = start,
                 None => return trimmed,
             }
         }
@@ -65,17 +60,17 @@ impl<'a> Trivia<'a> {
     pub fn documentation(&self, at: usize) -> Vec<String> {
         let mut blocks: Vec<&str> = Vec::new();
         let mut end = self.text[..at].trim_end().len();
-        while let Some((start, stop)) = self.comments.iter().rev().find(|(_, stop)| *stop == end) {
-            let comment = &self.text[*start..*stop];
+        while let Some((start, stop)) = self.ending_at(end) {
+            let comment = &self.text[start..stop];
             let is_line = comment.starts_with("///") && !comment.starts_with("////");
             let is_block = comment.starts_with("/**") && comment.len() > 4;
             // A comment that follows code on its own line documents nothing below it.
-            let line = self.text[..*start].rsplit('\n').next().unwrap_or_default();
+            let line = self.text[..start].rsplit('\n').next().unwrap_or_default();
             if !(is_line || is_block) || !line.trim().is_empty() {
                 break;
             }
             blocks.push(comment);
-            end = self.text[..*start].trim_end().len();
+            end = self.text[..start].trim_end().len();
             if is_block {
                 break;
             }
@@ -105,18 +100,6 @@ impl<'a> Trivia<'a> {
         }
         out
     }
-}
-
-fn string_length(rest: &[u8]) -> usize {
-    let mut at = 1;
-    while at < rest.len() && rest[at] != b'\n' {
-        match rest[at] {
-            b'"' => return at + 1,
-            b'\\' => at += 2,
-            _ => at += 1,
-        }
-    }
-    at.min(rest.len())
 }
 
 fn lines_of(comment: &str) -> Vec<String> {

@@ -1,0 +1,57 @@
+//! A text as runs of comments, of texts in quotes and of what is between them. `//` in quotes is no comment.
+
+/// What a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Comment,
+    Quoted,
+    Code,
+}
+
+/// The runs of `text` in their order, each with its first byte and the one after its last.
+pub(crate) fn runs(text: &str) -> impl Iterator<Item = (Kind, usize, usize)> + '_ {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let rest = text.as_bytes().get(at..).filter(|rest| !rest.is_empty())?;
+        let (kind, length) = match opens(rest) {
+            Some(Kind::Comment) => (Kind::Comment, comment_length(rest)),
+            Some(_) => (Kind::Quoted, quoted_length(rest)),
+            None => {
+                let next = (1..rest.len()).find(|i| opens(&rest[*i..]).is_some());
+                (Kind::Code, next.unwrap_or(rest.len()))
+            }
+        };
+        let start = at;
+        at += length;
+        Some((kind, start, at))
+    })
+}
+
+fn opens(rest: &[u8]) -> Option<Kind> {
+    match rest {
+        [b'"', ..] => Some(Kind::Quoted),
+        [b'/', b'/' | b'*', ..] => Some(Kind::Comment),
+        _ => None,
+    }
+}
+
+fn comment_length(rest: &[u8]) -> usize {
+    if rest[1] == b'/' {
+        return rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
+    }
+    let end = rest[2..].windows(2).position(|w| w == b"*/");
+    end.map_or(rest.len(), |end| end + 4)
+}
+
+/// A text in quotes ends with its line at the latest, so that a forgotten quote does not hide the rest of a file.
+fn quoted_length(rest: &[u8]) -> usize {
+    let mut at = 1;
+    while at < rest.len() && rest[at] != b'\n' {
+        match rest[at] {
+            b'"' => return at + 1,
+            b'\\' => at += 2,
+            _ => at += 1,
+        }
+    }
+    at.min(rest.len())
+}
