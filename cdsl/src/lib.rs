@@ -11,3 +11,10 @@ mod resolve;
 pub use model::Component;
 pub use parse::parse;
 pub use resolve::load;
+
+/// The layout of a `.cdsl`.
+pub const STYLE: rc_syntax::Style = rc_syntax::Style {
+    angles: false,
+    enumerations: false,
+    settings_from: Some(2),
+};

@@ -6,7 +6,9 @@
 
 pub mod check;
 pub mod files;
+pub mod format;
 pub mod generate;
+pub mod languages;
 pub mod layout;
 pub mod load;
 pub mod names;

@@ -9,3 +9,10 @@ mod parse;
 
 pub use connect::{Connection, Endpoint, Network, connect};
 pub use parse::parse;
+
+/// The layout of a `.ddsl`.
+pub const STYLE: rc_syntax::Style = rc_syntax::Style {
+    angles: false,
+    enumerations: false,
+    settings_from: None,
+};

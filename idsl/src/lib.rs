@@ -14,3 +14,10 @@ mod resolve;
 pub use model::Library;
 pub use parse::parse;
 pub use resolve::Session;
+
+/// The layout of a `.idsl`.
+pub const STYLE: rc_syntax::Style = rc_syntax::Style {
+    angles: true,
+    enumerations: true,
+    settings_from: None,
+};

@@ -19,3 +19,11 @@ pub use model::Parameters;
 pub use parse::parse;
 #[cfg(feature = "language")]
 pub use resolve::load;
+
+#[cfg(feature = "language")]
+/// The layout of a `.pdsl`.
+pub const STYLE: rc_syntax::Style = rc_syntax::Style {
+    angles: false,
+    enumerations: false,
+    settings_from: None,
+};

@@ -4,12 +4,14 @@
 //! The shared part of the grammars is `common.pest`, which every language's parser includes before its own.
 
 mod explain;
+mod format;
 mod literal;
 mod loader;
 mod reader;
 mod scan;
 mod trivia;
 
+pub use format::{Style, format};
 pub use literal::{Literal, LiteralKind, unescape};
 pub use loader::{Found, Loader, MemoryLoader, NotFound};
 pub use rc_diagnostics::duration_nanoseconds;

@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::view::BACKENDS;
-use rc_codegen::{FileLoader, Files, Project, generate, workspace};
+use rc_codegen::{FileLoader, Files, Project, generate, languages, workspace};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, SourceMap, Span, render};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -48,11 +48,23 @@ enum Command {
     },
     /// Checks description files and configurations; says everything that is wrong at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .ddsl files, and .toml files that lie in a component's etc/.
+        /// .idsl, .cdsl, .pdsl, .ddsl files, .toml files that lie in a component's etc/, and folders: all that is in them.
         #[arg(required = true)]
         files: Vec<PathBuf>,
         #[command(flatten)]
         common: Common,
+    },
+    /// Puts description files into their layout. Comments stay; a file with a syntax error stays as it is.
+    Fmt {
+        /// Files, and folders that hold them (`target` and `generated` are left out).
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// Lists the files that are not in their layout, fails with 1 if there is one, and writes nothing.
+        #[arg(long)]
+        check: bool,
+        /// How findings are printed: human, short or json (one object a line).
+        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
+        format: Format,
     },
 }
 
@@ -134,6 +146,11 @@ fn main() -> ExitCode {
         Some(Command::Init { dir, framework }) => init(&dir, &framework),
         Some(Command::New { name }) => new(&name),
         Some(Command::Check { files, common }) => check(&files, &common),
+        Some(Command::Fmt {
+            files,
+            check,
+            format,
+        }) => fmt(&files, check, format),
         None => generate_component(&cli.generate),
     };
     match outcome {
@@ -184,13 +201,39 @@ fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
     let mut found = Diagnostics::new();
     let loader = FileLoader::new(&common.include);
     let mut refused = None;
-    for file in files {
+    let files = languages::files(files).map_err(|e| Failure::System(e.to_string()))?;
+    for file in &files {
         if let Err(error) = rc_codegen::check::file(file, &mut sources, &loader, &mut found) {
             unreadable(file, &error, &mut sources, &mut found, &mut refused);
         }
     }
     let told = report(&sources, &found, common.format);
     refused.map_or(told, |why| Err(Failure::System(why)))
+}
+
+fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), Failure> {
+    let system = |e: std::io::Error| Failure::System(e.to_string());
+    let mut sources = SourceMap::new();
+    let mut found = Diagnostics::new();
+    let mut refused = None;
+    let mut differs = false;
+    for file in languages::files(paths).map_err(system)? {
+        match rc_codegen::format::file(&file, check, &mut sources, &mut found) {
+            Ok(false) => {}
+            Ok(true) => {
+                differs = true;
+                let word = if check { "not formatted:" } else { "format" };
+                print_line(format_args!("{word} {}", file.display()));
+            }
+            Err(error) => unreadable(&file, &error, &mut sources, &mut found, &mut refused),
+        }
+    }
+    report(&sources, &found, format)?;
+    match refused {
+        Some(why) => Err(Failure::System(why)),
+        None if check && differs => Err(Failure::Input),
+        None => Ok(()),
+    }
 }
 
 /// A file that is no text is wrong input; anything else is the system's refusal.

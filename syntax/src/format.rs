@@ -1,0 +1,563 @@
+//! One layout for every language: the same words in the same order, comments kept, white space put right.
+//!
+//! The languages share their shape — statements that end with `;`, blocks in braces, lists with commas — so one
+//! printer over the words of a text serves all of them, and none of them can lose a comment or change a meaning.
+
+use crate::scan::{Kind as Run, runs};
+
+/// A line that would be longer is broken after a comma or before `throws`.
+const WIDTH: usize = 100;
+
+/// What is particular to a language.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Style {
+    /// `<` and `>` enclose types; otherwise they compare.
+    pub angles: bool,
+    /// Braces without a `;` in them declare an enumeration, one name a line where the line is too short for all;
+    /// otherwise they are a choice within a statement.
+    pub enumerations: bool,
+    /// Braces that stand this deep belong to the statement around them and stay in its line.
+    pub settings_from: Option<usize>,
+}
+
+/// `text` in our layout. It must be free of syntax errors; of one that is not, nothing is promised but an end.
+pub fn format(text: &str, style: Style) -> String {
+    let mut printer = Printer {
+        tokens: tokens(text),
+        at: 0,
+        style,
+        out: String::with_capacity(text.len() + text.len() / 4),
+    };
+    while printer.at < printer.tokens.len() {
+        printer.entries(0, ";");
+        // A closing brace too many would stop here for ever.
+        printer.at += 1;
+    }
+    printer.end_line();
+    printer.out
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Word,
+    Quoted,
+    Mark,
+    Comment,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Token<'a> {
+    kind: Kind,
+    text: &'a str,
+    /// Line feeds between the token before and this one.
+    newlines: usize,
+    /// Nothing stands between the token before and this one.
+    glued: bool,
+    /// A unit of time that belongs to the number before.
+    unit: bool,
+    /// Was printed with an earlier one.
+    done: bool,
+}
+
+/// Marks of two characters; every other mark has one.
+const PAIRS: [&str; 7] = ["::", "->", "=>", "==", "!=", "<=", ">="];
+const UNITS: [&str; 4] = ["us", "ms", "s", "min"];
+
+fn tokens(text: &str) -> Vec<Token<'_>> {
+    let mut tokens: Vec<Token<'_>> = Vec::new();
+    let (mut newlines, mut glued) = (0, true);
+    for (run, start, stop) in runs(text) {
+        let mut rest = &text[start..stop];
+        while !rest.is_empty() {
+            let blank = rest.len() - rest.trim_start().len();
+            if blank > 0 && run == Run::Code {
+                newlines += rest[..blank].matches('\n').count();
+                glued = false;
+                rest = &rest[blank..];
+                continue;
+            }
+            let (kind, length) = match run {
+                Run::Comment => (Kind::Comment, rest.len()),
+                Run::Quoted => (Kind::Quoted, rest.len()),
+                Run::Code => code_token(rest),
+            };
+            let (token, after) = rest.split_at(length);
+            let number = |t: &Token<'_>| {
+                t.kind == Kind::Word && t.text.bytes().all(|b| b.is_ascii_digit() || b == b'.')
+            };
+            tokens.push(Token {
+                kind,
+                text: token.trim_end(),
+                newlines,
+                glued,
+                unit: UNITS.contains(&token) && tokens.last().is_some_and(number),
+                done: false,
+            });
+            (newlines, glued) = (0, true);
+            rest = after;
+        }
+    }
+    tokens
+}
+
+/// The kind and the length of the token that `rest` begins with.
+fn code_token(rest: &str) -> (Kind, usize) {
+    let bytes = rest.as_bytes();
+    let word = |b: u8| b.is_ascii_alphanumeric() || b == b'_';
+    if !word(bytes[0]) {
+        let pair = PAIRS.iter().find(|p| rest.starts_with(**p));
+        let one = rest.chars().next().map_or(1, char::len_utf8);
+        return (Kind::Mark, pair.map_or(one, |p| p.len()));
+    }
+    let number = bytes[0].is_ascii_digit();
+    let hexadecimal = rest.starts_with("0x");
+    let mut end = 1;
+    while let Some(byte) = bytes.get(end) {
+        let digit_next = bytes.get(end + 1).is_some_and(u8::is_ascii_digit);
+        let fraction = *byte == b'.' && digit_next;
+        let exponent = matches!(byte, b'+' | b'-')
+            && !hexadecimal
+            && matches!(bytes[end - 1], b'e' | b'E')
+            && digit_next;
+        if !(word(*byte) || number && (fraction || exponent)) {
+            break;
+        }
+        end += 1;
+    }
+    (Kind::Word, end)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Break {
+    Never,
+    May,
+    Must,
+}
+
+/// A token with what stands before it in its statement.
+struct Piece {
+    text: String,
+    space: bool,
+    before: Break,
+}
+
+struct Printer<'a> {
+    tokens: Vec<Token<'a>>,
+    at: usize,
+    style: Style,
+    out: String,
+}
+
+impl<'a> Printer<'a> {
+    fn peek(&mut self) -> Option<Token<'a>> {
+        while self.tokens.get(self.at).is_some_and(|t| t.done) {
+            self.at += 1;
+        }
+        self.tokens.get(self.at).copied()
+    }
+
+    /// The statements of a block, or the entries of an enumeration, up to the brace that closes it.
+    fn entries(&mut self, depth: usize, end: &str) {
+        let mut first = true;
+        while let Some(token) = self.peek() {
+            if token.text == "}" && token.kind == Kind::Mark {
+                return;
+            }
+            let comment = token.kind == Kind::Comment;
+            if comment && token.newlines == 0 && !self.out.is_empty() {
+                self.out.push(' ');
+                self.comment(token.text, depth);
+                self.at += 1;
+                first = false;
+                continue;
+            }
+            self.end_line();
+            if token.newlines > 1 && !first && !self.out.is_empty() {
+                self.out.push('\n');
+            }
+            if comment {
+                self.indent(depth);
+                self.comment(token.text, depth);
+                self.at += 1;
+            } else {
+                self.statement(depth, end);
+            }
+            first = false;
+        }
+    }
+
+    fn end_line(&mut self) {
+        if !self.out.is_empty() && !self.out.ends_with('\n') {
+            self.out.push('\n');
+        }
+    }
+
+    fn indent(&mut self, depth: usize) {
+        self.out.extend(std::iter::repeat_n("    ", depth));
+    }
+
+    fn comment(&mut self, text: &str, depth: usize) {
+        let text = comment_lines(text, depth);
+        self.out.push_str(&text);
+    }
+
+    /// One statement with its `;`, or one entry with its `,`, and the block that may belong to it.
+    fn statement(&mut self, depth: usize, end: &str) {
+        let mut line = Line::new(self.style.angles, depth);
+        while let Some(token) = self.peek() {
+            if token.kind != Kind::Mark {
+                line.push(token);
+                self.at += 1;
+                continue;
+            }
+            match token.text {
+                "}" => break,
+                "{" => {
+                    if self.braces(&mut line, depth) {
+                        return;
+                    }
+                }
+                text => {
+                    line.push(token);
+                    self.at += 1;
+                    if text == end {
+                        break;
+                    }
+                }
+            }
+        }
+        line.print(&mut self.out);
+    }
+
+    /// What begins at a `{`; whether it ended the statement.
+    fn braces(&mut self, line: &mut Line, depth: usize) -> bool {
+        let inner = self.inside();
+        let close = self.at + 1 + inner.len();
+        let code = |t: &&Token<'_>| t.kind != Kind::Comment;
+        let comments = inner.len() != inner.iter().filter(code).count();
+        let statements = |t: &Token<'_>| t.kind == Kind::Mark && matches!(t.text, ";" | "{");
+        let listed = inner.iter().any(|t| t.kind != Kind::Comment) && !inner.iter().any(statements);
+        let one_line = inner.iter().all(|t| t.newlines == 0);
+        let settings = self.style.settings_from.is_some_and(|from| depth >= from);
+        if settings || listed && !self.style.enumerations {
+            (self.at..=close).for_each(|at| line.extend(self.tokens.get(at)));
+            self.at = close + 1;
+            return false;
+        }
+        if inner.is_empty() || listed && one_line && !comments {
+            let pieces = line.pieces.len();
+            (self.at..=close).for_each(|at| line.extend(self.tokens.get(at)));
+            if inner.is_empty() || line.width() < WIDTH {
+                self.at = close + 1;
+                line.add(";", false, Break::Never);
+                line.print(&mut self.out);
+                self.drop_semicolon();
+                return true;
+            }
+            line.pieces.truncate(pieces);
+        }
+        line.print(&mut self.out);
+        self.end_line();
+        self.indent(depth);
+        self.out.push('{');
+        self.at += 1;
+        self.entries(depth + 1, if listed { "," } else { ";" });
+        self.end_line();
+        self.indent(depth);
+        self.out.push_str("};");
+        self.at += 1;
+        self.drop_semicolon();
+        true
+    }
+
+    /// The tokens between the `{` here and the `}` that belongs to it.
+    fn inside(&self) -> &[Token<'a>] {
+        let inner = &self.tokens[self.at + 1..];
+        let mut depth = 0_usize;
+        for (length, token) in inner.iter().enumerate() {
+            match (token.kind, token.text) {
+                (Kind::Mark, "{") => depth += 1,
+                (Kind::Mark, "}") if depth == 0 => return &inner[..length],
+                (Kind::Mark, "}") => depth -= 1,
+                _ => {}
+            }
+        }
+        inner
+    }
+
+    /// Passes over the `;` that follows a block: it has been written, and comments before it follow it now.
+    fn drop_semicolon(&mut self) {
+        let next = (self.at..self.tokens.len()).find(|i| self.tokens[*i].kind != Kind::Comment);
+        if let Some(token) = next.and_then(|i| self.tokens.get_mut(i))
+            && token.kind == Kind::Mark
+            && token.text == ";"
+        {
+            token.done = true;
+        }
+    }
+}
+
+/// One statement, before its lines are broken.
+struct Line {
+    pieces: Vec<Piece>,
+    angles: bool,
+    depth: usize,
+    rounds: usize,
+    last: Option<(Kind, String)>,
+    next_must: bool,
+}
+
+impl Line {
+    fn new(angles: bool, depth: usize) -> Self {
+        Self {
+            pieces: Vec::new(),
+            angles,
+            depth,
+            rounds: 0,
+            last: None,
+            next_must: false,
+        }
+    }
+
+    fn extend(&mut self, token: Option<&Token<'_>>) {
+        if let Some(token) = token {
+            self.push(*token);
+        }
+    }
+
+    fn push(&mut self, token: Token<'_>) {
+        let line_comment = token.kind == Kind::Comment && token.text.starts_with("//");
+        let long_comment = token.kind == Kind::Comment && token.text.contains('\n');
+        let after_comma = matches!(&self.last, Some((Kind::Mark, text)) if text == ",");
+        let throws = self.angles && token.kind == Kind::Word && token.text == "throws";
+        let own_line = long_comment || line_comment && token.newlines > 0;
+        let before = if self.next_must || own_line {
+            Break::Must
+        } else if after_comma && token.kind != Kind::Comment || throws {
+            Break::May
+        } else {
+            Break::Never
+        };
+        let space = self.space(token);
+        let text = if token.kind == Kind::Comment {
+            comment_lines(token.text, self.depth + 1)
+        } else {
+            token.text.to_owned()
+        };
+        self.add(&text, space, before);
+        self.next_must = line_comment || long_comment;
+        match token.text {
+            "(" => self.rounds += 1,
+            ")" => self.rounds = self.rounds.saturating_sub(1),
+            _ => {}
+        }
+        self.last = Some((token.kind, token.text.to_owned()));
+    }
+
+    fn add(&mut self, text: &str, space: bool, before: Break) {
+        let before = if self.next_must { Break::Must } else { before };
+        self.next_must = false;
+        self.pieces.push(Piece {
+            text: text.to_owned(),
+            space,
+            before,
+        });
+    }
+
+    /// Whether a space stands between the last token and this one.
+    fn space(&self, next: Token<'_>) -> bool {
+        let Some((kind, last)) = &self.last else {
+            return false;
+        };
+        let last = last.as_str();
+        if next.unit {
+            return false;
+        }
+        if *kind == Kind::Comment || next.kind == Kind::Comment {
+            return !(next.kind == Kind::Mark && matches!(next.text, "," | ";"));
+        }
+        // Whether `-` is a hyphen or an operator is known to the grammar only: it stays as it was. After another
+        // mark it is a sign.
+        let value = *kind != Kind::Mark || matches!(last, ")" | "]");
+        if *kind == Kind::Mark && last == "-"
+            || next.kind == Kind::Mark && next.text == "-" && value
+        {
+            return !next.glued;
+        }
+        if *kind == Kind::Mark {
+            match last {
+                "(" | "[" | "@" | "::" | "." | ":" => return false,
+                "<" if self.angles => return false,
+                "=" if self.rounds > 0 => return false,
+                _ => {}
+            }
+        }
+        if next.kind == Kind::Mark {
+            let word = *kind == Kind::Word;
+            match next.text {
+                "," | ";" | ")" | "]" | "::" | "." => return false,
+                "<" | ">" if self.angles => return false,
+                "=" if self.rounds > 0 => return false,
+                "(" => {
+                    let operator = ["and", "or", "not", "require"];
+                    return !word || operator.iter().any(|o| last.eq_ignore_ascii_case(o));
+                }
+                "[" => return !word,
+                ":" => return !(word && last.starts_with(|c: char| c.is_ascii_digit())),
+                _ => {}
+            }
+        }
+        true
+    }
+
+    fn width(&self) -> usize {
+        let length: usize = self.pieces.iter().map(Piece::width).sum();
+        self.depth * 4 + length
+    }
+
+    /// Fills lines up to the width, breaking where it may and where a comment demands it.
+    fn print(&self, out: &mut String) {
+        let mut column = self.depth * 4;
+        out.extend(std::iter::repeat_n("    ", self.depth));
+        for (at, piece) in self.pieces.iter().enumerate() {
+            let chunk = std::iter::once(piece).chain(
+                self.pieces[at + 1..]
+                    .iter()
+                    .take_while(|p| p.before == Break::Never),
+            );
+            let must = piece.before == Break::Must;
+            let may = piece.before == Break::May;
+            if at > 0 && (must || may && column + chunk.map(Piece::width).sum::<usize>() > WIDTH) {
+                out.push('\n');
+                out.extend(std::iter::repeat_n("    ", self.depth + 1));
+                column = (self.depth + 1) * 4;
+            } else if piece.space {
+                out.push(' ');
+                column += 1;
+            }
+            out.push_str(&piece.text);
+            column += piece.text.chars().count();
+        }
+    }
+}
+
+impl Piece {
+    fn width(&self) -> usize {
+        usize::from(self.space) + self.text.chars().count()
+    }
+}
+
+/// A comment of several lines moves with its first one where its lines begin with `*`.
+fn comment_lines(text: &str, depth: usize) -> String {
+    let mut lines = text.lines().map(str::trim_end);
+    let mut out = lines.next().unwrap_or_default().to_owned();
+    let starred = text
+        .lines()
+        .skip(1)
+        .all(|l| l.trim_start().starts_with('*'));
+    for line in lines {
+        out.push('\n');
+        if starred {
+            out.extend(std::iter::repeat_n("    ", depth));
+            out.push(' ');
+            out.push_str(line.trim_start());
+        } else {
+            out.push_str(line);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Style, format};
+
+    fn fmt(style: Style, text: &str) -> String {
+        let once = format(text, style);
+        assert_eq!(format(&once, style), once, "formatted twice");
+        once
+    }
+
+    #[test]
+    fn blocks_comments_and_blank_lines() {
+        let text = "import  \"a.idsl\" ;module M{ // of M\n/** about\n      * s */ struct S{int a;int b ; /* last */\n\n\n\n sequence <T,4> c ;}\n\n};// end";
+        let style = Style {
+            angles: true,
+            enumerations: true,
+            ..Style::default()
+        };
+        let wanted = "\
+import \"a.idsl\";
+module M
+{ // of M
+    /** about
+     * s */
+    struct S
+    {
+        int a;
+        int b; /* last */
+
+        sequence<T, 4> c;
+    };
+
+}; // end
+";
+        assert_eq!(
+            fmt(style, text),
+            wanted.replace("\n\n}; // end", "\n}; // end")
+        );
+    }
+
+    #[test]
+    fn an_enumeration_stays_in_its_line_where_it_fits() {
+        let style = Style {
+            angles: true,
+            enumerations: true,
+            ..Style::default()
+        };
+        let wanted = "enum E { a, b = -3, c };\n";
+        assert_eq!(fmt(style, "enum E{a,b=-3,c}"), wanted);
+        let wanted = "enum E\n{\n    a, // one\n    b\n};\n";
+        assert_eq!(fmt(style, "enum E{a,// one\nb}"), wanted);
+        let many: Vec<String> = (0..40).map(|n| format!("name{n}")).collect();
+        let text = fmt(style, &format!("enum E {{{}}}", many.join(",")));
+        assert_eq!(text.lines().count(), 43);
+    }
+
+    #[test]
+    fn settings_and_choices_stay_in_their_statement() {
+        let style = Style {
+            settings_from: Some(2),
+            ..Style::default()
+        };
+        let text = "Component C{Communications{publishes A{depth 5;},B(dds) as b;}language rust;}";
+        let wanted = "Component C\n{\n    Communications\n    {\n        publishes A { depth 5; }, B(dds) as b;\n    };\n    language rust;\n};\n";
+        assert_eq!(fmt(style, text), wanted);
+        let text = "x string \"a\"{\"a\",\"b\"}T unit\"m\";y int -1 -5:5;z duration 5 ms 1ms :1 s;require a<b and(len(l)-1>=2)\"m\";";
+        let wanted = "x string \"a\" { \"a\", \"b\" } T unit \"m\";\ny int -1 -5:5;\nz duration 5ms 1ms:1s;\nrequire a < b and (len(l)-1 >= 2) \"m\";\n";
+        assert_eq!(fmt(Style::default(), text), wanted);
+    }
+
+    #[test]
+    fn long_statements_break_after_commas() {
+        let names: Vec<String> = (0..24).map(|n| format!("Interface{n}")).collect();
+        let text = fmt(Style::default(), &format!("requires {};", names.join(" ,")));
+        assert!(text.lines().all(|l| l.len() <= 100), "{text}");
+        assert!(
+            text.lines().skip(1).all(|l| l.starts_with("    Interface")),
+            "{text}"
+        );
+        let text = "requires A, // first\n  // own line\n B /* in */ , C;";
+        let wanted = "requires A, // first\n    // own line\n    B /* in */, C;\n";
+        assert_eq!(fmt(Style::default(), text), wanted);
+    }
+
+    #[test]
+    fn broken_text_ends() {
+        for text in [
+            "}}}", "{{{", "a { b", "\"", "/*", "é ; }", "a { , }", "@ ( [",
+        ] {
+            format(text, Style::default());
+        }
+    }
+}
