@@ -1,0 +1,237 @@
+//! What holds for every language: printing changes no meaning, and no text does any harm.
+
+mod grammar;
+mod random;
+
+use grammar::{Grammar, lay_out};
+use random::Random;
+use rc_codegen::languages::{LANGUAGES, Language};
+use rc_diagnostics::{Diagnostics, Format, SourceId, SourceMap, Span, render};
+use rc_syntax::{MemoryLoader, Trivia};
+use std::time::{Duration, Instant};
+
+/// The tree of a text without places, and what was wrong with it.
+fn tree(language: Language, text: &str) -> (String, bool) {
+    let mut sources = SourceMap::new();
+    let source = sources.add(format!("a.{}", language.ending), text);
+    let (tree, found) = match language.ending {
+        "idsl" => debug(rc_idsl::parse(&sources, source)),
+        "cdsl" => debug(rc_cdsl::parse(&sources, source)),
+        "pdsl" => debug(rc_pdsl::parse(&sources, source)),
+        "ddsl" => debug(rc_ddsl::parse(&sources, source)),
+        other => panic!("no tree of a .{other}"),
+    };
+    (without_places(&tree), found.has_errors())
+}
+
+fn debug<T: std::fmt::Debug>((tree, found): (T, Diagnostics)) -> (String, Diagnostics) {
+    (format!("{tree:?}"), found)
+}
+
+fn without_places(tree: &str) -> String {
+    let mut parts = tree.split("Span {");
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        out.push_str(part.split_once('}').map_or("", |(_, rest)| rest));
+    }
+    out
+}
+
+/// The comments of a text, without their layout.
+fn comments(text: &str) -> Vec<String> {
+    let trivia = Trivia::new(text);
+    let words = |(start, stop): &(usize, usize)| {
+        let words: Vec<&str> = text[*start..*stop].split_whitespace().collect();
+        words.join(" ")
+    };
+    trivia.comments().iter().map(words).collect()
+}
+
+fn grammar_of(language: Language) -> Grammar {
+    Grammar::new(match language.ending {
+        "idsl" => include_str!("../../../idsl/src/grammar.pest"),
+        "cdsl" => include_str!("../../../cdsl/src/grammar.pest"),
+        "pdsl" => include_str!("../../../pdsl/src/grammar.pest"),
+        "ddsl" => include_str!("../../../ddsl/src/grammar.pest"),
+        other => panic!("no grammar of .{other}"),
+    })
+}
+
+#[test]
+fn printing_keeps_the_tree_and_the_comments_and_is_final() {
+    for language in LANGUAGES {
+        let grammar = grammar_of(language);
+        let (mut tried, mut read) = (0, 0);
+        for seed in 0..if language.ending == "pdsl" { 600 } else { 300 } {
+            let mut random = Random::new(seed);
+            let text = lay_out(&grammar.words(&mut random), &mut random);
+            let (before, wrong) = tree(language, &text);
+            tried += 1;
+            if wrong {
+                continue;
+            }
+            read += 1;
+            let printed = rc_syntax::format(&text, language.style);
+            let (after, _) = tree(language, &printed);
+            let what = format!(".{}, seed {seed}:\n{text}\n---\n{printed}", language.ending);
+            assert_eq!(before, after, "the meaning of {what}");
+            assert_eq!(comments(&text), comments(&printed), "comments of {what}");
+            let again = rc_syntax::format(&printed, language.style);
+            assert_eq!(printed, again, "printed twice, {what}");
+        }
+        assert!(
+            read * 4 > tried,
+            "only {read} of {tried} .{} were any",
+            language.ending
+        );
+    }
+}
+
+/// Everything that a tool does with a text.
+fn use_it(language: Language, text: &str) {
+    let mut sources = SourceMap::new();
+    let loader = MemoryLoader::new([("a.idsl", "module A { interface Laser { void x(); }; };")]);
+    let source = sources.add(format!("b.{}", language.ending), text);
+    let found = check(language, &mut sources, &loader, source);
+    for format in [Format::Human, Format::Short, Format::Json] {
+        render(&sources, &found, format);
+    }
+    rc_syntax::format(sources.text(source), language.style);
+}
+
+fn check(
+    language: Language,
+    sources: &mut SourceMap,
+    loader: &MemoryLoader,
+    source: SourceId,
+) -> Diagnostics {
+    match language.ending {
+        "idsl" => {
+            let path = sources.path(source).to_path_buf();
+            let mut session = rc_idsl::Session::new(sources, loader);
+            session.load_source(source, path, Span::new(source, 0, 0));
+            session.found
+        }
+        "cdsl" => rc_cdsl::load(sources, loader, source).1,
+        "pdsl" => rc_pdsl::load(sources, source).1,
+        _ => (language.parse)(sources, source),
+    }
+}
+
+/// A text with a few mistakes such as hands, merges and disks make.
+fn spoil(mut words: Vec<String>, other: &[String], random: &mut Random) -> Vec<u8> {
+    for _ in 0..=random.below(4) {
+        if words.is_empty() {
+            break;
+        }
+        let at = random.below(words.len());
+        match random.below(6) {
+            0 => drop(words.remove(at)),
+            1 => words.insert(at, words[at].clone()),
+            2 => {
+                let to = random.below(words.len());
+                words.swap(at, to);
+            }
+            3 if !other.is_empty() => words[at].clone_from(random.one_of(other)),
+            4 => words.truncate(at),
+            _ => {
+                let bits = [
+                    "{",
+                    "}",
+                    "\"",
+                    "/*",
+                    "*/",
+                    "<",
+                    "é",
+                    "\u{feff}",
+                    "-",
+                    "@",
+                    "not",
+                    "99999999999999999999",
+                    "1e999",
+                ];
+                words.insert(at, (*random.one_of(&bits)).to_owned());
+            }
+        }
+    }
+    let mut bytes = lay_out(&words, random).into_bytes();
+    if random.chance(4) && !bytes.is_empty() {
+        let at = random.below(bytes.len());
+        bytes[at] ^= 1 << random.below(8);
+    }
+    bytes
+}
+
+/// A short run of what `cargo xtask fuzz` does for as long as it is told.
+#[test]
+fn no_text_does_harm() {
+    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
+    let seconds = number("RC_FUZZ_SECONDS").map(Duration::from_secs);
+    let first = number("RC_FUZZ_SEED").unwrap_or(0);
+    let grammars = LANGUAGES.map(grammar_of);
+    let started = Instant::now();
+    let mut texts = 0_u64;
+    for seed in first.. {
+        let over = seconds.map_or(seed - first >= 150, |limit| started.elapsed() > limit);
+        if over {
+            break;
+        }
+        for (language, grammar) in LANGUAGES.into_iter().zip(&grammars) {
+            let mut random = Random::new(seed);
+            let other = random.one_of(&grammars).words(&mut random);
+            let bytes = spoil(grammar.words(&mut random), &other, &mut random);
+            let text = String::from_utf8_lossy(&bytes);
+            let done = std::panic::catch_unwind(|| use_it(language, &text));
+            assert!(
+                done.is_ok(),
+                "RC_FUZZ_SEED={seed}, .{}:\n{text}",
+                language.ending
+            );
+            texts += 1;
+        }
+    }
+    println!("{texts} texts, seeds from {first}");
+}
+
+/// Eight times the text takes about eight times as long, whether it is right or wrong.
+#[test]
+fn time_grows_with_the_text_only() {
+    for language in LANGUAGES {
+        let grammar = grammar_of(language);
+        let mut random = Random::new(7);
+        let valid = (0..200)
+            .map(|_| grammar.words(&mut random))
+            .filter(|words| !tree(language, &words.join(" ")).1)
+            .max_by_key(Vec::len)
+            .expect("a valid text");
+        let open = valid.iter().position(|w| w == "{").expect("a block");
+        let (head, body) = valid.split_at(open + 1);
+        let body = body[..body.iter().rposition(|w| w == "}").expect("its end")].join(" ");
+        let of_length = |length: usize, spoilt: bool| {
+            let mut text = head.join(" ");
+            while text.len() < length {
+                text.push_str(&body);
+                text.push_str(if spoilt {
+                    "\n} ] = ;; x\n{ /** */ \"\n"
+                } else {
+                    "\n"
+                });
+            }
+            text + "}"
+        };
+        for spoilt in [false, true] {
+            let time = |length| {
+                let text = of_length(length, spoilt);
+                let started = Instant::now();
+                use_it(language, &text);
+                started.elapsed()
+            };
+            let (short, long) = (time(1 << 14), time(1 << 17));
+            assert!(
+                long < short * 30 + Duration::from_millis(200),
+                ".{}, spoilt: {spoilt}: 16 KiB {short:?}, 128 KiB {long:?}",
+                language.ending
+            );
+        }
+    }
+}
