@@ -33,6 +33,7 @@ pub fn load(
     let library = session.library;
     let component = file.component.map(|tree| {
         let mut resolver = Resolver {
+            interfaces: interfaces(&library, &imports),
             library,
             imports,
             import_failed,
@@ -46,7 +47,19 @@ pub fn load(
 const WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
 const OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
 
+/// All interfaces that the imports reach, by their names; of two with one name, the first.
+fn interfaces(library: &Library, imports: &[(ModuleId, Span)]) -> HashMap<String, InterfaceId> {
+    let mut interfaces = HashMap::new();
+    let modules = imports.iter().flat_map(|(m, _)| library.reachable(*m));
+    for id in modules.flat_map(|m| &library.module(m).interfaces) {
+        let name = library.interface(*id).name.text.clone();
+        interfaces.entry(name).or_insert(*id);
+    }
+    interfaces
+}
+
 struct Resolver<'a> {
+    interfaces: HashMap<String, InterfaceId>,
     library: Library,
     imports: Vec<(ModuleId, Span)>,
     import_failed: bool,
@@ -183,6 +196,7 @@ impl Resolver<'_> {
 
     fn slots(&mut self, comms: &[ast::Comm]) -> Vec<Slot> {
         let mut slots: Vec<Slot> = Vec::new();
+        let mut names = SlotNames::default();
         let mut seen = HashMap::new();
         for comm in comms {
             let role = Role::WORDS
@@ -199,16 +213,16 @@ impl Resolver<'_> {
                     continue;
                 };
                 self.check_use(*role, interface, item);
-                let name = slot_name(&slots, item);
-                if let Some(first) = slots.iter().find(|s| s.name.eq_ignore_ascii_case(&name)) {
+                let name = names.name(item);
+                if let Some(first) = names.taken.get(&name.to_ascii_lowercase()) {
                     let message = format!("slot `{name}` exists already");
                     let help = format!("name one of them: `{} as other`", item.interface.text);
                     let diagnostic =
                         Diagnostic::error("duplicate-slot", item.span, message).help(help);
-                    self.found
-                        .push(diagnostic.label(first.span, "the first one"));
+                    self.found.push(diagnostic.label(*first, "the first one"));
                     continue;
                 }
+                names.taken.insert(name.to_ascii_lowercase(), item.span);
                 let backend = item.backend.as_ref().and_then(|b| self.backend(b));
                 let qos = self.qos(*role, &item.qos);
                 slots.push(Slot {
@@ -225,31 +239,12 @@ impl Resolver<'_> {
     }
 
     fn interface(&mut self, name: &Name) -> Option<InterfaceId> {
-        let mut reachable: Vec<ModuleId> = Vec::new();
-        for (module, _) in &self.imports {
-            let new: Vec<ModuleId> = self
-                .library
-                .reachable(*module)
-                .into_iter()
-                .filter(|m| !reachable.contains(m))
-                .collect();
-            reachable.extend(new);
-        }
-        let interfaces: Vec<InterfaceId> = reachable
-            .iter()
-            .flat_map(|m| self.library.module(*m).interfaces.clone())
-            .collect();
-        let found = interfaces
-            .iter()
-            .find(|i| self.library.interface(**i).name.text == name.text);
+        let found = self.interfaces.get(&name.text).copied();
         if found.is_none() {
-            let known: Vec<&str> = interfaces
-                .iter()
-                .map(|i| self.library.interface(*i).name.text.as_str())
-                .collect();
             let message = format!("unknown interface `{}`", name.text);
             let diagnostic = Diagnostic::error("unknown-interface", name.span, message);
-            let near = rc_diagnostics::nearest(&name.text, known.iter().copied());
+            let known = self.interfaces.keys().map(String::as_str);
+            let near = rc_diagnostics::nearest(&name.text, known);
             self.found.push(match near {
                 Some(_) => diagnostic.help_nearest(near),
                 // The import that would bring it has been reported; the interface alone would be noise.
@@ -262,7 +257,7 @@ impl Resolver<'_> {
                 )),
             });
         }
-        found.copied()
+        found
     }
 
     /// Every operation of an interface has a pattern that its use allows.
@@ -427,16 +422,32 @@ fn one_of(word: &str, no: &str, yes: &str) -> Option<bool> {
     }
 }
 
-/// `as` names a slot; otherwise it is the interface's name, and repetitions are numbered as RoboComp does.
-fn slot_name(slots: &[Slot], item: &Item) -> String {
-    if let Some(name) = &item.slot {
-        return name.text.clone();
+/// The names of slots, lower case, with their places. `as` names a slot; otherwise it is the interface's name, and
+/// repetitions are numbered as RoboComp does.
+#[derive(Default)]
+struct SlotNames {
+    taken: HashMap<String, Span>,
+    /// The number to try next, by the interface.
+    next: HashMap<String, usize>,
+}
+
+impl SlotNames {
+    /// The name that a slot chose, or its interface's with the first number that is free.
+    fn name(&mut self, item: &Item) -> String {
+        if let Some(name) = &item.slot {
+            return name.text.clone();
+        }
+        let base = &item.interface.text;
+        let next = self.next.entry(base.to_ascii_lowercase()).or_default();
+        loop {
+            let name = match *next {
+                0 => base.clone(),
+                number => format!("{base}{number}"),
+            };
+            *next += 1;
+            if !self.taken.contains_key(&name.to_ascii_lowercase()) {
+                return name;
+            }
+        }
     }
-    let base = &item.interface.text;
-    let numbered = (1..).map(|n| format!("{base}{n}"));
-    let mut candidates = std::iter::once(base.clone()).chain(numbered);
-    let taken = |name: &String| slots.iter().any(|s| s.name.eq_ignore_ascii_case(name));
-    candidates
-        .find(|name| !taken(name))
-        .unwrap_or_else(|| base.clone())
 }

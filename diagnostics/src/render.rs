@@ -75,10 +75,19 @@ fn snippet<'a>(
     diagnostic: &'a Diagnostic,
     source: crate::SourceId,
 ) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
-    let text = sources.text(source);
-    let range = |span: Span| span.start.min(text.len())..span.end.min(text.len());
-    let mut snippet =
-        Snippet::source(text).path(sources.path(source).to_string_lossy().into_owned());
+    let labels = diagnostic.labels.iter().map(|l| l.span);
+    let spans = labels
+        .chain([diagnostic.span])
+        .filter(|s| s.source == source);
+    let all = spans.reduce(Span::to).unwrap_or(diagnostic.span);
+    // The lines concerned alone: the renderer goes through all that it is given.
+    let (start, end) = sources.lines(all);
+    let text = &sources.text(source)[start..end];
+    let within = |at: usize| at.clamp(start, end) - start;
+    let range = |span: Span| within(span.start)..within(span.end);
+    let mut snippet = Snippet::source(text)
+        .line_start(sources.position(source, start).line)
+        .path(sources.path(source).to_string_lossy().into_owned());
     if source == diagnostic.span.source {
         snippet = snippet.annotation(AnnotationKind::Primary.span(range(diagnostic.span)));
     }

@@ -111,6 +111,16 @@ impl SourceMap {
         (0..self.sources.len() as u32).map(SourceId)
     }
 
+    /// The whole lines that `span` touches: first byte, and the one after the last, without its line feed.
+    pub fn lines(&self, span: Span) -> (usize, usize) {
+        let source = &self.sources[span.source.0 as usize];
+        let line = |at: usize| source.line_starts.partition_point(|start| *start <= at);
+        let start = source.line_starts[line(span.start.min(source.text.len())) - 1];
+        let next = source.line_starts.get(line(span.end));
+        let end = next.map_or(source.text.len(), |next| next - 1);
+        (start, end.max(start))
+    }
+
     /// Line and column of a byte.
     pub fn position(&self, source: SourceId, at: usize) -> Position {
         let source = &self.sources[source.0 as usize];

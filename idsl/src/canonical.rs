@@ -2,10 +2,14 @@
 //!
 //! Two ends of a connection may talk where the hashes of their operations are equal. The canonical text holds
 //! names, order, types and bounds; aliases are replaced by what they stand for; documentation, units, ranges
-//! and defaults do not enter it, since they do not change a byte on the wire.
+//! and defaults do not enter it, since they do not change a byte on the wire. A type with a name is written out where
+//! it stands first; after that its name is enough.
 
-use crate::model::{InterfaceId, Library, Member, Operation, Primitive, Type, TypeDeclKind};
+use crate::model::{
+    InterfaceId, Library, Member, Operation, Primitive, Type, TypeDeclKind, TypeId,
+};
 use sha2::{Digest, Sha256};
+use std::collections::HashSet;
 
 /// The first eight bytes of the SHA-256 of `text`, as a number.
 pub fn hash(text: &str) -> u64 {
@@ -33,73 +37,92 @@ pub fn interface_hash(library: &Library, interface: InterfaceId) -> u64 {
 
 /// The canonical text of an operation.
 pub fn operation_text(library: &Library, interface: InterfaceId, operation: &Operation) -> String {
-    let mut out = format!(
+    let out = format!(
         "{}/{}(",
         library.interface_path(interface),
         operation.name.text
     );
-    members(library, &operation.inputs, &mut out);
-    out.push_str(")->(");
-    members(library, &operation.outputs, &mut out);
+    let mut text = Text {
+        library,
+        written: HashSet::new(),
+        out,
+    };
+    text.members(&operation.inputs);
+    text.out.push_str(")->(");
+    text.members(&operation.outputs);
     if let Some(result) = &operation.result {
-        out.push_str("return:");
-        ty(library, result, &mut out);
+        text.out.push_str("return:");
+        text.ty(result);
     }
-    out.push(')');
+    text.out.push(')');
     for exception in &operation.throws {
-        out.push('!');
-        ty(library, &Type::Named(*exception), &mut out);
+        text.out.push('!');
+        text.ty(&Type::Named(*exception));
     }
-    out
+    text.out
 }
 
-fn members(library: &Library, members: &[Member], out: &mut String) {
-    for member in members {
-        out.push_str(&member.name.text);
-        out.push_str(if member.optional { "?:" } else { ":" });
-        ty(library, &member.ty, out);
-        out.push(';');
-    }
+struct Text<'a> {
+    library: &'a Library,
+    written: HashSet<TypeId>,
+    out: String,
 }
 
-fn ty(library: &Library, used: &Type, out: &mut String) {
-    let bound = |bound: &Option<u32>| bound.map_or(String::new(), |n| format!(",{n}"));
-    match library.resolved(used) {
-        Type::Primitive(primitive) => out.push_str(primitive_word(*primitive)),
-        Type::Text(limit) => out.push_str(&format!("string<{}>", bound(limit))),
-        Type::Sequence(element, limit) => {
-            out.push_str("sequence<");
-            ty(library, element, out);
-            out.push_str(&bound(limit));
-            out.push('>');
+impl Text<'_> {
+    fn members(&mut self, members: &[Member]) {
+        for member in members {
+            self.out.push_str(&member.name.text);
+            self.out.push_str(if member.optional { "?:" } else { ":" });
+            self.ty(&member.ty);
+            self.out.push(';');
         }
-        Type::Array(element, size) => {
-            ty(library, element, out);
-            out.push_str(&format!("[{size}]"));
-        }
-        Type::Dictionary(key, value) => {
-            out.push_str("dictionary<");
-            ty(library, key, out);
-            out.push(',');
-            ty(library, value, out);
-            out.push('>');
-        }
-        Type::Named(id) => {
-            out.push_str(&library.type_path(*id));
-            out.push('{');
-            match &library.ty(*id).kind {
-                TypeDeclKind::Enum(values) => {
-                    values
-                        .iter()
-                        .for_each(|v| out.push_str(&format!("{}={};", v.name.text, v.value)));
-                }
-                TypeDeclKind::Struct(parts) | TypeDeclKind::Exception(parts) => {
-                    members(library, parts, out);
-                }
-                TypeDeclKind::Alias(_) => {}
+    }
+
+    fn ty(&mut self, used: &Type) {
+        let library = self.library;
+        let bound = |bound: &Option<u32>| bound.map_or(String::new(), |n| format!(",{n}"));
+        match library.resolved(used) {
+            Type::Primitive(primitive) => self.out.push_str(primitive_word(*primitive)),
+            Type::Text(limit) => self.out.push_str(&format!("string<{}>", bound(limit))),
+            Type::Sequence(element, limit) => {
+                self.out.push_str("sequence<");
+                self.ty(element);
+                self.out.push_str(&bound(limit));
+                self.out.push('>');
             }
-            out.push('}');
+            Type::Array(element, size) => {
+                self.ty(element);
+                self.out.push_str(&format!("[{size}]"));
+            }
+            Type::Dictionary(key, value) => {
+                self.out.push_str("dictionary<");
+                self.ty(key);
+                self.out.push(',');
+                self.ty(value);
+                self.out.push('>');
+            }
+            Type::Named(id) => {
+                self.out.push_str(&library.type_path(*id));
+                if self.written.insert(*id) {
+                    self.content(*id);
+                }
+            }
         }
+    }
+
+    fn content(&mut self, id: TypeId) {
+        self.out.push('{');
+        match &self.library.ty(id).kind {
+            TypeDeclKind::Enum(values) => {
+                for value in values {
+                    let text = format!("{}={};", value.name.text, value.value);
+                    self.out.push_str(&text);
+                }
+            }
+            TypeDeclKind::Struct(parts) | TypeDeclKind::Exception(parts) => self.members(parts),
+            TypeDeclKind::Alias(_) => {}
+        }
+        self.out.push('}');
     }
 }
 

@@ -4,7 +4,7 @@ use crate::ast::Annotation;
 use crate::model::{Library, Primitive, Range, Type, TypeDeclKind, TypeId};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Names that differ only in case would become one name in some language.
 pub(crate) fn duplicates<'a>(
@@ -12,74 +12,124 @@ pub(crate) fn duplicates<'a>(
     what: &str,
     found: &mut Diagnostics,
 ) {
-    let mut seen: Vec<&Name> = Vec::new();
+    let mut seen: HashMap<String, &Name> = HashMap::new();
     for name in names {
-        if let Some(first) = seen
-            .iter()
-            .find(|s| s.text.eq_ignore_ascii_case(&name.text))
-        {
-            let message = if first.text == name.text {
-                format!("{what} `{}` is declared twice", name.text)
-            } else {
-                format!(
-                    "{what} `{}` differs from `{}` only in case",
-                    name.text, first.text
-                )
-            };
-            found.push(
-                Diagnostic::error("duplicate-name", name.span, message)
-                    .label(first.span, "first declared here"),
-            );
-        } else {
-            seen.push(name);
-        }
-    }
-}
-
-/// A type that contains itself has no size. Returns every type that does.
-pub(crate) fn recursion(
-    library: &Library,
-    types: &[TypeId],
-    found: &mut Diagnostics,
-) -> Vec<TypeId> {
-    let mut recursive = Vec::new();
-    let mut reported: Vec<TypeId> = Vec::new();
-    for id in types {
-        let Some(cycle) = cycle_from(library, *id, &mut Vec::new(), &mut HashSet::new()) else {
+        let Some(first) = seen.get(&name.text.to_ascii_lowercase()) else {
+            seen.insert(name.text.to_ascii_lowercase(), name);
             continue;
         };
-        recursive.push(*id);
-        if !cycle.iter().any(|t| reported.contains(t)) {
-            let names: Vec<&str> = cycle
-                .iter()
-                .chain(cycle.first())
-                .map(|t| library.ty(*t).name.text.as_str())
-                .collect();
-            let message = format!("type `{}` contains itself: {}", names[0], names.join(" → "));
-            found.push(Diagnostic::error(
-                "recursive-type",
-                library.ty(*id).name.span,
-                message,
-            ));
-            reported.extend(cycle);
-        }
+        let message = if first.text == name.text {
+            format!("{what} `{}` is declared twice", name.text)
+        } else {
+            format!(
+                "{what} `{}` differs from `{}` only in case",
+                name.text, first.text
+            )
+        };
+        found.push(
+            Diagnostic::error("duplicate-name", name.span, message)
+                .label(first.span, "first declared here"),
+        );
     }
-    recursive
 }
 
-fn cycle_from(
-    library: &Library,
-    id: TypeId,
-    path: &mut Vec<TypeId>,
-    seen: &mut HashSet<TypeId>,
-) -> Option<Vec<TypeId>> {
-    if path.first() == Some(&id) {
-        return Some(path.clone());
+/// Types inside of types inside of types: more levels than this describe no data of a robot.
+const DEEPEST: u32 = 64;
+
+/// Works out, for the types of one module, how deep they nest and whether their size is known. A type that contains
+/// itself has no size: it is reported, and emptied, so that whoever walks through types comes to an end.
+pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagnostics) {
+    let mut walk = Walk {
+        place: types.iter().map(|id| (*id, Place::New)).collect(),
+        path: Vec::new(),
+        reported: HashSet::new(),
+    };
+    // By hand instead of by calls: a chain of types may be longer than the stack.
+    let mut todo: Vec<Step> = types.iter().rev().map(|id| Step::Enter(*id)).collect();
+    while let Some(step) = todo.pop() {
+        match step {
+            Step::Enter(id) => match walk.place.get(&id) {
+                None | Some(Place::Done) => {}
+                Some(Place::OnPath) => walk.circle(library, id, found),
+                Some(Place::New) => {
+                    walk.place.insert(id, Place::OnPath);
+                    walk.path.push(id);
+                    todo.push(Step::Leave(id));
+                    let inner = named_in(library, id);
+                    todo.extend(inner.into_iter().rev().map(Step::Enter));
+                }
+            },
+            Step::Leave(id) => {
+                walk.path.pop();
+                walk.place.insert(id, Place::Done);
+                let inner = named_in(library, id);
+                let levels = inner.iter().map(|t| library.ty(*t).levels + 1).max();
+                let levels = levels.unwrap_or(0);
+                if levels > DEEPEST {
+                    let decl = library.ty(id);
+                    let message = format!(
+                        "type `{}` nests deeper than {DEEPEST} levels",
+                        decl.name.text
+                    );
+                    found.push(Diagnostic::error(
+                        "nested-too-deep",
+                        decl.name.span,
+                        message,
+                    ));
+                    library.types[id.0].kind = TypeDeclKind::Struct(Vec::new());
+                }
+                let plain = match &library.ty(id).kind {
+                    TypeDeclKind::Enum(_) => true,
+                    TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
+                        members.iter().all(|m| library.is_plain(&m.ty))
+                    }
+                    TypeDeclKind::Alias(ty) => library.is_plain(ty),
+                };
+                let decl = &mut library.types[id.0];
+                (decl.levels, decl.plain) = (levels.min(DEEPEST), plain);
+            }
+        }
     }
-    if !seen.insert(id) {
-        return None;
+    for id in walk.reported {
+        library.types[id.0].kind = TypeDeclKind::Struct(Vec::new());
     }
-    path.push(id);
+}
+
+enum Step {
+    Enter(TypeId),
+    Leave(TypeId),
+}
+
+enum Place {
+    New,
+    OnPath,
+    Done,
+}
+
+struct Walk {
+    place: HashMap<TypeId, Place>,
+    path: Vec<TypeId>,
+    reported: HashSet<TypeId>,
+}
+
+impl Walk {
+    /// The path has come back to `id`.
+    fn circle(&mut self, library: &Library, id: TypeId, found: &mut Diagnostics) {
+        let start = self.path.iter().position(|t| *t == id).unwrap_or(0);
+        let circle = &self.path[start..];
+        if !circle.iter().any(|t| self.reported.contains(t)) {
+            let name = |t: &TypeId| library.ty(*t).name.text.as_str();
+            let names: Vec<&str> = circle.iter().chain(circle.first()).map(name).collect();
+            let message = format!("type `{}` contains itself: {}", names[0], names.join(" → "));
+            let span = library.ty(id).name.span;
+            found.push(Diagnostic::error("recursive-type", span, message));
+        }
+        self.reported.extend(circle);
+    }
+}
+
+/// The named types that stand in a type.
+fn named_in(library: &Library, id: TypeId) -> Vec<TypeId> {
     let parts: Vec<&Type> = match &library.ty(id).kind {
         TypeDeclKind::Enum(_) => Vec::new(),
         TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
@@ -89,11 +139,7 @@ fn cycle_from(
     };
     let mut named = Vec::new();
     parts.into_iter().for_each(|ty| names_in(ty, &mut named));
-    let cycle = named
-        .into_iter()
-        .find_map(|next| cycle_from(library, next, path, seen));
-    path.pop();
-    cycle
+    named
 }
 
 fn names_in(ty: &Type, out: &mut Vec<TypeId>) {

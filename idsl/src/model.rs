@@ -2,6 +2,7 @@
 
 use rc_diagnostics::{SourceId, Span};
 use rc_syntax::{Literal, Name};
+use std::collections::HashMap;
 
 /// Index of a type in [`Library::types`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -39,6 +40,8 @@ pub struct Module {
     pub imports: Vec<ModuleId>,
     /// Its types, in their order.
     pub types: Vec<TypeId>,
+    /// The same, by their names.
+    pub types_by_name: HashMap<String, TypeId>,
     /// Its interfaces, in their order.
     pub interfaces: Vec<InterfaceId>,
     /// Its constants, in their order.
@@ -69,6 +72,10 @@ pub struct TypeDecl {
     pub doc: Vec<String>,
     /// What it is.
     pub kind: TypeDeclKind,
+    /// How many levels of named types are inside of it.
+    pub levels: u32,
+    /// Whether its size is known: see [`Library::is_plain`].
+    pub plain: bool,
 }
 
 /// The kinds of named types.
@@ -352,11 +359,7 @@ impl Library {
             Type::Sequence(element, bound) => bound.is_some() && self.is_plain(element),
             Type::Array(element, _) => self.is_plain(element),
             Type::Dictionary(..) => false,
-            Type::Named(id) => match &self.ty(*id).kind {
-                TypeDeclKind::Enum(_) => true,
-                TypeDeclKind::Struct(members) => members.iter().all(|m| self.is_plain(&m.ty)),
-                TypeDeclKind::Exception(_) | TypeDeclKind::Alias(_) => false,
-            },
+            Type::Named(id) => self.ty(*id).plain,
         }
     }
 

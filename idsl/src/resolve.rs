@@ -24,7 +24,11 @@ pub struct Session<'a> {
     pub library: Library,
     loaded: HashMap<PathBuf, Option<ModuleId>>,
     loading: Vec<(PathBuf, Span)>,
+    suggested: usize,
 }
+
+/// So many unknown names get a suggestion.
+const MOST_SUGGESTIONS: usize = 100;
 
 impl<'a> Session<'a> {
     /// Nothing loaded yet.
@@ -36,6 +40,7 @@ impl<'a> Session<'a> {
             library: Library::default(),
             loaded: HashMap::new(),
             loading: Vec::new(),
+            suggested: 0,
         }
     }
 
@@ -148,12 +153,16 @@ impl<'a> Session<'a> {
             source,
             imports,
             types: Vec::new(),
+            types_by_name: HashMap::new(),
             interfaces: Vec::new(),
             consts: Vec::new(),
         };
         // Names first, so that declarations may stand in any order.
         for decl in tree.decls.iter().filter(|d| is_type(&d.kind)) {
-            module.types.push(TypeId(self.library.types.len()));
+            let ty = TypeId(self.library.types.len());
+            module.types.push(ty);
+            let name = decl.name.text.clone();
+            module.types_by_name.entry(name).or_insert(ty);
             self.library.types.push(TypeDecl {
                 name: decl.name.clone(),
                 module: id,
@@ -162,6 +171,8 @@ impl<'a> Session<'a> {
                     DeclKind::Exception(..) => TypeDeclKind::Exception(Vec::new()),
                     _ => TypeDeclKind::Struct(Vec::new()),
                 },
+                levels: 0,
+                plain: false,
             });
         }
         let types = module.types.clone();
@@ -185,10 +196,7 @@ impl<'a> Session<'a> {
             scope.session.library.types[ty.0].kind = kind;
         }
         scope.bases(&tree.decls, &types);
-        // Whoever walks through types, whatever else is wrong, comes to an end.
-        for id in check::recursion(&self.library, &types, &mut self.found) {
-            self.library.types[id.0].kind = TypeDeclKind::Struct(Vec::new());
-        }
+        check::nesting(&mut self.library, &types, &mut self.found);
         let mut scope = Scope {
             session: self,
             module: id,
@@ -273,6 +281,7 @@ impl Scope<'_, '_> {
         }
         let mut next = 0_i32;
         let mut out: Vec<Enumerator> = Vec::new();
+        let mut taken: HashMap<i32, &Name> = HashMap::new();
         for value in values {
             if let Some(literal) = &value.value {
                 match literal.as_i64().and_then(|v| i32::try_from(v).ok()) {
@@ -284,13 +293,13 @@ impl Scope<'_, '_> {
                     )),
                 }
             }
-            if let Some(same) = out.iter().find(|o| o.value == next) {
+            if let Some(same) = taken.insert(next, &value.name) {
                 let message = format!(
                     "`{}` has the same value as `{}`",
-                    value.name.text, same.name.text
+                    value.name.text, same.text
                 );
                 let diagnostic = Diagnostic::error("enum-value", value.name.span, message);
-                let diagnostic = diagnostic.label(same.name.span, "the first one");
+                let diagnostic = diagnostic.label(same.span, "the first one");
                 self.report(diagnostic);
             }
             out.push(Enumerator {
@@ -599,20 +608,21 @@ impl Scope<'_, '_> {
     fn named(&mut self, scoped: &Scoped) -> Option<TypeId> {
         let library = &self.session.library;
         let wanted = scoped.name.text.as_str();
+        let own = |module: ModuleId| library.module(module).types_by_name.get(wanted).copied();
+        // Nearly always the first place to look is the right one.
+        if scoped.module.is_none()
+            && let Some(found) = own(self.module)
+        {
+            return Some(found);
+        }
         let reachable = library.reachable(self.module);
-        let own = |module: ModuleId| {
-            let types = library.module(module).types.iter();
-            types
-                .copied()
-                .find(move |t| library.ty(*t).name.text == wanted)
-        };
         let modules: Vec<ModuleId> = match &scoped.module {
             Some(name) => reachable
                 .iter()
                 .copied()
                 .filter(|m| library.module(*m).name.text == name.text)
                 .collect(),
-            None => vec![self.module],
+            None => Vec::new(),
         };
         if let Some(found) = modules.iter().find_map(|m| own(*m)) {
             return Some(found);
@@ -633,10 +643,6 @@ impl Scope<'_, '_> {
                 return Some(*one);
             }
             ([], _) => {
-                let mut names: Vec<&str> = Primitive::WORDS.iter().map(|(word, _)| *word).collect();
-                names.push("string");
-                let types = reachable.iter().flat_map(|m| &library.module(*m).types);
-                names.extend(types.map(|t| library.ty(*t).name.text.as_str()));
                 let diagnostic = match &scoped.module {
                     Some(module) if modules.is_empty() => {
                         let known = reachable.iter().map(|m| &library.module(*m).name);
@@ -653,8 +659,17 @@ impl Scope<'_, '_> {
                     }
                     _ => {
                         let message = format!("unknown type `{}`", scoped.text());
-                        Diagnostic::error("unknown-type", span, message)
-                            .help_nearest(rc_diagnostics::nearest(wanted, names))
+                        // A thousand wrong names among ten thousand right ones would take minutes.
+                        let near = if self.session.suggested < MOST_SUGGESTIONS {
+                            self.session.suggested += 1;
+                            let words = Primitive::WORDS.iter().map(|(word, _)| *word);
+                            let types = reachable.iter().flat_map(|m| &library.module(*m).types);
+                            let types = types.map(|t| library.ty(*t).name.text.as_str());
+                            rc_diagnostics::nearest(wanted, words.chain(["string"]).chain(types))
+                        } else {
+                            None
+                        };
+                        Diagnostic::error("unknown-type", span, message).help_nearest(near)
                     }
                 };
                 self.report(diagnostic);

@@ -55,8 +55,6 @@ struct Token<'a> {
     glued: bool,
     /// A unit of time that belongs to the number before.
     unit: bool,
-    /// Was printed with an earlier one.
-    done: bool,
 }
 
 /// Marks of two characters; every other mark has one.
@@ -91,7 +89,6 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
                 newlines,
                 glued,
                 unit: UNITS.contains(&token) && tokens.last().is_some_and(number),
-                done: false,
             });
             (newlines, glued) = (0, true);
             rest = after;
@@ -149,10 +146,7 @@ struct Printer<'a> {
 }
 
 impl<'a> Printer<'a> {
-    fn peek(&mut self) -> Option<Token<'a>> {
-        while self.tokens.get(self.at).is_some_and(|t| t.done) {
-            self.at += 1;
-        }
+    fn peek(&self) -> Option<Token<'a>> {
         self.tokens.get(self.at).copied()
     }
 
@@ -249,9 +243,7 @@ impl<'a> Printer<'a> {
             (self.at..=close).for_each(|at| line.extend(self.tokens.get(at)));
             if inner.is_empty() || line.width() < WIDTH {
                 self.at = close + 1;
-                line.add(";", false, Break::Never);
-                line.print(&mut self.out);
-                self.drop_semicolon();
+                self.end_block(line);
                 return true;
             }
             line.pieces.truncate(pieces);
@@ -263,10 +255,10 @@ impl<'a> Printer<'a> {
         self.at += 1;
         self.entries(depth + 1, if listed { "," } else { ";" });
         self.end_line();
-        self.indent(depth);
-        self.out.push_str("};");
+        let mut end = Line::new(self.style.angles, depth);
+        end.extend(self.tokens.get(self.at));
         self.at += 1;
-        self.drop_semicolon();
+        self.end_block(&mut end);
         true
     }
 
@@ -285,15 +277,18 @@ impl<'a> Printer<'a> {
         inner
     }
 
-    /// Passes over the `;` that follows a block: it has been written, and comments before it follow it now.
-    fn drop_semicolon(&mut self) {
+    /// Prints the last line of a block with its `;`, which may have been left out. Comments before it stay there:
+    /// behind it they would document what follows.
+    fn end_block(&mut self, line: &mut Line) {
         let next = (self.at..self.tokens.len()).find(|i| self.tokens[*i].kind != Kind::Comment);
-        if let Some(token) = next.and_then(|i| self.tokens.get_mut(i))
-            && token.kind == Kind::Mark
-            && token.text == ";"
-        {
-            token.done = true;
+        let semicolon = next.filter(|i| self.tokens[*i].text == ";");
+        if let Some(semicolon) = semicolon {
+            (self.at..=semicolon).for_each(|at| line.extend(self.tokens.get(at)));
+            self.at = semicolon + 1;
+        } else {
+            line.add(";", false, Break::Never);
         }
+        line.print(&mut self.out);
     }
 }
 

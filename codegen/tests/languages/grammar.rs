@@ -4,8 +4,9 @@ use crate::random::Random;
 use pest_meta::ast::{Expr, Rule, RuleType};
 use std::collections::HashMap;
 
-/// Deeper than this, only what ends soon is chosen.
+/// Deeper than this, and after so many words, only what ends soon is chosen.
 const DEEP: usize = 40;
+const LONG: usize = 400;
 
 /// Names that are words of some language, of Rust, or of people with their own style.
 const NAMES: [&str; 24] = [
@@ -101,6 +102,7 @@ impl Grammar {
     }
 
     fn expr(&self, expr: &Expr, random: &mut Random, depth: usize, out: &mut Vec<String>) {
+        let enough = depth > DEEP || out.len() > LONG;
         match expr {
             Expr::Str(text) | Expr::Insens(text) => out.push(text.clone()),
             Expr::Ident(name) => self.rule(name, random, depth, out),
@@ -110,24 +112,24 @@ impl Grammar {
             }
             Expr::Choice(..) => {
                 let all = alternatives(expr);
-                let one = if depth > DEEP {
+                let one = if enough {
                     all[all.len() - 1]
                 } else {
                     random.one_of(&all)
                 };
                 self.expr(one, random, depth, out);
             }
-            Expr::Opt(inner) if depth <= DEEP && random.chance(2) => {
+            Expr::Opt(inner) if !enough && random.chance(2) => {
                 self.expr(inner, random, depth, out);
             }
             Expr::RepOnce(inner) => {
                 self.expr(inner, random, depth, out);
-                while depth <= DEEP && random.chance(2) {
+                while !enough && out.len() <= LONG && random.chance(2) {
                     self.expr(inner, random, depth, out);
                 }
             }
             Expr::Rep(inner) => {
-                let most = if depth > DEEP { 1 } else { 4 };
+                let most = if enough { 1 } else { 4 };
                 for _ in 0..random.below(most) {
                     self.expr(inner, random, depth, out);
                 }
@@ -153,7 +155,9 @@ impl Grammar {
                 out.push(self.text(first, random));
                 out.push(self.text(second, random));
             }
-            Expr::Choice(..) => out.push(self.text(*random.one_of(&alternatives(expr)), random)),
+            Expr::Choice(..) => {
+                out.push(self.text(random.one_of::<&Expr>(&alternatives(expr)), random))
+            }
             Expr::Opt(inner) | Expr::Rep(inner) if random.chance(2) => {
                 out.push(self.text(inner, random));
             }
@@ -182,7 +186,7 @@ pub(crate) fn lay_out(words: &[String], random: &mut Random) -> String {
         let joins = text.ends_with(|c: char| word(c) || "-=<>!:/*.".contains(c))
             && next.starts_with(|c: char| word(c) || "-=<>!:/*.".contains(c));
         if joins || random.chance(2) {
-            text.push_str(*random.one_of(&GAPS));
+            text.push_str(random.one_of::<&str>(&GAPS));
         }
         text.push_str(next);
     }

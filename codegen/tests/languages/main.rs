@@ -21,7 +21,9 @@ fn tree(language: Language, text: &str) -> (String, bool) {
         "ddsl" => debug(rc_ddsl::parse(&sources, source)),
         other => panic!("no tree of a .{other}"),
     };
-    (without_places(&tree), found.has_errors())
+    let mut tree = without_places(&tree);
+    tree.retain(|c| !c.is_whitespace());
+    (tree, found.has_errors())
 }
 
 fn debug<T: std::fmt::Debug>((tree, found): (T, Diagnostics)) -> (String, Diagnostics) {
