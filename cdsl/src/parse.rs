@@ -180,7 +180,7 @@ fn unread_clause(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
     let first = r.first_word(pair);
     let rule = match first.text.to_lowercase().as_str() {
         "communications" => Rule::communications,
-        "language" => Rule::language,
+        "language" => return unknown_language(r, pair),
         "gui" => Rule::gui,
         "options" => Rule::options,
         "statemachine" => Rule::statemachine,
@@ -190,6 +190,20 @@ fn unread_clause(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
         _ => return r.found.push(unknown_clause(&first)),
     };
     r.unread(pair, rule);
+}
+
+/// `language N++;` is no name, and still a language that is not there.
+fn unknown_language(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+    let text = pair.as_str();
+    let rest = &text["language".len()..];
+    let written = rest.trim_end_matches(';').trim();
+    if written.is_empty() || written.contains(char::is_whitespace) {
+        return r.unread(pair, Rule::language);
+    }
+    let start = pair.as_span().end() - rest.trim_start().len();
+    let span = Span::new(r.source, start, start + written.len());
+    r.found
+        .push(crate::resolve::unknown_language(&Name::new(written, span)));
 }
 
 fn unread_comm(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
@@ -215,7 +229,7 @@ fn unread_comm(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
 fn unknown_clause(first: &Name) -> Diagnostic {
     let today = match first.text.to_lowercase().as_str() {
         "robocompmodules" | "robocompclasses" => {
-            Some("`import \"Name.idsl\";` before the component")
+            Some("`dependencies { NAME \"VERSION\"; };`, with crates instead of classes")
         }
         "useqt" => Some("`gui Qt (QWidget);`"),
         "worker" => Some(

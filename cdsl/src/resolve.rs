@@ -5,9 +5,9 @@ use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, Slot};
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_idsl::Session;
-use rc_idsl::model::{InterfaceId, Library, ModuleId};
+use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
 /// Reads one `.cdsl` text and all that it imports. There is a component unless its text could not be read at
@@ -21,14 +21,14 @@ pub fn load(
     let path = sources.path(source).to_path_buf();
     let mut session = Session::new(sources, loader);
     let mut imports: Vec<(ModuleId, Span)> = Vec::new();
+    let mut failed = Vec::new();
     for import in &file.imports {
-        if let Some(module) = session.import(&path, &import.text, import.span)
-            && !imports.iter().any(|(m, _)| *m == module)
-        {
-            imports.push((module, import.span));
+        match session.import(&path, &import.text, import.span) {
+            Some(module) if imports.iter().any(|(m, _)| *m == module) => {}
+            Some(module) => imports.push((module, import.span)),
+            None => failed.push(stem(&import.text).to_owned()),
         }
     }
-    let import_failed = session.found.iter().any(|d| d.code == "import-not-found");
     found.extend(session.found);
     let library = session.library;
     let component = file.component.map(|tree| {
@@ -36,7 +36,8 @@ pub fn load(
             interfaces: interfaces(&library, &imports),
             library,
             imports,
-            import_failed,
+            failed,
+            is_there: &|name| loader.find(&path, name, "idsl").is_ok(),
             found: &mut found,
         };
         resolver.component(&tree)
@@ -45,24 +46,46 @@ pub fn load(
 }
 
 const WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
+const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
 const OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
 
-/// All interfaces that the imports reach, by their names; of two with one name, the first.
-fn interfaces(library: &Library, imports: &[(ModuleId, Span)]) -> HashMap<String, InterfaceId> {
-    let mut interfaces = HashMap::new();
+/// The file's name in an import, without its ending.
+fn stem(import: &str) -> &str {
+    let base = import.rsplit(['/', '\\']).next().unwrap_or(import);
+    base.strip_suffix(".idsl").unwrap_or(base)
+}
+
+/// All interfaces that the imports reach, by their names.
+fn interfaces(
+    library: &Library,
+    imports: &[(ModuleId, Span)],
+) -> HashMap<String, Vec<InterfaceId>> {
+    let mut interfaces: HashMap<String, Vec<InterfaceId>> = HashMap::new();
     let modules = imports.iter().flat_map(|(m, _)| library.reachable(*m));
     for id in modules.flat_map(|m| &library.module(m).interfaces) {
         let name = library.interface(*id).name.text.clone();
-        interfaces.entry(name).or_insert(*id);
+        let named = interfaces.entry(name).or_default();
+        if !named.contains(id) {
+            named.push(*id);
+        }
     }
     interfaces
 }
 
+/// A language that no component is written in.
+pub(crate) fn unknown_language(name: &Name) -> Diagnostic {
+    let message = format!("unknown language `{}`", name.text);
+    Diagnostic::error("unknown-language", name.span, message).suggest(&name.text, KNOWN_LANGUAGES)
+}
+
 struct Resolver<'a> {
-    interfaces: HashMap<String, InterfaceId>,
+    interfaces: HashMap<String, Vec<InterfaceId>>,
     library: Library,
     imports: Vec<(ModuleId, Span)>,
-    import_failed: bool,
+    /// The names of the files that were to be imported and could not be.
+    failed: Vec<String>,
+    /// Whether an import of this name would be found.
+    is_there: &'a dyn Fn(&str) -> bool,
     found: &'a mut Diagnostics,
 }
 
@@ -151,13 +174,11 @@ impl Resolver<'_> {
     }
 
     fn language(&mut self, name: &Name) -> Name {
-        let known = ["rust", "cpp", "cpp11", "python"];
-        if !known.iter().any(|k| k.eq_ignore_ascii_case(&name.text)) {
-            let message = format!("unknown language `{}`", name.text);
-            self.found.push(
-                Diagnostic::error("unknown-language", name.span, message)
-                    .suggest(&name.text, known),
-            );
+        if !KNOWN_LANGUAGES
+            .iter()
+            .any(|k| k.eq_ignore_ascii_case(&name.text))
+        {
+            self.found.push(unknown_language(name));
         }
         Name::new(name.text.to_lowercase(), name.span)
     }
@@ -170,7 +191,11 @@ impl Resolver<'_> {
                     .suggest(&kind.text, ["Qt", "egui"]),
             );
         }
-        if let Some(widget) = widget.filter(|w| !WIDGETS.contains(&w.text.as_str())) {
+        if let Some(widget) = widget.filter(|w| {
+            !WIDGETS
+                .iter()
+                .any(|known| known.eq_ignore_ascii_case(&w.text))
+        }) {
             let message = format!("unknown widget `{}`", widget.text);
             self.found.push(
                 Diagnostic::error("unknown-widget", widget.span, message)
@@ -239,25 +264,51 @@ impl Resolver<'_> {
     }
 
     fn interface(&mut self, name: &Name) -> Option<InterfaceId> {
-        let found = self.interfaces.get(&name.text).copied();
-        if found.is_none() {
-            let message = format!("unknown interface `{}`", name.text);
-            let diagnostic = Diagnostic::error("unknown-interface", name.span, message);
-            let known = self.interfaces.keys().map(String::as_str);
-            let near = rc_diagnostics::nearest(&name.text, known);
-            self.found.push(match near {
-                Some(_) => diagnostic.help_nearest(near),
-                // The import that would bring it has been reported; the interface alone would be noise.
-                None if self.import_failed => {
-                    diagnostic.help("an import of this file was not found")
-                }
-                None => diagnostic.help(format!(
-                    "import the file that declares it: `import \"{}.idsl\";`",
+        let named = self
+            .interfaces
+            .get(&name.text)
+            .map_or(&[][..], Vec::as_slice);
+        match named {
+            // The import that would bring it has been reported; more about it would be noise.
+            [] if self
+                .failed
+                .iter()
+                .any(|f| f.eq_ignore_ascii_case(&name.text)) => {}
+            [] => {
+                let message = format!("unknown interface `{}`", name.text);
+                let diagnostic = Diagnostic::error("unknown-interface", name.span, message);
+                let known = self.interfaces.keys().map(String::as_str);
+                let near = rc_diagnostics::nearest(&name.text, known);
+                let import = format!("`import \"{}.idsl\";`", name.text);
+                let diagnostic = if (self.is_there)(&name.text) {
+                    diagnostic.help(format!("import it: {import}"))
+                } else if near.is_some() {
+                    diagnostic.help_nearest(near)
+                } else {
+                    let help = format!("no imported file declares it, and {import} finds no file");
+                    diagnostic.help(help)
+                };
+                self.found.push(diagnostic);
+            }
+            [_] => {}
+            [first, second, ..] => {
+                let taken = self.library.interface_path(*first);
+                let message = format!(
+                    "interface `{}` is in several modules; `{taken}` is taken, since it is imported first",
                     name.text
-                )),
-            });
+                );
+                let (first, second) = (
+                    self.library.interface(*first),
+                    self.library.interface(*second),
+                );
+                self.found.push(
+                    Diagnostic::warning("ambiguous-interface", name.span, message)
+                        .label(first.name.span, "this one is taken")
+                        .label(second.name.span, "this one is not"),
+                );
+            }
         }
-        found
+        named.first().copied()
     }
 
     /// Every operation of an interface has a pattern that its use allows.
@@ -269,34 +320,43 @@ impl Resolver<'_> {
             self.found
                 .push(diagnostic.label(interface.name.span, "declared here"));
         }
-        for operation in &interface.operations {
-            let wrong = match operation.marked {
-                Some(pattern) if !role.allows(pattern) => {
-                    Some(format!("is marked `{}`", pattern.word()))
-                }
-                None if role.is_topic() && operation.has_result() => {
-                    Some("has a result".to_owned())
-                }
-                _ => None,
-            };
-            if let Some(why) = wrong {
-                let message = format!(
-                    "`{}` cannot be used under `{}`: its operation `{}` {why}",
-                    interface.name.text,
-                    role.word(),
-                    operation.name.text
-                );
-                let help = if role.is_topic() {
-                    "a topic is one way: its operations are void, without `out` and `throws`"
-                } else {
-                    "operations marked `publish` belong under `publishes` and `subscribesTo`"
-                };
-                let diagnostic =
-                    Diagnostic::error("wrong-pattern", item.interface.span, message).help(help);
-                self.found
-                    .push(diagnostic.label(operation.name.span, "declared here"));
+        let wrong = |operation: &Operation| match operation.marked {
+            Some(pattern) if !role.allows(pattern) => {
+                Some(format!("is marked `{}`", pattern.word()))
             }
-        }
+            None if role.is_topic() => match (&operation.result, operation.outputs.first()) {
+                (Some(_), _) => Some("returns a value".to_owned()),
+                (None, Some(out)) => Some(format!("has `out {}`", out.name.text)),
+                _ if !operation.throws.is_empty() => Some("throws".to_owned()),
+                _ => None,
+            },
+            _ => None,
+        };
+        let mut all = interface.operations.iter();
+        let mut wrong = all.by_ref().filter_map(|o| Some((o, wrong(o)?)));
+        let Some((operation, why)) = wrong.next() else {
+            return;
+        };
+        let others = match wrong.count() {
+            0 => String::new(),
+            1 => ", and another one does not fit, either".to_owned(),
+            more => format!(", and {more} others do not fit, either"),
+        };
+        let message = format!(
+            "`{}` cannot be used under `{}`: its operation `{}` {why}{others}",
+            interface.name.text,
+            role.word(),
+            operation.name.text
+        );
+        let help = if role.is_topic() {
+            "a topic is one way: its operations are void, without `out` and `throws`"
+        } else {
+            "operations marked `publish` belong under `publishes` and `subscribesTo`"
+        };
+        let diagnostic =
+            Diagnostic::error("wrong-pattern", item.interface.span, message).help(help);
+        self.found
+            .push(diagnostic.label(operation.name.span, "declared here"));
     }
 
     fn backend(&mut self, name: &Name) -> Option<Backend> {
@@ -388,14 +448,18 @@ impl Resolver<'_> {
         qos
     }
 
+    /// An import is used where a slot's interface is in its file, or in a file that one of them imports.
     fn unused_imports(&mut self, slots: &[Slot]) {
-        let used: Vec<ModuleId> = slots
+        let modules = slots
             .iter()
-            .map(|s| self.library.interface(s.interface).module)
-            .collect();
+            .map(|s| self.library.interface(s.interface).module);
+        let used: HashSet<ModuleId> = modules.collect();
+        let behind = used.iter().flat_map(|m| self.library.reachable(*m));
+        let behind: HashSet<ModuleId> = behind.collect();
         for (module, span) in &self.imports {
             let reached = self.library.reachable(*module);
-            if !reached.iter().any(|m| used.contains(m))
+            if !behind.contains(module)
+                && !reached.iter().any(|m| used.contains(m))
                 && !self.library.module(*module).interfaces.is_empty()
             {
                 let message = format!(

@@ -172,8 +172,7 @@ fn imports_are_found_and_used() {
         &expect![[r#"
             c.cdsl:1:8: error[import-not-found]: `Lasre.idsl` was not found; looked in memory (did you mean `Laser.idsl`?)
             c.cdsl:2:8: error[import-not-found]: `Camera.idsl` was not found; looked in memory (name its folder with `-I DIR`, or put the file beside this one)
-            c.cdsl:3:41: error[unknown-interface]: unknown interface `Laser` (an import of this file was not found)
-            c.cdsl:3:48: error[unknown-interface]: unknown interface `Camera` (an import of this file was not found)
+            c.cdsl:3:41: error[unknown-interface]: unknown interface `Laser` (import it: `import "Laser.idsl";`)
         "#]],
     );
     check_file(
@@ -191,7 +190,7 @@ fn imports_are_found_and_used() {
     check_file(
         "Component C { Communications { requires Laser; }; language rust; };",
         &expect![[r#"
-            c.cdsl:1:41: error[unknown-interface]: unknown interface `Laser` (import the file that declares it: `import "Laser.idsl";`)
+            c.cdsl:1:41: error[unknown-interface]: unknown interface `Laser` (import it: `import "Laser.idsl";`)
         "#]],
     );
 }
@@ -204,14 +203,14 @@ fn interfaces_are_known_and_used_as_they_can_be() {
         &expect![[r#"
             c.cdsl:3:10: error[unknown-interface]: unknown interface `laser` (did you mean `Laser`?)
             c.cdsl:3:17: error[unknown-interface]: unknown interface `Lasr` (did you mean `Laser`?)
-            c.cdsl:3:23: error[unknown-interface]: unknown interface `Camera` (import the file that declares it: `import "Camera.idsl";`)
+            c.cdsl:3:23: error[unknown-interface]: unknown interface `Camera` (no imported file declares it, and `import "Camera.idsl";` finds no file)
         "#]],
     );
     check(
         "publishes Laser;\nimplements LaserPub;\nrequires Mixed; subscribesTo Mixed;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:11: error[wrong-pattern]: `Laser` cannot be used under `publishes`: its operation `get` has a result; declared here at Laser.idsl:1:69 (a topic is one way: its operations are void, without `out` and `throws`)
+            c.cdsl:3:11: error[wrong-pattern]: `Laser` cannot be used under `publishes`: its operation `get` returns a value; declared here at Laser.idsl:1:69 (a topic is one way: its operations are void, without `out` and `throws`)
             c.cdsl:5:10: error[wrong-pattern]: `Mixed` cannot be used under `requires`: its operation `one` is marked `publish`; declared here at Pub.idsl:3:33 (operations marked `publish` belong under `publishes` and `subscribesTo`)
             c.cdsl:5:30: error[wrong-pattern]: `Mixed` cannot be used under `subscribesTo`: its operation `two` is marked `command`; declared here at Pub.idsl:3:53 (a topic is one way: its operations are void, without `out` and `throws`)
         "#]],
@@ -267,9 +266,7 @@ fn clauses_that_cannot_be_read() {
             c.cdsl:6:10: error[syntax-error]: expected a name, found `=`
             c.cdsl:7:1: error[unknown-clause]: `langauge` does not begin a clause of a component (did you mean `language`?)
             c.cdsl:8:4: error[syntax-error]: expected a name, found `;`
-            c.cdsl:9:1: warning[not-generated-yet]: `options` is read and checked, but nothing is generated for it yet
-            c.cdsl:9:12: error[missing-semicolon]: `;` expected here
-            c.cdsl:9:13: error[unknown-clause]: `agmagent` does not begin a clause of a component (allowed here: `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`)
+            c.cdsl:9:13: error[syntax-error]: expected `,` or `;`, found `agmagent`
             c.cdsl:10:12: error[syntax-error]: expected a text in quotes, found `c`
             c.cdsl:11:8: error[syntax-error]: expected a time such as `50ms`, found `fast`
             c.cdsl:12:21: error[syntax-error]: expected a text in quotes, found `=`
@@ -330,8 +327,8 @@ fn clauses_of_old() {
         "language rust;\nuseQt;\nRoboCompModules RoboCompLaser;\nRoboCompClasses x;\nworker isThread;",
         &expect![[r#"
             c.cdsl:6:1: error[old-clause]: `useQt` is a clause of old; today it is `gui Qt (QWidget);`
-            c.cdsl:7:1: error[old-clause]: `RoboCompModules` is a clause of old; today it is `import "Name.idsl";` before the component
-            c.cdsl:8:1: error[old-clause]: `RoboCompClasses` is a clause of old; today it is `import "Name.idsl";` before the component
+            c.cdsl:7:1: error[old-clause]: `RoboCompModules` is a clause of old; today it is `dependencies { NAME "VERSION"; };`, with crates instead of classes
+            c.cdsl:8:1: error[old-clause]: `RoboCompClasses` is a clause of old; today it is `dependencies { NAME "VERSION"; };`, with crates instead of classes
             c.cdsl:9:1: error[old-clause]: `worker` is a clause of old; today it is nothing: the worker's loop needs no clause; `period 50ms;` sets how often it runs
         "#]],
     );

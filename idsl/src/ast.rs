@@ -92,7 +92,7 @@ pub struct Operation {
     pub idempotent: bool,
     /// `command`, `query` or `publish` before it.
     pub pattern: Option<Name>,
-    /// Its return type; none where it was left out or is `void`.
+    /// Its return type, `void` included; none where it was left out.
     pub result: Option<Type>,
     /// Its parameters.
     pub params: Vec<Param>,

@@ -149,8 +149,12 @@ fn unknown_decl(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) -> Option<Decl> {
     let start = pair.as_span().start();
     let span = Span::new(r.source, start, start + word.len());
     let message = format!("`{word}` does not begin a declaration");
-    r.found
-        .push(Diagnostic::error("unknown-declaration", span, message).suggest(word, WORDS));
+    let diagnostic = Diagnostic::error("unknown-declaration", span, message);
+    r.found.push(match word {
+        "vector" | "list" | "array" => diagnostic.help("write `sequence<TYPE> NAME;`"),
+        "map" => diagnostic.help("write `dictionary<KEY, VALUE> NAME;`"),
+        _ => diagnostic.suggest(word, WORDS),
+    });
     None
 }
 
@@ -215,7 +219,6 @@ fn operation(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Operation> {
             _ => {}
         }
     }
-    let result = result.filter(|ty| !is_void(ty));
     Some(Operation {
         name: name?,
         doc,
@@ -316,10 +319,6 @@ fn annotation(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Annotation {
         }
     }
     annotation
-}
-
-fn is_void(ty: &Type) -> bool {
-    matches!(&ty.kind, TypeKind::Named(Scoped { module: None, name }) if name.text == "void")
 }
 
 impl Language for Rule {

@@ -25,6 +25,7 @@ pub struct Session<'a> {
     loaded: HashMap<PathBuf, Option<ModuleId>>,
     loading: Vec<(PathBuf, Span)>,
     suggested: usize,
+    import_failed: bool,
 }
 
 /// So many unknown names get a suggestion.
@@ -41,6 +42,7 @@ impl<'a> Session<'a> {
             loaded: HashMap::new(),
             loading: Vec::new(),
             suggested: 0,
+            import_failed: false,
         }
     }
 
@@ -49,6 +51,7 @@ impl<'a> Session<'a> {
         let file = match self.loader.find(from, wanted, "idsl") {
             Ok(file) => file,
             Err(missing) => {
+                self.import_failed = true;
                 let base = wanted.rsplit('/').next().unwrap_or(wanted);
                 let message = match &missing.refused {
                     Some(why) => format!("`{wanted}` cannot be read: {why}"),
@@ -215,6 +218,20 @@ fn is_type(kind: &DeclKind) -> bool {
         kind,
         DeclKind::Enum(_) | DeclKind::Struct(_) | DeclKind::Exception(..) | DeclKind::Alias(_)
     )
+}
+
+fn is_void(ty: &ast::Type) -> bool {
+    matches!(&ty.kind, TypeKind::Named(Scoped { module: None, name }) if name.text == "void")
+}
+
+fn type_called(name: &Name) -> ast::Type {
+    ast::Type {
+        kind: TypeKind::Named(Scoped {
+            module: None,
+            name: name.clone(),
+        }),
+        span: name.span,
+    }
 }
 
 fn file_name(path: &Path) -> String {
@@ -500,8 +517,17 @@ impl Scope<'_, '_> {
             .iter()
             .filter_map(|t| self.exception(t))
             .collect();
-        let result = tree.result.as_ref().and_then(|t| self.ty(t));
-        let marked = tree.pattern.as_ref().map(|p| match p.text.as_str() {
+        let mut pattern = tree.pattern.as_ref();
+        let mut result = tree.result.as_ref().filter(|ty| !is_void(ty));
+        // `query get();` where somebody has called a type `query`.
+        let named = pattern.filter(|p| tree.result.is_none() && self.own(&p.text).is_some());
+        let of_pattern = named.map(type_called);
+        if of_pattern.is_some() {
+            (pattern, result) = (None, of_pattern.as_ref());
+        }
+        let written = result.is_some();
+        let result = result.and_then(|t| self.ty(t));
+        let marked = pattern.map(|p| match p.text.as_str() {
             "command" => Pattern::Command,
             "query" => Pattern::Query,
             _ => Pattern::Publish,
@@ -516,11 +542,9 @@ impl Scope<'_, '_> {
             outputs,
             throws,
         };
-        if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) = (
-            marked,
-            &tree.pattern,
-            operation.has_result() || tree.result.is_some(),
-        ) {
+        if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) =
+            (marked, pattern, operation.has_result() || written)
+        {
             let message = format!(
                 "`{}` is a {} and cannot have a result",
                 tree.name.text, word.text
@@ -553,7 +577,7 @@ impl Scope<'_, '_> {
                 {
                     return Some(Type::Primitive(primitive));
                 }
-                if scoped.module.is_none() && scoped.name.text == "void" {
+                if is_void(tree) {
                     let message = "`void` is only possible as the result of an operation";
                     self.report(Diagnostic::error("void-value", tree.span, message));
                     return None;
@@ -605,13 +629,19 @@ impl Scope<'_, '_> {
         }
     }
 
+    /// The type of this name in this module.
+    fn own(&self, name: &str) -> Option<TypeId> {
+        let module = self.session.library.module(self.module);
+        module.types_by_name.get(name).copied()
+    }
+
     fn named(&mut self, scoped: &Scoped) -> Option<TypeId> {
         let library = &self.session.library;
         let wanted = scoped.name.text.as_str();
         let own = |module: ModuleId| library.module(module).types_by_name.get(wanted).copied();
         // Nearly always the first place to look is the right one.
         if scoped.module.is_none()
-            && let Some(found) = own(self.module)
+            && let Some(found) = self.own(wanted)
         {
             return Some(found);
         }
@@ -642,8 +672,8 @@ impl Scope<'_, '_> {
                 );
                 return Some(*one);
             }
-            ([], _) => {
-                let diagnostic = match &scoped.module {
+            (all, module) if all.is_empty() || module.is_some() && modules.is_empty() => {
+                let diagnostic = match module {
                     Some(module) if modules.is_empty() => {
                         let known = reachable.iter().map(|m| &library.module(*m).name);
                         let near = rc_diagnostics::nearest(
@@ -654,6 +684,12 @@ impl Scope<'_, '_> {
                         let diagnostic = Diagnostic::error("unknown-module", module.span, message);
                         match near {
                             Some(_) => diagnostic.help_nearest(near),
+                            None if self.session.import_failed => {
+                                diagnostic.help("an import of this file was not found")
+                            }
+                            None if !paths.is_empty() => {
+                                diagnostic.help(format!("import its file, or write {}", paths[0]))
+                            }
                             None => diagnostic.help("import the file that declares it"),
                         }
                     }

@@ -49,7 +49,14 @@ pub(crate) fn explain<R: Language>(
         [rest @ .., last] => format!("expected {} or {last}, found {what}", rest.join(", ")),
     };
     let span = Span::new(source, at, at + length);
-    Some(Diagnostic::error("syntax-error", span, message))
+    let diagnostic = Diagnostic::error("syntax-error", span, message);
+    Some(if found.starts_with('#') {
+        diagnostic.help("an include guard of old is not needed: delete its lines")
+    } else if piece.trim_start().starts_with("unsigned ") {
+        diagnostic.help("there is no `unsigned`: write `uint16`, `uint32` or `uint64`")
+    } else {
+        diagnostic
+    })
 }
 
 /// An error where brackets nest deeper than any description of a robot does.

@@ -157,6 +157,15 @@ impl<'a> Printer<'a> {
             if token.text == "}" && token.kind == Kind::Mark {
                 return;
             }
+            // One `;` too many goes, unless it keeps a comment from documenting what follows.
+            let behind_comment = |at: usize| self.tokens[at - 1].kind == Kind::Comment;
+            if token.kind == Kind::Mark
+                && token.text == ";"
+                && !(self.at > 0 && behind_comment(self.at))
+            {
+                self.at += 1;
+                continue;
+            }
             let comment = token.kind == Kind::Comment;
             if comment && token.newlines == 0 && !self.out.is_empty() {
                 self.out.push(' ');

@@ -89,7 +89,12 @@ impl<'a> Reader<'a> {
     /// The text after the end of what a file holds.
     pub fn trailing<R: Language>(&mut self, pair: &Pair<'_, R>) {
         let holds = R::HOLDS;
-        let message = format!("there is text after the end; a file holds one {holds}");
+        let message = if pair.as_str().starts_with('#') {
+            "`#` begins nothing here: an include guard of old is not needed, delete its lines"
+                .into()
+        } else {
+            format!("there is text after the end; a file holds one {holds}")
+        };
         let first = pair.as_str().lines().next().unwrap_or_default();
         let start = pair.as_span().start();
         let span = Span::new(self.source, start, start + first.trim_end().len());

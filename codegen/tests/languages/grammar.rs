@@ -156,7 +156,7 @@ impl Grammar {
                 out.push(self.text(second, random));
             }
             Expr::Choice(..) => {
-                out.push(self.text(random.one_of::<&Expr>(&alternatives(expr)), random))
+                out.push(self.text(random.one_of::<&Expr>(&alternatives(expr)), random));
             }
             Expr::Opt(inner) | Expr::Rep(inner) if random.chance(2) => {
                 out.push(self.text(inner, random));

@@ -183,6 +183,10 @@ fn no_text_does_harm() {
             let other = random.one_of(&grammars).words(&mut random);
             let bytes = spoil(grammar.words(&mut random), &other, &mut random);
             let text = String::from_utf8_lossy(&bytes);
+            if seconds.is_some() {
+                // A stack that overflows tells nothing; the last line does.
+                println!("RC_FUZZ_SEED={seed} .{}", language.ending);
+            }
             let done = std::panic::catch_unwind(|| use_it(language, &text));
             assert!(
                 done.is_ok(),
