@@ -220,10 +220,14 @@ pub(crate) fn value_fits(
                 );
                 return false;
             }
-            "nothing: a structure has no default of its own".to_owned()
+            let message = "a structure has no default of its own: its members have theirs";
+            found.push(Diagnostic::error("bad-default", value.span, message));
+            return false;
         }
         Type::Sequence(..) | Type::Array(..) | Type::Dictionary(..) => {
-            "nothing: only single values have one".to_owned()
+            let message = "only single values have a default; a sequence, an array and a dictionary begin empty or zero";
+            found.push(Diagnostic::error("bad-default", value.span, message));
+            return false;
         }
     };
     let message = format!(

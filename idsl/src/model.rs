@@ -353,7 +353,7 @@ impl Library {
     /// Whether the size of a value is known from its type alone: only fixed-size numbers, enums, structs,
     /// arrays and bounded sequences and strings.
     pub fn is_plain(&self, ty: &Type) -> bool {
-        match self.resolved(ty) {
+        match ty {
             Type::Primitive(_) => true,
             Type::Text(bound) => bound.is_some(),
             Type::Sequence(element, bound) => bound.is_some() && self.is_plain(element),

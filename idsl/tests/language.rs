@@ -295,7 +295,7 @@ fn types_are_known() {
          interface I { void f() throws Base::Broken; void g() throws Broken; void h() throws Other::Broken; };\n};",
         &expect![[r#"
             m.idsl:4:27: error[unknown-type]: unknown type `Base::Sate` (did you mean `State`?)
-            m.idsl:4:41: error[type-moved]: `State` is not in module `Bsae`; it is `Base::State`, `Other::State` (write `Base::State`)
+            m.idsl:4:41: error[unknown-module]: module `Bsae` is not imported here (did you mean `Base`?)
             m.idsl:4:56: error[ambiguous-type]: `State` is in several modules: `Base::State`, `Other::State` (write `Base::State`)
             m.idsl:4:65: error[type-moved]: `Broken` is not in module `Other`; it is `Base::Broken` (write `Base::Broken`)
             m.idsl:5:61: warning[unscoped-name]: `Broken` is not in this module; `Base::Broken` is taken (write `Base::Broken`)
@@ -363,7 +363,7 @@ fn values_fit() {
             m.idsl:4:65: error[bad-default]: the text "abc" cannot be the value here; allowed is a text in quotes of at most 2 bytes
             m.idsl:4:78: error[bad-default]: `Z` is not a value of enum `E` (allowed here: `A`, `B`, `C`, `D`)
             m.idsl:4:87: error[bad-default]: the number 3 is not a value of enum `E` (allowed here: `A`, `B`, `C`, `D`)
-            m.idsl:4:121: error[bad-default]: the number 3 cannot be the value here; allowed is nothing: only single values have one
+            m.idsl:4:121: error[bad-default]: only single values have a default; a sequence, an array and a dictionary begin empty or zero
             m.idsl:4:133: error[bad-default]: the number 9223372036854776000 cannot be the value here; allowed is a whole number from -9223372036854775808 to 9223372036854775807
             m.idsl:5:7: error[const-type]: a constant is a number, a bool or a string
             m.idsl:6:15: error[bad-default]: the number 1.5 cannot be the value here; allowed is a whole number from -2147483648 to 2147483647
@@ -411,7 +411,7 @@ fn declarations_stand_in_any_order() {
     check(
         "struct A { E e = Two; L l; L m = 3; Oops o; };\ndictionary<E, int> D;\nenum E { One, Two };\nsequence<int> L;\nexception Oops { };",
         &expect![[r#"
-            m.idsl:2:34: error[bad-default]: the number 3 cannot be the value here; allowed is nothing: only single values have one
+            m.idsl:2:34: error[bad-default]: only single values have a default; a sequence, an array and a dictionary begin empty or zero
             m.idsl:2:37: error[exception-as-type]: exception `Oops` is only possible after `throws`
         "#]],
     );
