@@ -1,6 +1,7 @@
 //! One finding, and a list of them.
 
 use crate::Span;
+use std::collections::HashMap;
 
 /// How bad a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -123,7 +124,11 @@ impl Diagnostic {
 
 /// The findings of one run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Diagnostics(Vec<Diagnostic>);
+pub struct Diagnostics {
+    all: Vec<Diagnostic>,
+    /// Which of them are at a place, so that a text with very many mistakes is told in bounded time.
+    at: HashMap<Span, Vec<usize>>,
+}
 
 impl Diagnostics {
     /// No findings yet.
@@ -133,8 +138,10 @@ impl Diagnostics {
 
     /// Adds a finding, unless the very same is there already (two components importing one broken file).
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        if !self.0.contains(&diagnostic) {
-            self.0.push(diagnostic);
+        let here = self.at.entry(diagnostic.span).or_default();
+        if here.iter().all(|at| self.all[*at] != diagnostic) {
+            here.push(self.all.len());
+            self.all.push(diagnostic);
         }
     }
 
@@ -145,24 +152,24 @@ impl Diagnostics {
 
     /// Whether any of them is an error.
     pub fn has_errors(&self) -> bool {
-        self.0.iter().any(|d| d.severity == Severity::Error)
+        self.all.iter().any(|d| d.severity == Severity::Error)
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.all.is_empty()
     }
 
     /// All, in the order of their places.
     pub fn sorted(&self) -> Vec<&Diagnostic> {
-        let mut all: Vec<&Diagnostic> = self.0.iter().collect();
+        let mut all: Vec<&Diagnostic> = self.all.iter().collect();
         all.sort_by_key(|d| (d.span, d.severity));
         all
     }
 
     /// All, in the order in which they were found.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.0.iter()
+        self.all.iter()
     }
 }
 
@@ -171,6 +178,6 @@ impl IntoIterator for Diagnostics {
     type IntoIter = std::vec::IntoIter<Diagnostic>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.0.into_iter()
+        self.all.into_iter()
     }
 }
