@@ -1,11 +1,52 @@
-//! Checks one file of any of the languages, or a configuration.
+//! Checks files of any of the languages, and configurations.
 
 use crate::project::Project;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The endings of the files that are checked. Components come first, since they read what they are made of.
+const ENDINGS: [&str; 7] = ["cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "toml"];
+
+/// `path` itself, or what there is to check in a folder and the folders in it. Hidden folders, cargo's `target`
+/// and links to folders are left out, and so is a `.toml` that lies in no `etc/`.
+pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let mut files: Vec<(usize, PathBuf)> = Vec::new();
+    let mut folders = vec![path.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        let in_etc = folder.file_name().is_some_and(|name| name == "etc");
+        for entry in std::fs::read_dir(&folder)? {
+            let entry = entry?;
+            let (name, path) = (entry.file_name(), entry.path());
+            if entry.file_type()?.is_dir() {
+                if name != "target" && !name.as_encoded_bytes().starts_with(b".") {
+                    folders.push(path);
+                }
+                continue;
+            }
+            let ending = path.extension().and_then(|e| e.to_str());
+            let rank = ENDINGS.iter().position(|e| Some(*e) == ending);
+            let rank = rank.filter(|_| ending != Some("toml") || in_etc);
+            files.extend(rank.map(|rank| (rank, path)));
+        }
+    }
+    files.sort();
+    Ok(files.into_iter().map(|(_, path)| path).collect())
+}
+
+/// Whether `path` was read, and so checked, with the component that it belongs to.
+fn was_read(path: &Path, sources: &SourceMap) -> bool {
+    let same = |other: &Path| {
+        other.file_name() == path.file_name()
+            && matches!((other.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    };
+    sources.ids().any(|id| same(sources.path(id)))
+}
 
 /// Adds all that is wrong with `path` to `found`. An error is a file that the system does not give.
 pub fn file(
@@ -16,6 +57,7 @@ pub fn file(
 ) -> io::Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("cdsl") => found.extend(Project::load(path, sources, loader)?.1),
+        Some("idsl" | "pdsl" | "smdsl" | "scxml") if was_read(path, sources) => {}
         Some("idsl") => {
             let source = sources.add(path, std::fs::read_to_string(path)?);
             let mut session = Session::new(sources, loader);
@@ -26,6 +68,10 @@ pub fn file(
             let source = sources.add(path, std::fs::read_to_string(path)?);
             found.extend(rc_pdsl::load(sources, source).1);
         }
+        Some("smdsl" | "scxml") => {
+            let source = sources.add(path, std::fs::read_to_string(path)?);
+            found.extend(rc_smdsl::load(sources, source).1);
+        }
         Some("ddsl") => {
             let source = sources.add(path, std::fs::read_to_string(path)?);
             found.extend(rc_ddsl::parse(sources, source).1);
@@ -33,7 +79,7 @@ pub fn file(
         Some("toml") => configuration(path, sources, loader, found)?,
         _ => {
             let source = sources.add(path, "");
-            let message = "this is none of .idsl, .cdsl, .pdsl, .ddsl and .toml";
+            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),
@@ -76,8 +122,11 @@ fn configuration(
         ));
         return Ok(());
     };
+    let known = was_read(&cdsl, sources);
     let (project, more) = Project::load(&cdsl, sources, loader)?;
-    found.extend(more);
+    if !known {
+        found.extend(more);
+    }
     let parameters = project.and_then(|p| p.parameters);
     found.extend(rc_pdsl::config::check(sources, source, parameters.as_ref()).1);
     Ok(())

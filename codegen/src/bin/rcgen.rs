@@ -48,7 +48,8 @@ enum Command {
     },
     /// Checks description files and configurations; says everything that is wrong at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .ddsl files, and .toml files that lie in a component's etc/.
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl files, .toml files that lie in a component's etc/, and
+        /// folders with any of them.
         #[arg(required = true)]
         files: Vec<PathBuf>,
         #[command(flatten)]
@@ -184,9 +185,24 @@ fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
     let mut found = Diagnostics::new();
     let loader = FileLoader::new(&common.include);
     let mut refused = None;
-    for file in files {
-        if let Err(error) = rc_codegen::check::file(file, &mut sources, &loader, &mut found) {
-            unreadable(file, &error, &mut sources, &mut found, &mut refused);
+    for path in files {
+        let all = match rc_codegen::check::files(path) {
+            Ok(all) => all,
+            Err(error) => {
+                unreadable(path, &error, &mut sources, &mut found, &mut refused);
+                continue;
+            }
+        };
+        if all.is_empty() {
+            let source = sources.add(path, "");
+            let message = "there is nothing to check in this folder";
+            let span = Span::new(source, 0, 0);
+            found.push(Diagnostic::error("nothing-to-check", span, message));
+        }
+        for file in all {
+            if let Err(error) = rc_codegen::check::file(&file, &mut sources, &loader, &mut found) {
+                unreadable(&file, &error, &mut sources, &mut found, &mut refused);
+            }
         }
     }
     let told = report(&sources, &found, common.format);
