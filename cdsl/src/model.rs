@@ -19,12 +19,23 @@ pub struct Component {
     pub slots: Vec<Slot>,
     /// Its `.pdsl` file, as written.
     pub parameters: Option<Name>,
+    /// Its states.
+    pub state_machine: Option<StateMachine>,
     /// Crates and libraries of its user's code, with their versions.
     pub dependencies: Vec<(Name, Name)>,
     /// How often `compute()` runs where the configuration does not say.
     pub period: Duration,
     /// Interfaces and types that its imports reach.
     pub library: Library,
+}
+
+/// `statemachine "file.smdsl" visual;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateMachine {
+    /// Its `.smdsl` or `.scxml` file, as written.
+    pub file: Name,
+    /// Whether `visual` stands behind it.
+    pub visual: bool,
 }
 
 /// The period of a component that does not say.

@@ -1,7 +1,7 @@
 //! From the tree to the model: interfaces are loaded, slots get their names.
 
 use crate::ast::{self, Clause, Item};
-use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, Slot};
+use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, Slot, StateMachine};
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_idsl::Session;
@@ -92,6 +92,7 @@ struct Resolver<'a> {
 impl Resolver<'_> {
     fn component(&mut self, tree: &ast::Component) -> Component {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
+        let mut state_machine = None;
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
@@ -104,7 +105,13 @@ impl Resolver<'_> {
                 Clause::Language(name) => language = Some(self.language(name)),
                 Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
                 Clause::Options(names) => self.options(word, names),
-                Clause::StateMachine(..) => self.later(word, "`statemachine`"),
+                Clause::StateMachine(file, visual) => {
+                    self.later(word, "`statemachine`");
+                    state_machine = Some(StateMachine {
+                        file: file.clone(),
+                        visual: *visual,
+                    });
+                }
                 Clause::Parameters(file) => parameters = Some(file.clone()),
                 Clause::Dependencies(all) => dependencies.clone_from(all),
                 Clause::Period(literal) => {
@@ -151,6 +158,7 @@ impl Resolver<'_> {
             language: language.unwrap_or_else(|| Name::new("rust", tree.name.span)),
             slots,
             parameters,
+            state_machine,
             dependencies,
             period,
             library: std::mem::take(&mut self.library),

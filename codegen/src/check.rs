@@ -1,11 +1,52 @@
-//! Checks one file of any of the languages, or a configuration.
+//! Checks files of any of the languages, and configurations.
 
+use crate::languages;
 use crate::project::Project;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The endings of the files that are checked. Components come first, since they read what they are made of.
+const ENDINGS: [&str; 7] = ["cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "toml"];
+
+/// What a command line names: files as they are, and of folders what there is to check in them, components first.
+pub fn files(
+    paths: &[PathBuf],
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> io::Result<Vec<PathBuf>> {
+    let rank = |path: &Path| {
+        let ending = path.extension().and_then(|e| e.to_str())?;
+        // Other .toml files are other programs'.
+        let in_etc = || path.parent().and_then(Path::file_name) == Some("etc".as_ref());
+        let rank = ENDINGS.iter().position(|e| *e == ending);
+        rank.filter(|_| ending != "toml" || in_etc())
+    };
+    let mut all = Vec::new();
+    for path in paths {
+        let files = languages::files(std::slice::from_ref(path), &|p| rank(p).is_some())?;
+        if files.is_empty() {
+            let source = sources.add(path, "");
+            let message = "there is nothing to check in this folder";
+            let span = Span::new(source, 0, 0);
+            found.push(Diagnostic::error("nothing-to-check", span, message));
+        }
+        all.extend(files);
+    }
+    all.sort_by_key(|path| rank(path));
+    Ok(all)
+}
+
+/// Whether `path` was read, and so checked, with the component that it belongs to.
+fn was_read(path: &Path, sources: &SourceMap) -> bool {
+    let same = |other: &Path| {
+        other.file_name() == path.file_name()
+            && matches!((other.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    };
+    sources.ids().any(|id| same(sources.path(id)))
+}
 
 /// Adds all that is wrong with `path` to `found`. An error is a file that the system does not give.
 pub fn file(
@@ -16,6 +57,7 @@ pub fn file(
 ) -> io::Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("cdsl") => found.extend(Project::load(path, sources, loader)?.1),
+        Some("idsl" | "pdsl" | "smdsl" | "scxml") if was_read(path, sources) => {}
         Some("idsl") => {
             let source = sources.add(path, std::fs::read_to_string(path)?);
             let mut session = Session::new(sources, loader);
@@ -26,6 +68,10 @@ pub fn file(
             let source = sources.add(path, std::fs::read_to_string(path)?);
             found.extend(rc_pdsl::load(sources, source).1);
         }
+        Some("smdsl" | "scxml") => {
+            let source = sources.add(path, std::fs::read_to_string(path)?);
+            found.extend(rc_smdsl::load(sources, source).1);
+        }
         Some("ddsl") => {
             let source = sources.add(path, std::fs::read_to_string(path)?);
             found.extend(rc_ddsl::parse(sources, source).1);
@@ -33,7 +79,7 @@ pub fn file(
         Some("toml") => configuration(path, sources, loader, found)?,
         _ => {
             let source = sources.add(path, "");
-            let message = "this is none of .idsl, .cdsl, .pdsl, .ddsl and .toml";
+            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),
@@ -76,8 +122,11 @@ fn configuration(
         ));
         return Ok(());
     };
+    let known = was_read(&cdsl, sources);
     let (project, more) = Project::load(&cdsl, sources, loader)?;
-    found.extend(more);
+    if !known {
+        found.extend(more);
+    }
     let parameters = project.and_then(|p| p.parameters);
     found.extend(rc_pdsl::config::check(sources, source, parameters.as_ref()).1);
     Ok(())

@@ -17,7 +17,7 @@ pub struct Language {
 }
 
 /// All of them.
-pub const LANGUAGES: [Language; 4] = [
+pub const LANGUAGES: [Language; 5] = [
     Language {
         ending: "idsl",
         style: rc_idsl::STYLE,
@@ -32,6 +32,11 @@ pub const LANGUAGES: [Language; 4] = [
         ending: "pdsl",
         style: rc_pdsl::STYLE,
         parse: |sources, source| rc_pdsl::parse(sources, source).1,
+    },
+    Language {
+        ending: "smdsl",
+        style: rc_smdsl::STYLE,
+        parse: |sources, source| rc_smdsl::parse(sources, source).1,
     },
     Language {
         ending: "ddsl",
@@ -57,13 +62,13 @@ impl Language {
     }
 }
 
-/// The files that a command line names: files as they are, folders as the description files in them, but not what
-/// is generated, built or hidden.
-pub fn files(paths: &[PathBuf]) -> io::Result<Vec<PathBuf>> {
+/// The files that a command line names: files as they are, folders as the files in them that are wanted, but not
+/// what is generated, built or hidden.
+pub fn files(paths: &[PathBuf], wanted: &dyn Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in paths {
         if path.is_dir() {
-            walk(path, &mut files)?;
+            walk(path, wanted, &mut files)?;
         } else {
             files.push(path.clone());
         }
@@ -71,7 +76,7 @@ pub fn files(paths: &[PathBuf]) -> io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-fn walk(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) -> io::Result<()> {
     let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(named)?;
     let mut entries = entries.collect::<io::Result<Vec<_>>>().map_err(named)?;
@@ -84,9 +89,9 @@ fn walk(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
         // A link to a folder is not followed: it could lead in a circle.
         if entry.file_type().map_err(named)?.is_dir() {
             if !left_out {
-                walk(&path, files)?;
+                walk(&path, wanted, files)?;
             }
-        } else if Language::of(&path).is_some() {
+        } else if wanted(&path) {
             files.push(path);
         }
     }

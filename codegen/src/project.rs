@@ -3,7 +3,9 @@
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_pdsl::model::Parameters;
-use rc_syntax::{Loader, Trivia};
+use rc_smdsl::Machine;
+use rc_syntax::{Loader, Name, Trivia};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// A component that was loaded.
@@ -15,7 +17,9 @@ pub struct Project {
     pub component: Component,
     /// Its parameters, where its `.cdsl` names a `.pdsl`.
     pub parameters: Option<Parameters>,
-    /// Hash of all its description files, comments and white space aside.
+    /// Its states, where its `.cdsl` names a `.smdsl` or `.scxml`.
+    pub state_machine: Option<Machine>,
+    /// Hash of all the description files that its generated code comes from, comments and white space aside.
     pub hash: u64,
 }
 
@@ -36,7 +40,7 @@ impl Project {
         };
         let mut parameters = None;
         if let Some(file) = &component.parameters {
-            let pdsl = path.parent().unwrap_or(Path::new("")).join(&file.text);
+            let pdsl = beside(path, file);
             match std::fs::read_to_string(&pdsl) {
                 Ok(text) => {
                     let source = sources.add(pdsl, text);
@@ -61,11 +65,17 @@ impl Project {
         // The order in which imports are written changes nothing.
         texts[1..].sort();
         let hash = rc_idsl::canonical::hash(&texts.join("\n"));
+        // After the hash: nothing is generated from it yet.
+        let state_machine = component
+            .state_machine
+            .as_ref()
+            .and_then(|machine| state_machine(path, &machine.file, sources, &mut found));
         Ok((
             Some(Self {
                 path: path.to_path_buf(),
                 component,
                 parameters,
+                state_machine,
                 hash,
             }),
             found,
@@ -79,4 +89,60 @@ impl Project {
             _ => Path::new("."),
         }
     }
+}
+
+/// The path of a file that a `.cdsl` names.
+fn beside(cdsl: &Path, file: &Name) -> PathBuf {
+    cdsl.parent().unwrap_or(Path::new("")).join(&file.text)
+}
+
+/// Reads the state machine that a `.cdsl` names.
+fn state_machine(
+    cdsl: &Path,
+    file: &Name,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> Option<Machine> {
+    let path = beside(cdsl, file);
+    let error = match std::fs::read_to_string(&path) {
+        Ok(text) => {
+            let source = sources.add(path, text);
+            let (machine, more) = rc_smdsl::load(sources, source);
+            found.extend(more);
+            return machine;
+        }
+        Err(error) => error,
+    };
+    if error.kind() != ErrorKind::NotFound {
+        let message = format!("`{}` cannot be read: {error}", file.text);
+        found.push(Diagnostic::error(
+            "statemachine-not-found",
+            file.span,
+            message,
+        ));
+        return None;
+    }
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let message = format!(
+        "`{}` was not found; looked in {}",
+        file.text,
+        folder.display()
+    );
+    let diagnostic = Diagnostic::error("statemachine-not-found", file.span, message);
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names: Vec<String> = entries
+        .map(|e| e.path())
+        .filter(|p| p.extension().is_some_and(|e| e == "smdsl" || e == "scxml"))
+        .filter_map(|p| Some(p.file_name()?.to_string_lossy().into_owned()))
+        .collect();
+    let wanted = path.file_name().unwrap_or_default().to_string_lossy();
+    let near = rc_diagnostics::nearest(&wanted, names.iter().map(String::as_str));
+    found.push(match near {
+        Some(_) => diagnostic.help_nearest(near),
+        None => diagnostic.help("the path is relative to the .cdsl file"),
+    });
+    None
 }

@@ -245,3 +245,81 @@ fn every_file_is_checked_and_one_that_is_no_text_is_wrong_input() {
     assert!(err.contains("bytes.idsl:1:1: error[not-utf8]"), "{err}");
     assert!(err.contains("error[unknown-interface]"), "{err}");
 }
+
+#[test]
+fn a_state_machine_is_checked_with_its_component() {
+    let folder = folder(&CDSL.replace("language", "statemachine \"c.smdsl\"; language"));
+    let folder = folder.path();
+    let later = "c.cdsl:2:70: warning[not-generated-yet]: `statemachine` is read and checked, but nothing is generated for it yet\n";
+    let check = |files: &[&str]| {
+        let (code, _, err) = rcgen(folder, &[&["check", "--format", "short"], files].concat());
+        (code, err)
+    };
+    let missing =
+        "c.cdsl:2:83: error[statemachine-not-found]: `c.smdsl` was not found; looked in .";
+    let help = "(the path is relative to the .cdsl file)";
+    assert_eq!(
+        check(&["c.cdsl"]),
+        (1, format!("{later}{missing} {help}\n"))
+    );
+    std::fs::write(folder.join("d.smdsl"), "d { initial_state a; }").expect("a file");
+    let help = "(did you mean `d.smdsl`?)";
+    assert_eq!(
+        check(&["c.cdsl"]),
+        (1, format!("{later}{missing} {help}\n"))
+    );
+
+    std::fs::write(folder.join("c.smdsl"), "c { states a; }").expect("a file");
+    let wrong = "c.smdsl:1:1: error[no-initial-state]: the machine has no initial state (add `initial_state NAME;`)\n";
+    assert_eq!(check(&["c.cdsl"]), (1, format!("{later}{wrong}")));
+    assert_eq!(check(&["c.smdsl"]), (1, wrong.to_owned()));
+    assert_eq!(
+        check(&["c.cdsl", "c.smdsl"]),
+        (1, format!("{later}{wrong}"))
+    );
+
+    let right = "c { initial_state a; states b; transitions { a => b; }; };";
+    std::fs::write(folder.join("c.smdsl"), right).expect("a file");
+    assert_eq!(check(&["c.cdsl"]), (0, later.to_owned()));
+    assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
+    // Nothing is generated from it, so what was generated stays up to date.
+    std::fs::write(folder.join("c.smdsl"), right.replace('b', "c")).expect("a file");
+    assert_eq!(rcgen(folder, &["c.cdsl", "--check"]).0, 0);
+}
+
+#[test]
+fn a_folder_is_checked_with_all_that_is_in_it() {
+    let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
+    let folder = folder.path();
+    for (path, text) in [
+        ("etc/config.toml", "[parameter]\n"),
+        ("Cargo.toml", "not = \"a configuration\"\n"),
+        ("deeper/m.smdsl", "m { };"),
+        ("deeper/m.scxml", "<scxml>\n<state/></scxml>"),
+        ("target/m.smdsl", "m { };"),
+        (".hidden/m.smdsl", "m { };"),
+    ] {
+        let path = folder.join(path);
+        std::fs::create_dir_all(path.parent().expect("a parent")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
+    }
+    let (code, _, err) = rcgen(folder, &["check", ".", "--format", "short"]);
+    assert_eq!(code, 1);
+    let places: Vec<String> = err
+        .lines()
+        .filter_map(|line| Some(line.split_once(']')?.0.replace('\\', "/")))
+        .collect();
+    assert_eq!(
+        places,
+        [
+            "./c.cdsl:2:41: error[unknown-interface",
+            "./deeper/m.smdsl:1:1: error[no-initial-state",
+            "./deeper/m.scxml:2:2: error[missing-attribute",
+            "./etc/config.toml:1:2: error[unknown-key",
+        ]
+    );
+    std::fs::create_dir(folder.join("empty")).expect("a folder");
+    let (code, _, err) = rcgen(folder, &["check", "empty", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("error[nothing-to-check]"), "{err}");
+}

@@ -1,5 +1,6 @@
 //! The texts that were read, and places in them.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// One text of a [`SourceMap`].
@@ -63,6 +64,7 @@ struct Source {
 #[derive(Debug, Default)]
 pub struct SourceMap {
     sources: Vec<Source>,
+    by_path: HashMap<PathBuf, SourceId>,
 }
 
 impl SourceMap {
@@ -71,21 +73,27 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Takes a text in. A byte order mark at its start is dropped.
+    /// Takes a text in, unless this path was read with this text already. A byte order mark at its start is dropped.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<String>) -> SourceId {
         let mut text = text.into();
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
         }
+        let path = path.into();
+        if let Some(known) = self.find(&path).filter(|id| self.text(*id) == text) {
+            return known;
+        }
         let line_starts = std::iter::once(0)
             .chain(text.match_indices('\n').map(|(at, _)| at + 1))
             .collect();
         self.sources.push(Source {
-            path: path.into(),
+            path: path.clone(),
             text,
             line_starts,
         });
-        SourceId((self.sources.len() - 1) as u32)
+        let id = SourceId((self.sources.len() - 1) as u32);
+        self.by_path.insert(path, id);
+        id
     }
 
     /// The text itself.
@@ -100,10 +108,7 @@ impl SourceMap {
 
     /// The text that was read from `path`, if it was.
     pub fn find(&self, path: &Path) -> Option<SourceId> {
-        self.sources
-            .iter()
-            .position(|s| s.path == path)
-            .map(|at| SourceId(at as u32))
+        self.by_path.get(path).copied()
     }
 
     /// Every text, in the order in which they were added.

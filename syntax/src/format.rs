@@ -247,10 +247,13 @@ impl<'a> Printer<'a> {
             self.at = close + 1;
             return false;
         }
-        if inner.is_empty() || listed && one_line && !comments {
+        let bare = inner.iter().all(|t| t.kind == Kind::Mark && t.text == ";");
+        if bare || listed && one_line && !comments {
             let pieces = line.pieces.len();
-            (self.at..=close).for_each(|at| line.extend(self.tokens.get(at)));
-            if inner.is_empty() || line.width() < WIDTH {
+            let shown = |at: &usize| !bare || *at == self.at || *at == close;
+            let shown = (self.at..=close).filter(shown);
+            shown.for_each(|at| line.extend(self.tokens.get(at)));
+            if bare || line.width() < WIDTH {
                 self.at = close + 1;
                 self.end_block(line);
                 return true;

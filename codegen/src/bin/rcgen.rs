@@ -6,6 +6,7 @@
 use clap::{Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Change, Owner, Step};
+use rc_codegen::languages::Language;
 use rc_codegen::view::BACKENDS;
 use rc_codegen::{FileLoader, Files, Project, generate, languages, workspace};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, SourceMap, Span, render};
@@ -48,7 +49,8 @@ enum Command {
     },
     /// Checks description files and configurations; says everything that is wrong at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .ddsl files, .toml files that lie in a component's etc/, and folders: all that is in them.
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl files, .toml files that lie in a component's etc/, and
+        /// folders with any of them.
         #[arg(required = true)]
         files: Vec<PathBuf>,
         #[command(flatten)]
@@ -201,10 +203,10 @@ fn check(files: &[PathBuf], common: &Common) -> Result<(), Failure> {
     let mut found = Diagnostics::new();
     let loader = FileLoader::new(&common.include);
     let mut refused = None;
-    let files = languages::files(files).map_err(|e| Failure::System(e.to_string()))?;
-    for file in &files {
-        if let Err(error) = rc_codegen::check::file(file, &mut sources, &loader, &mut found) {
-            unreadable(file, &error, &mut sources, &mut found, &mut refused);
+    let system = |e: std::io::Error| Failure::System(e.to_string());
+    for file in rc_codegen::check::files(files, &mut sources, &mut found).map_err(system)? {
+        if let Err(error) = rc_codegen::check::file(&file, &mut sources, &loader, &mut found) {
+            unreadable(&file, &error, &mut sources, &mut found, &mut refused);
         }
     }
     let told = report(&sources, &found, common.format);
@@ -217,7 +219,8 @@ fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), Failure> {
     let mut found = Diagnostics::new();
     let mut refused = None;
     let mut differs = false;
-    for file in languages::files(paths).map_err(system)? {
+    let formatted = |path: &Path| Language::of(path).is_some();
+    for file in languages::files(paths, &formatted).map_err(system)? {
         match rc_codegen::format::file(&file, check, &mut sources, &mut found) {
             Ok(false) => {}
             Ok(true) => {

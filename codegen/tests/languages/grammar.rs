@@ -172,7 +172,7 @@ impl Grammar {
 fn alternatives(expr: &Expr) -> Vec<&Expr> {
     match expr {
         Expr::Choice(first, second) => [alternatives(first), alternatives(second)].concat(),
-        Expr::Ident(name) if name == "unread" => Vec::new(),
+        Expr::Ident(name) if name == "unread" || name == "lost" => Vec::new(),
         one => vec![one],
     }
 }

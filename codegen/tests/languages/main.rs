@@ -18,6 +18,7 @@ fn tree(language: Language, text: &str) -> (String, bool) {
         "idsl" => debug(rc_idsl::parse(&sources, source)),
         "cdsl" => debug(rc_cdsl::parse(&sources, source)),
         "pdsl" => debug(rc_pdsl::parse(&sources, source)),
+        "smdsl" => debug(rc_smdsl::parse(&sources, source)),
         "ddsl" => debug(rc_ddsl::parse(&sources, source)),
         other => panic!("no tree of a .{other}"),
     };
@@ -54,6 +55,7 @@ fn grammar_of(language: Language) -> Grammar {
         "idsl" => include_str!("../../../idsl/src/grammar.pest"),
         "cdsl" => include_str!("../../../cdsl/src/grammar.pest"),
         "pdsl" => include_str!("../../../pdsl/src/grammar.pest"),
+        "smdsl" => include_str!("../../../smdsl/src/grammar.pest"),
         "ddsl" => include_str!("../../../ddsl/src/grammar.pest"),
         other => panic!("no grammar of .{other}"),
     })
@@ -116,6 +118,7 @@ fn check(
         }
         "cdsl" => rc_cdsl::load(sources, loader, source).1,
         "pdsl" => rc_pdsl::load(sources, source).1,
+        "smdsl" => rc_smdsl::load(sources, source).1,
         _ => (language.parse)(sources, source),
     }
 }

@@ -1,0 +1,218 @@
+//! What holds for every state machine, whatever it was written in.
+
+use crate::model::{Machine, StateId, StateKind, Transition};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use std::collections::HashMap;
+
+/// States that are in each other deeper than this are refused, so that what follows may go down by calling itself.
+pub(crate) const DEEPEST: usize = 100;
+
+/// Finds all that is wrong with a machine whose names are resolved.
+pub(crate) fn check(machine: &Machine, found: &mut Diagnostics) {
+    nesting(machine, found);
+    end_states(machine, found);
+    // Where something is wrong, what is unreachable or said twice may be what was meant.
+    if found.has_errors() {
+        return;
+    }
+    duplicate_transitions(machine, found);
+    if machine.transitions.is_empty() {
+        let message = format!(
+            "`{}` has no transitions: it stays in its initial state",
+            machine.name.text
+        );
+        found.push(Diagnostic::warning(
+            "no-transitions",
+            machine.name.span,
+            message,
+        ));
+    } else {
+        unreachable(machine, found);
+    }
+}
+
+/// No state is in itself, and none is too deep.
+fn nesting(machine: &Machine, found: &mut Diagnostics) {
+    // Zero for a state that was not looked at yet, otherwise its depth, from 1.
+    let mut depths = vec![0_usize; machine.states.len()];
+    // The step of the current way up on which a state was met.
+    let mut met = vec![usize::MAX; machine.states.len()];
+    let mut too_deep = false;
+    for start in machine.ids() {
+        let mut path: Vec<StateId> = Vec::new();
+        let mut next = Some(start);
+        let mut depth = 0;
+        while let Some(id) = next {
+            if depths[id.0] > 0 {
+                depth = depths[id.0];
+                break;
+            }
+            if met[id.0] != usize::MAX {
+                found.push(circle(machine, &path[met[id.0]..]));
+                break;
+            }
+            met[id.0] = path.len();
+            path.push(id);
+            next = machine.state(id).parent;
+        }
+        for id in path.iter().rev() {
+            depth += 1;
+            depths[id.0] = depth;
+            if depth > DEEPEST && !too_deep {
+                too_deep = true;
+                let message = format!("states nest deeper than {DEEPEST} levels here");
+                let span = machine.state(*id).name.span;
+                found.push(Diagnostic::error("nested-too-deep", span, message));
+            }
+        }
+    }
+}
+
+/// States of which each is in the next one, and the last one in the first.
+fn circle(machine: &Machine, states: &[StateId]) -> Diagnostic {
+    let mut names: Vec<String> = states
+        .iter()
+        .map(|id| format!("`{}`", machine.state(*id).name.text))
+        .collect();
+    names.extend(names.first().cloned());
+    let mut spans = states
+        .iter()
+        .filter_map(|id| machine.state(*id).inside.as_ref())
+        .map(|inside| inside.span);
+    let first = spans.next().unwrap_or(machine.name.span);
+    let message = format!("a state cannot be inside itself: {}", names.join(" in "));
+    let diagnostic = Diagnostic::error("circular-parents", first, message);
+    spans.fold(diagnostic, |d, span| d.label(span, "and this block"))
+}
+
+/// An end state ends: nothing leads out of it, and nothing is in it.
+fn end_states(machine: &Machine, found: &mut Diagnostics) {
+    for state in machine.states.iter().filter(|s| s.kind == StateKind::End) {
+        if let Some(inside) = &state.inside {
+            let message = format!("the end state `{}` cannot have substates", state.name.text);
+            found.push(
+                Diagnostic::error("end-state-with-substates", inside.span, message)
+                    .label(state.name.span, "declared here"),
+            );
+        }
+    }
+    for transition in &machine.transitions {
+        let source = machine.state(transition.source);
+        if source.kind == StateKind::End {
+            let name = &source.name.text;
+            let message = format!("a transition cannot lead out of the end state `{name}`");
+            found.push(
+                Diagnostic::error("transition-from-end-state", transition.span, message)
+                    .label(source.name.span, "declared here"),
+            );
+        }
+    }
+}
+
+fn duplicate_transitions(machine: &Machine, found: &mut Diagnostics) {
+    fn key(t: &Transition) -> (StateId, &[StateId], Vec<&str>, Option<&str>) {
+        let events = t.events.iter().map(|e| e.text.as_str()).collect();
+        (
+            t.source,
+            &t.targets,
+            events,
+            t.cond.as_ref().map(|c| c.text.as_str()),
+        )
+    }
+    let mut seen = HashMap::new();
+    for transition in &machine.transitions {
+        let first = *seen.entry(key(transition)).or_insert(transition.span);
+        if first == transition.span {
+            continue;
+        }
+        let targets: Vec<&str> = transition
+            .targets
+            .iter()
+            .map(|id| machine.state(*id).name.text.as_str())
+            .collect();
+        let message = format!(
+            "the transition `{} => {}` is repeated",
+            machine.state(transition.source).name.text,
+            targets.join(" ")
+        );
+        found.push(
+            Diagnostic::warning("duplicate-transition", transition.span, message)
+                .label(first, "the first one"),
+        );
+    }
+}
+
+/// States that the machine can never be in.
+fn unreachable(machine: &Machine, found: &mut Diagnostics) {
+    let entered = entered(machine);
+    let mut led_to = vec![false; machine.states.len()];
+    for transition in &machine.transitions {
+        for target in transition
+            .targets
+            .iter()
+            .filter(|t| **t != transition.source)
+        {
+            led_to[target.0] = true;
+        }
+    }
+    let regions = machine.states.iter().filter_map(|s| s.inside.as_ref());
+    for region in regions.chain([&machine.top]) {
+        let with_it = if region.parallel {
+            &region.states
+        } else {
+            &region.initial
+        };
+        with_it.iter().for_each(|id| led_to[id.0] = true);
+    }
+    for id in machine.ids() {
+        let state = machine.state(id);
+        // What is inside an unreachable state goes without saying.
+        if entered[id.0] || state.parent.is_some_and(|parent| !entered[parent.0]) {
+            continue;
+        }
+        let name = &state.name;
+        found.push(if led_to[id.0] {
+            let message = format!(
+                "state `{}` cannot be reached from the initial state",
+                name.text
+            );
+            Diagnostic::warning("unreachable-state", name.span, message)
+        } else {
+            let message = format!("no transition leads to state `{}`", name.text);
+            Diagnostic::warning("no-way-in", name.span, message)
+        });
+    }
+}
+
+/// Which states can be entered, over transitions from the initial one. With a state all that it is in is entered,
+/// and what is entered with it. A parallel state that is entered through one of its parts counts as entered
+/// with its other parts and that one: a warning too few is better than a wrong one.
+fn entered(machine: &Machine) -> Vec<bool> {
+    let mut ways: Vec<Vec<StateId>> = vec![Vec::new(); machine.states.len()];
+    for transition in &machine.transitions {
+        ways[transition.source.0].extend(&transition.targets);
+    }
+    let mut entered = vec![false; machine.states.len()];
+    let mut from_outside = entered.clone();
+    let mut open: Vec<(StateId, bool)> = machine.top.initial.iter().map(|id| (*id, true)).collect();
+    while let Some((id, outside)) = open.pop() {
+        let state = machine.state(id);
+        let inside = state.inside.as_ref();
+        if outside && !from_outside[id.0] {
+            from_outside[id.0] = true;
+            open.extend(inside.iter().flat_map(|r| &r.initial).map(|id| (*id, true)));
+        }
+        if !entered[id.0] {
+            entered[id.0] = true;
+            open.extend(ways[id.0].iter().map(|id| (*id, true)));
+            let parts = inside.filter(|r| r.parallel).map(|r| &r.states);
+            let parts = parts.into_iter().flatten();
+            // The history of a parallel state is not one of its parts.
+            let parts =
+                parts.filter(|id| !matches!(machine.state(**id).kind, StateKind::History { .. }));
+            open.extend(parts.map(|id| (*id, true)));
+            open.extend(state.parent.map(|parent| (parent, false)));
+        }
+    }
+    entered
+}

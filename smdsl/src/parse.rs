@@ -1,0 +1,189 @@
+//! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
+
+use crate::ast::{Block, File, Item, ItemKind, State, Transition};
+use pest::iterators::Pair;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
+use rc_syntax::{Language, Leaf, Name, Reader};
+
+#[allow(
+    unreachable_pub,
+    reason = "pest makes `Rule` public, and it names its parser"
+)]
+#[derive(pest_derive::Parser)]
+#[grammar = "../../syntax/src/common.pest"]
+#[grammar = "grammar.pest"]
+pub struct Grammar;
+
+/// The words that begin a clause.
+const CLAUSES: [&str; 4] = ["states", "initial_state", "end_state", "transitions"];
+
+/// Reads one `.smdsl` text.
+pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
+    let mut reader = Reader::new(sources, source);
+    let file = file(&mut reader);
+    (file, reader.found)
+}
+
+fn file(r: &mut Reader<'_>) -> File {
+    let mut file = File {
+        complete: true,
+        ..File::default()
+    };
+    for pair in r.file::<Rule>().into_iter().flatten() {
+        match pair.as_rule() {
+            Rule::machine => file.machine = Some(block(r, pair)),
+            Rule::substates => file.substates.push(block(r, pair)),
+            Rule::lost => {
+                file.complete = false;
+                r.unread(&pair, Rule::substates);
+            }
+            Rule::trailing => {
+                file.complete = false;
+                r.trailing(&pair);
+            }
+            _ => {}
+        }
+    }
+    let mut blocks = file.machine.iter().chain(&file.substates);
+    file.complete &= blocks.all(|block| block.complete);
+    file
+}
+
+fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
+    let mut block = Block {
+        name: Name::new("", r.span(&pair)),
+        doc: r.doc(&pair),
+        parallel: None,
+        items: Vec::new(),
+        complete: true,
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => block.name = r.name(&part),
+            Rule::kw_parallel => block.parallel = Some(r.name(&part)),
+            Rule::states | Rule::initial | Rule::end | Rule::transitions => {
+                block.items.extend(item(r, part));
+            }
+            Rule::unread => {
+                block.complete = false;
+                unread_item(r, &part);
+            }
+            _ => {}
+        }
+    }
+    block
+}
+
+fn item(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Item> {
+    let rule = pair.as_rule();
+    let word = pair.clone().into_inner().next().map(|p| r.name(&p))?;
+    let kind = match rule {
+        Rule::states => ItemKind::States(states(r, pair)),
+        Rule::initial => ItemKind::Initial(states(r, pair)),
+        Rule::end => ItemKind::End(states(r, pair)),
+        _ => ItemKind::Transitions(transitions(r, pair)),
+    };
+    Some(Item { word, kind })
+}
+
+/// The states of a clause. Documentation of the clause is that of each state without its own.
+fn states(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<State> {
+    let common = r.doc(&pair);
+    let mut states = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => {
+                let own = r.doc(&part);
+                states.push(State {
+                    name: r.name(&part),
+                    doc: if own.is_empty() { common.clone() } else { own },
+                });
+            }
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    states
+}
+
+fn transitions(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Transition> {
+    let mut transitions = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::transition => {
+                let doc = r.doc(&part);
+                let mut names = r.texts(part).into_iter();
+                transitions.extend(names.next().map(|source| Transition {
+                    source,
+                    targets: names.collect(),
+                    doc,
+                }));
+            }
+            Rule::unread => r.unread(&part, Rule::transition),
+            _ => {}
+        }
+    }
+    transitions
+}
+
+fn unread_item(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+    let first = r.first_word(pair);
+    let rule = match first.text.to_lowercase().as_str() {
+        "states" => Rule::states,
+        "initial_state" => Rule::initial,
+        "end_state" => Rule::end,
+        "transitions" | "transition" => Rule::transitions,
+        _ => return r.found.push(unknown_clause(&first)),
+    };
+    r.unread(pair, rule);
+}
+
+fn unknown_clause(first: &Name) -> Diagnostic {
+    let message = format!(
+        "`{}` does not begin a clause of a state machine",
+        first.text
+    );
+    let diagnostic = Diagnostic::error("unknown-clause", first.span, message);
+    // What people write who know state machines from elsewhere.
+    let meant = match first.text.to_lowercase().as_str() {
+        ":" => {
+            return diagnostic.help("substates stand in a block of their own, after the machine");
+        }
+        "initial" | "initialstate" | "start" | "start_state" => "initial_state",
+        "end" | "endstate" | "final" | "final_state" | "finalstate" => "end_state",
+        _ => &first.text,
+    };
+    diagnostic.suggest(meant, CLAUSES)
+}
+
+impl Language for Rule {
+    type Grammar = Grammar;
+    const FILE: Self = Self::file;
+    const HOLDS: &'static str =
+        "`NAME { … };`, then a `:STATE { … };` for each state with substates";
+
+    fn leaf(self) -> Option<Leaf> {
+        match self {
+            Self::name => Some(Leaf::Word),
+            Self::semicolon => Some(Leaf::Semicolon),
+            _ => None,
+        }
+    }
+
+    fn word(self) -> Option<&'static str> {
+        Some(match self {
+            Self::EOI => "the end of the file",
+            Self::file | Self::machine | Self::name => "a name",
+            Self::states | Self::initial | Self::end | Self::transitions => "a clause",
+            Self::kw_parallel => "`parallel`",
+            Self::transition => "a transition",
+            Self::semicolon | Self::ends_item | Self::ends_line | Self::begins_next => "`;`",
+            Self::open => "`{`",
+            Self::close => "`}`",
+            Self::colon => "`:`",
+            Self::comma => "`,`",
+            Self::arrow => "`=>`",
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,120 @@
+//! An XML text, and where things stand in it.
+
+use rc_diagnostics::{Diagnostic, SourceId, Span};
+use rc_syntax::Name;
+use roxmltree::{Attribute, Document, Error, Node};
+use std::ops::Range;
+
+/// A text that is XML.
+#[derive(Clone, Copy)]
+pub(super) struct Text<'a> {
+    pub(super) source: SourceId,
+    pub(super) text: &'a str,
+}
+
+impl<'a> Text<'a> {
+    /// The elements, or why there are none. A document type is refused, so no entity can grow.
+    pub(super) fn parse(self) -> Result<Document<'a>, Diagnostic> {
+        if self.text.trim().is_empty() {
+            let message = "this file is empty; it should hold `<scxml …> … </scxml>`";
+            return Err(Diagnostic::error("empty-file", self.span(0..0), message));
+        }
+        Document::parse(self.text).map_err(|error| self.malformed(&error))
+    }
+
+    fn malformed(self, error: &Error) -> Diagnostic {
+        let end = self.text.trim_end().len();
+        let at = match error {
+            Error::DtdDetected => {
+                let at = self.text.find("<!DOCTYPE").unwrap_or(0);
+                let message = "a document type is not in the part of SCXML that is supported";
+                let span = self.span(at..at + "<!DOCTYPE".len());
+                return Diagnostic::error("scxml-not-supported", span, message);
+            }
+            Error::UnclosedRootNode | Error::UnexpectedEndOfStream | Error::NoRootNode => end,
+            _ => self.byte(error.pos().row, error.pos().col).min(end),
+        };
+        let length = self.text[at..].chars().next().map_or(0, char::len_utf8);
+        // The place is told by the span.
+        let what = error.to_string();
+        let what = what.replace(&format!(" at {}", error.pos()), "");
+        let what = what.trim_end_matches(" found").replace('\'', "`");
+        let message = format!("this is not XML: {what}");
+        Diagnostic::error("malformed-xml", self.span(at..at + length), message)
+    }
+
+    /// The byte of a line and a column, both from 1, a column being a character.
+    fn byte(self, row: u32, column: u32) -> usize {
+        let before = self.text.split_inclusive('\n').take(row as usize - 1);
+        let start: usize = before.map(str::len).sum();
+        let line = &self.text[start..];
+        let column = line.char_indices().nth(column as usize - 1);
+        start + column.map_or(line.len(), |(at, _)| at)
+    }
+
+    fn span(self, range: Range<usize>) -> Span {
+        Span::new(self.source, range.start, range.end)
+    }
+
+    /// What stands at a place.
+    pub(super) fn slice(self, span: Span) -> &'a str {
+        self.text.get(span.start..span.end).unwrap_or_default()
+    }
+
+    /// The name of an element where it begins.
+    pub(super) fn tag(self, node: Node<'_, '_>) -> Span {
+        let start = node.range().start + 1;
+        let rest = self.text.get(start..).unwrap_or_default();
+        let end = rest.find(|c: char| c.is_whitespace() || c == '/' || c == '>');
+        self.span(start..start + end.unwrap_or(rest.len()))
+    }
+
+    /// The name of an attribute.
+    pub(super) fn attribute_name(self, attribute: &Attribute<'_, '_>) -> Span {
+        let start = attribute.range().start;
+        let rest = self.text.get(start..).unwrap_or_default();
+        let end = rest.find(|c: char| c.is_whitespace() || c == '=');
+        self.span(start..start + end.unwrap_or(rest.len()))
+    }
+
+    /// The value of an attribute without a namespace, and its place between the quotes.
+    pub(super) fn attribute(self, node: Node<'_, '_>, name: &str) -> Option<Name> {
+        let mut all = node.attributes();
+        let attribute = all.find(|a| a.namespace().is_none() && a.name() == name)?;
+        let whole = attribute.range();
+        let written = self.text.get(whole.clone()).unwrap_or_default();
+        // The value stands last, in quotes of one byte that are not in it.
+        let quote = written.chars().next_back();
+        let open = quote.and_then(|quote| written.find(quote));
+        let start = open.map_or(whole.start, |open| whole.start + open + 1);
+        let end = whole.end.saturating_sub(1).max(start);
+        Some(Name::new(attribute.value(), self.span(start..end)))
+    }
+
+    /// The words of a value that is a list.
+    pub(super) fn tokens(self, value: &Name) -> Vec<Name> {
+        let as_written = self.slice(value.span) == value.text;
+        let words = value.text.split_whitespace();
+        let start = value.text.as_ptr() as usize;
+        words
+            .map(|word| {
+                let at = value.span.start + (word.as_ptr() as usize - start);
+                let span = if as_written {
+                    self.span(at..at + word.len())
+                } else {
+                    value.span
+                };
+                Name::new(word, span)
+            })
+            .collect()
+    }
+
+    /// The place of the words of a text between elements, where there are any.
+    pub(super) fn words(self, node: Node<'_, '_>) -> Option<Span> {
+        let range = node.range();
+        let written = self.text.get(range.clone())?;
+        let start = range.start + (written.len() - written.trim_start().len());
+        let first = written.trim().lines().next()?.trim_end();
+        Some(self.span(start..start + first.len()))
+    }
+}

@@ -1,0 +1,128 @@
+//! A machine while it is made, from either language: states are declared, then named.
+
+use crate::check::check;
+use crate::model::{Machine, Region, State, StateId, StateKind};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_syntax::Name;
+use std::collections::HashMap;
+
+/// How many names are compared, in all, to guess what unknown ones mean. A file with more mistakes than that has
+/// another problem.
+const GUESSES: usize = 100_000;
+
+/// A machine, and how its states are found.
+pub(crate) struct States {
+    pub(crate) machine: Machine,
+    pub(crate) found: Diagnostics,
+    /// Whether no state can be missing because its declaration was not read.
+    complete: bool,
+    by_name: HashMap<String, StateId>,
+    by_folded_name: HashMap<String, StateId>,
+    guesses: usize,
+}
+
+impl States {
+    pub(crate) fn new(name: Name, doc: Vec<String>, complete: bool, found: Diagnostics) -> Self {
+        Self {
+            machine: Machine {
+                top: Region {
+                    doc,
+                    ..region(name.span)
+                },
+                name,
+                states: Vec::new(),
+                transitions: Vec::new(),
+            },
+            found,
+            complete,
+            by_name: HashMap::new(),
+            by_folded_name: HashMap::new(),
+            guesses: GUESSES,
+        }
+    }
+
+    pub(crate) fn error(&mut self, code: &'static str, span: Span, message: impl Into<String>) {
+        self.found.push(Diagnostic::error(code, span, message));
+    }
+
+    /// Adds a state. A second one of a name stays in the model, and the name means the first one.
+    pub(crate) fn declare(&mut self, name: Name, doc: Vec<String>, kind: StateKind) -> StateId {
+        let id = StateId(self.machine.states.len());
+        if !name.text.is_empty() {
+            let folded = name.text.to_lowercase();
+            let first = *self.by_folded_name.entry(folded).or_insert(id);
+            self.by_name.entry(name.text.clone()).or_insert(id);
+            if first != id {
+                let first = &self.machine.state(first).name;
+                let message = if first.text == name.text {
+                    format!("state `{}` is declared twice", name.text)
+                } else {
+                    let (one, two) = (&first.text, &name.text);
+                    format!("states `{one}` and `{two}` differ only in upper and lower case")
+                };
+                self.found.push(
+                    Diagnostic::error("duplicate-state", name.span, message)
+                        .label(first.span, "the first one"),
+                );
+            }
+        }
+        self.machine.states.push(State {
+            name,
+            doc,
+            kind,
+            parent: None,
+            inside: None,
+            on_entry: Vec::new(),
+            on_exit: Vec::new(),
+        });
+        id
+    }
+
+    /// The state of a name.
+    pub(crate) fn find(&mut self, name: &Name) -> Option<StateId> {
+        let id = self.by_name.get(&name.text).copied();
+        if id.is_none() {
+            self.unknown(name);
+        }
+        id
+    }
+
+    fn unknown(&mut self, name: &Name) {
+        let diagnostic = Diagnostic::error(
+            "unknown-state",
+            name.span,
+            format!("unknown state `{}`", name.text),
+        );
+        let folded = self.by_folded_name.get(&name.text.to_lowercase());
+        let mut near = folded.map(|id| self.machine.state(*id).name.text.as_str());
+        let states = &self.machine.states;
+        if near.is_none() && self.guesses >= states.len() {
+            self.guesses -= states.len();
+            let names = states.iter().map(|s| s.name.text.as_str());
+            near = rc_diagnostics::nearest(&name.text, names);
+        }
+        if near.is_some() {
+            self.found.push(diagnostic.help_nearest(near));
+        } else if self.complete {
+            self.found.push(diagnostic);
+        }
+    }
+
+    /// Checks what holds in both languages, and gives everything back.
+    pub(crate) fn finish(mut self) -> (Machine, Diagnostics) {
+        check(&self.machine, &mut self.found);
+        (self.machine, self.found)
+    }
+}
+
+/// A region without states.
+pub(crate) fn region(span: Span) -> Region {
+    Region {
+        doc: Vec::new(),
+        parallel: false,
+        initial: Vec::new(),
+        actions: Vec::new(),
+        states: Vec::new(),
+        span,
+    }
+}

@@ -1,0 +1,97 @@
+//! What is read of a text, as lines.
+
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_smdsl::Machine;
+use rc_smdsl::model::{Action, Region, StateKind};
+use rc_syntax::Name;
+
+/// What is found in the file `name`, and what is understood of it.
+pub(crate) fn read(name: &str, text: &str) -> (String, Option<Machine>) {
+    let mut sources = SourceMap::new();
+    let source = sources.add(name, text);
+    let (machine, found) = rc_smdsl::load(&sources, source);
+    (render(&sources, &found, Format::Short), machine)
+}
+
+/// The states, those inside others further to the right, then the transitions.
+pub(crate) fn shown(machine: &Machine) -> String {
+    let mut out = format!("{}{}\n", machine.name.text, doc(&machine.top.doc));
+    region(machine, &machine.top, 1, &mut out);
+    for transition in &machine.transitions {
+        let mut line = format!("{} =>", machine.state(transition.source).name.text);
+        for target in &transition.targets {
+            line += &format!(" {}", machine.state(*target).name.text);
+        }
+        if !transition.events.is_empty() {
+            line += &format!(", on {}", texts(&transition.events));
+        }
+        line += &transition
+            .cond
+            .as_ref()
+            .map_or(String::new(), |c| format!(", if {}", c.text));
+        line += &actions(", doing", &transition.actions);
+        out += &format!("{line}{}\n", doc(&transition.doc));
+    }
+    out
+}
+
+fn region(machine: &Machine, region: &Region, depth: usize, out: &mut String) {
+    for id in &region.states {
+        let state = machine.state(*id);
+        let mut line = format!("{}{}", "  ".repeat(depth), state.name.text);
+        if region.initial.contains(id) {
+            line += " initial";
+        }
+        line += match state.kind {
+            StateKind::Plain => "",
+            StateKind::End => " end",
+            StateKind::History { deep: false } => " history",
+            StateKind::History { deep: true } => " deep history",
+        };
+        line += &actions(", entry", &state.on_entry);
+        line += &actions(", exit", &state.on_exit);
+        line += &doc(&state.doc);
+        if let Some(inside) = &state.inside {
+            line += if inside.parallel {
+                ", all of"
+            } else {
+                ", one of"
+            };
+            line += &doc(&inside.doc);
+            line += &actions(", first", &inside.actions);
+            let deeper = inside.initial.iter().map(|id| machine.state(*id));
+            let deeper = deeper.filter(|s| s.parent != Some(*id));
+            line += &deeper
+                .map(|s| format!(", enters {}", s.name.text))
+                .collect::<String>();
+        }
+        out.push_str(&line);
+        out.push('\n');
+        if let Some(inside) = &state.inside {
+            self::region(machine, inside, depth + 1, out);
+        }
+    }
+}
+
+fn texts(names: &[Name]) -> String {
+    let texts: Vec<&str> = names.iter().map(|n| n.text.as_str()).collect();
+    texts.join(" or ")
+}
+
+fn doc(lines: &[String]) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    format!(" \"{}\"", lines.join("|"))
+}
+
+fn actions(what: &str, actions: &[Action]) -> String {
+    let text = |name: &Option<Name>| name.as_ref().map_or("-".to_owned(), |n| n.text.clone());
+    actions
+        .iter()
+        .map(|action| match action {
+            Action::Raise(event) => format!("{what} raise {}", event.text),
+            Action::Log { label, expr } => format!("{what} log {} {}", text(label), text(expr)),
+        })
+        .collect()
+}
