@@ -3,6 +3,7 @@
 //! Latencies are those between two processes. Generated and hand-written programs run at the same time and are
 //! measured in turns, block by block, so that a slow minute of the machine slows both.
 
+use crate::languages;
 use crate::pair::{Network, Pair, ROWS, Times, quantile};
 use crate::programs::{Failure, Program, cargo, finish, root, target};
 use std::fs;
@@ -24,11 +25,11 @@ const REBUILDS: usize = 5;
 const IDLE: Duration = Duration::from_secs(10);
 
 /// A goal: what it is called, what was measured, and whether that is enough.
-struct Figure {
-    what: &'static str,
-    goal: &'static str,
-    measured: String,
-    met: bool,
+pub(crate) struct Figure {
+    pub(crate) what: &'static str,
+    pub(crate) goal: &'static str,
+    pub(crate) measured: String,
+    pub(crate) met: bool,
 }
 
 /// Measures; `smoke` does only a little of the latencies.
@@ -41,23 +42,41 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         let figures = [generation()?, rebuild()?, regeneration()?]
             .into_iter()
             .chain(idle()?)
-            .collect::<Vec<_>>();
-        println!("\n| | goal | measured | |\n|---|---|---|---|");
-        for figure in figures {
-            let Figure {
-                what,
-                goal,
-                measured,
-                met: good,
-            } = figure;
-            println!("| {what} | {goal} | {measured} | {} |", mark(good));
-            met &= good;
-        }
+            .chain(languages::figures()?);
+        println!();
+        met &= table(figures);
     }
     if !met {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())
+}
+
+/// Measures the generator and the checker alone.
+pub(crate) fn languages() -> Result<(), Failure> {
+    finish(cargo(&["build", "--release", "-p", "rc-codegen"])?, BUILD)?;
+    println!("{}\n", machine());
+    if !table(languages::figures()?) {
+        eprintln!("xtask: a goal was missed");
+    }
+    Ok(())
+}
+
+/// Prints figures; says whether all goals are met.
+fn table(figures: impl IntoIterator<Item = Figure>) -> bool {
+    println!("| | goal | measured | |\n|---|---|---|---|");
+    let mut met = true;
+    for figure in figures {
+        let Figure {
+            what,
+            goal,
+            measured,
+            met: good,
+        } = figure;
+        println!("| {what} | {goal} | {measured} | {} |", mark(good));
+        met &= good;
+    }
+    met
 }
 
 fn mark(met: bool) -> &'static str {
