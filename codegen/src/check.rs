@@ -1,6 +1,7 @@
 //! Checks files of any of the languages, and configurations.
 
 use crate::languages;
+use crate::load;
 use crate::project::Project;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
@@ -65,8 +66,8 @@ pub fn file(
             found.extend(session.found);
         }
         Some("pdsl") => {
-            let source = sources.add(path, std::fs::read_to_string(path)?);
-            found.extend(rc_pdsl::load(sources, source).1);
+            let source = sources.add(load::normal(path), std::fs::read_to_string(path)?);
+            found.extend(rc_pdsl::load(sources, loader, source).1);
         }
         Some("smdsl" | "scxml") => {
             let source = sources.add(path, std::fs::read_to_string(path)?);

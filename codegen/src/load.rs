@@ -120,7 +120,7 @@ impl Loader for FileLoader {
 }
 
 /// `a/./b/../c` as `a/c`, so that one file has one path; links are left alone.
-fn normal(path: &Path) -> PathBuf {
+pub(crate) fn normal(path: &Path) -> PathBuf {
     use std::path::Component;
     let mut out = PathBuf::new();
     for part in path.components() {

@@ -23,6 +23,8 @@ pub fn snake(name: &str) -> String {
     let snake = name.to_snake_case();
     let snake = if snake.is_empty() {
         "_".to_owned() + name
+    } else if snake.starts_with(|c: char| c.is_ascii_digit()) {
+        "_".to_owned() + &snake
     } else {
         snake
     };
@@ -110,6 +112,7 @@ mod tests {
     fn names_follow_rust() {
         assert_eq!(snake("getLaserData"), "get_laser_data");
         assert_eq!(snake("type"), "type_");
+        assert_eq!(snake("_1st"), "_1st");
         assert_eq!(local("request"), "request_");
         assert_eq!(camel("datasayin"), "Datasayin");
         assert_eq!(camel("TData"), "TData");

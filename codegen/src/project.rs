@@ -1,5 +1,6 @@
 //! One component with everything that its `.cdsl` names.
 
+use crate::load;
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_pdsl::model::Parameters;
@@ -43,8 +44,8 @@ impl Project {
             let pdsl = beside(path, file);
             match std::fs::read_to_string(&pdsl) {
                 Ok(text) => {
-                    let source = sources.add(pdsl, text);
-                    let (loaded, more) = rc_pdsl::load(sources, source);
+                    let source = sources.add(load::normal(&pdsl), text);
+                    let (loaded, more) = rc_pdsl::load(sources, loader, source);
                     parameters = loaded;
                     found.extend(more);
                 }

@@ -323,3 +323,54 @@ fn a_folder_is_checked_with_all_that_is_in_it() {
     assert_eq!(code, 1);
     assert!(err.contains("error[nothing-to-check]"), "{err}");
 }
+
+/// A component whose parameters are in two files, and a rule over both.
+#[test]
+fn imported_parameters_are_part_of_the_component() {
+    let folder = folder(
+        "Component c { Communications { }; language rust; parameters \"shared/../c.pdsl\"; };",
+    );
+    let folder = folder.path();
+    let write = |path: &str, text: &str| std::fs::write(folder.join(path), text).expect("a file");
+    std::fs::create_dir(folder.join("shared")).expect("a folder");
+    write(
+        "c.pdsl",
+        "import \"shared/base.pdsl\";\nComponentParams c { low int 1; require low < high \"say \\\"# low\"; };",
+    );
+    write("shared/base.pdsl", "ComponentParams base { high int 5; };");
+    succeeds(folder, &["c.cdsl"]);
+    let schema = std::fs::read_to_string(folder.join("generated/src/parameters.rs"));
+    let schema = schema.expect("the parameters");
+    assert!(schema.contains("pub high: i32"), "{schema}");
+    assert!(schema.contains(r#"say \"\u0023 low"#), "{schema}");
+    write(
+        "shared/base.pdsl",
+        "// Words.\nComponentParams base { high int 5; };",
+    );
+    succeeds(folder, &["--check", "c.cdsl"]);
+    write("shared/base.pdsl", "ComponentParams base { high int 6; };");
+    assert_eq!(rcgen(folder, &["--check", "c.cdsl"]).0, 1);
+    write("etc/config.toml", "[parameters]\nlow = 9\n");
+    let short = |file: &str| rcgen(folder, &["check", file, "--format", "short"]);
+    let (code, _, err) = short("etc/config.toml");
+    assert_eq!(code, 1);
+    assert!(
+        err.ends_with("etc/config.toml:2:7: error[rule-broken]: `low` breaks a rule: say \"# low (`low < high` does not hold: `low` is 9, `high` is 6 by default)\n"),
+        "{err}"
+    );
+    write(
+        "shared/base.pdsl",
+        "import \"../c.pdsl\"; ComponentParams base { high int 6; };",
+    );
+    for file in ["c.pdsl", "./c.pdsl", "c.cdsl"] {
+        assert_eq!(
+            short(file),
+            (
+                1,
+                String::new(),
+                "shared/base.pdsl:1:8: error[import-cycle]: these files import each other in a circle: c.pdsl → base.pdsl → c.pdsl\n"
+                    .to_owned()
+            )
+        );
+    }
+}

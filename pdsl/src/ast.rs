@@ -1,5 +1,6 @@
 //! What stands in one `.pdsl` file, in its order, nothing resolved yet.
 
+use crate::condition::Comparator;
 use rc_diagnostics::Span;
 use rc_syntax::{Literal, Name};
 
@@ -168,10 +169,80 @@ pub struct List {
 /// A rule across parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rule {
+    /// What has to hold.
+    pub condition: Expression,
     /// The condition as written, its comments left out and its white space folded.
-    pub condition: String,
+    pub text: String,
     /// What is said where it is broken.
     pub message: String,
-    /// The place of the condition.
+}
+
+/// A condition, or a part of one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    /// What it is.
+    pub kind: ExpressionKind,
+    /// Its place.
     pub span: Span,
+}
+
+/// The parts of conditions. Chains like `a + b + c` are flat, so that only brackets nest.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExpressionKind {
+    /// `3`, `50ms`, `"x"`, `true`
+    Literal(Literal),
+    /// `motors.max`; a single name may also be a choice.
+    Path(Path),
+    /// `max(motors.max)`
+    Call(Name, Path),
+    /// `-a`
+    Negative(Box<Expression>),
+    /// `not a`
+    Not(Box<Expression>),
+    /// `a + b - c`: each but the first with its operator before it.
+    Sum(Box<Expression>, Vec<(SumOperator, Expression)>),
+    /// `a * b / c`
+    Product(Box<Expression>, Vec<(ProductOperator, Expression)>),
+    /// `a < b`
+    Comparison(Box<Expression>, Comparator, Box<Expression>),
+    /// `a and b and c`
+    All(Vec<Expression>),
+    /// `a or b or c`
+    Any(Vec<Expression>),
+}
+
+/// `motors.max`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// Its names, at least one.
+    pub names: Vec<Name>,
+    /// Its place.
+    pub span: Span,
+}
+
+impl Path {
+    /// The first `count` names, with dots between them.
+    pub fn text(&self, count: usize) -> String {
+        let names = self.names.iter().take(count);
+        let names: Vec<&str> = names.map(|name| name.text.as_str()).collect();
+        names.join(".")
+    }
+}
+
+/// What joins the parts of a sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SumOperator {
+    /// `+`
+    Add,
+    /// `-`
+    Subtract,
+}
+
+/// What joins the parts of a product.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProductOperator {
+    /// `*`
+    Multiply,
+    /// `/`
+    Divide,
 }

@@ -2,8 +2,10 @@
 //!
 //! `[component]`, `[bindings]` and `[middleware.NAME]` belong to the framework, `[parameters]` to the `.pdsl`.
 
+mod block;
 mod document;
 mod parameters;
+mod rules;
 mod template;
 mod values;
 
@@ -87,6 +89,31 @@ fn read(
     (configuration, checker.found, checker.missing)
 }
 
+/// The rules that the defaults break, each by its index, with what breaks it. The rules inside of a list are tried on
+/// an element of which nothing is given.
+#[cfg(feature = "language")]
+pub(crate) fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
+    let mut sources = SourceMap::new();
+    let source = sources.add("", "");
+    let mut all: Vec<(usize, String)> = Vec::new();
+    for sample in [false, true] {
+        let mut reader = Reader {
+            place: Place { source },
+            found: &mut Diagnostics::new(),
+            missing: Vec::new(),
+            sample,
+        };
+        let start = reader.place.start();
+        let block = reader.block(&parameters.parameters, None, "", start);
+        for (at, broken) in rules::broken(&parameters.rules, &block) {
+            if all.iter().all(|(known, _)| *known != at) {
+                all.push((at, broken.why));
+            }
+        }
+    }
+    all
+}
+
 struct Checker {
     place: Place,
     found: Diagnostics,
@@ -138,9 +165,15 @@ impl Checker {
             place: self.place,
             found: &mut self.found,
             missing: Vec::new(),
+            sample: false,
         };
-        out.parameters = reader.values(declared, table, "", at);
+        let block = reader.block(declared, table, "", at);
         self.missing = reader.missing;
+        let rules = parameters.map_or(&[][..], |model| &model.rules);
+        for (_, broken) in rules::broken(rules, &block) {
+            self.found.push(broken.diagnostic());
+        }
+        out.parameters = block.into_values();
     }
 
     /// A table of `root`, and where it stands.

@@ -1,5 +1,6 @@
 //! The parameters of a component, resolved: what generated code embeds, and what a configuration is read by.
 
+use crate::condition::Condition;
 use rc_diagnostics::{duration_nanoseconds, duration_text, nearest};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -32,14 +33,16 @@ impl Parameters {
     }
 }
 
-/// A `require` rule. It is kept as text; nothing checks it yet.
+/// A `require` rule.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rule {
-    /// The dotted path of the group or list in which it stands; empty at the top.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub scope: String,
-    /// The condition as written.
-    pub condition: String,
+    /// The names of the groups and lists in which it stands, from outside; in a list it holds for each element.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scope: Vec<String>,
+    /// What has to hold.
+    pub condition: Condition,
+    /// The condition as written, for people.
+    pub text: String,
     /// What is said where it is broken.
     pub message: String,
 }
@@ -197,12 +200,14 @@ impl Type {
             .map_or("", |(word, _)| word)
     }
 
+    /// Whether its values are numbers, which may have a unit.
+    pub fn is_number(self) -> bool {
+        matches!(self, Self::Int | Self::Long | Self::Float | Self::Double)
+    }
+
     /// Whether its values have an order that a range can limit.
     pub fn is_ordered(self) -> bool {
-        matches!(
-            self,
-            Self::Int | Self::Long | Self::Float | Self::Double | Self::Duration
-        )
+        self.is_number() || self == Self::Duration
     }
 
     /// What its values are, for messages.
@@ -223,6 +228,8 @@ impl Type {
     /// milliseconds.
     pub fn accept(self, value: &Value) -> Result<Value, Misfit> {
         Ok(match (self, value) {
+            // A time that is too long was read as the longest.
+            (Self::Duration, Value::Duration(u64::MAX)) => return Err(Misfit::Size),
             // An infinity that was written as such is kept; one that comes of rounding is a number too large.
             (Self::Float, Value::Float(float))
                 if float.is_finite() && (*float as f32).is_infinite() =>
@@ -240,7 +247,8 @@ impl Type {
             }
             (Self::Double | Self::Float, Value::Int(int)) => Value::Float(*int as f64),
             (Self::Duration, Value::Text(text)) => {
-                Value::Duration(duration_nanoseconds(text).ok_or(Misfit::Type)?)
+                let ns = duration_nanoseconds(text).ok_or(Misfit::Type)?;
+                return self.accept(&Value::Duration(ns));
             }
             (Self::Duration, Value::Int(ms)) => {
                 let ms = u64::try_from(*ms).map_err(|_| Misfit::Size)?;

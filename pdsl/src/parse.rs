@@ -1,11 +1,13 @@
 //! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
 
+mod condition;
+
 use crate::ast::{
     Array, DefaultValue, File, Flag, FlagKind, Group, Item, Length, List, Param, Params, Range,
     Rule as RequireRule,
 };
 use pest::iterators::Pair;
-use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_syntax::{Language, Leaf, Literal, Name, Reader, Trivia};
 
 #[allow(
@@ -79,7 +81,7 @@ fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
             Rule::param => {
                 items.extend(param(r, part).map(|param| Item::Param(Box::new(param))));
             }
-            Rule::require => items.push(Item::Rule(require(r, part))),
+            Rule::require => items.extend(require(r, part).map(Item::Rule)),
             Rule::unread => unread(r, &part),
             Rule::group => {
                 let Block {
@@ -119,30 +121,24 @@ fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
     }
 }
 
-fn require(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> RequireRule {
-    let mut rule = RequireRule {
-        condition: String::new(),
-        message: String::new(),
-        span: r.span(&pair),
-    };
+fn require(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<RequireRule> {
+    let (mut condition, mut message) = (None, String::new());
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::condition => {
-                rule.span = r.span(&part);
-                let end = r.trivia.end_of_token_before(part.as_span().end());
-                rule.span.end = end.max(rule.span.start);
-                let text = &r.text[rule.span.start..rule.span.end];
-                Trivia::new(text)
-                    .significant()
-                    .trim_end()
-                    .clone_into(&mut rule.condition);
-            }
-            Rule::string => rule.message = r.string(&part).text,
+            Rule::condition => condition = condition::read(r, part),
+            Rule::string => message = r.string(&part).text,
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
     }
-    rule
+    let condition = condition?;
+    let text = &r.text[condition.span.start..condition.span.end];
+    let text = Trivia::new(text).significant().trim_end().to_owned();
+    Some(RequireRule {
+        condition,
+        text,
+        message,
+    })
 }
 
 fn param(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
@@ -167,7 +163,14 @@ fn param(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
             }
             Rule::default => default = part.into_inner().next().map(|p| default_value(r, p)),
             Rule::range => range = Some(limits(r, part)),
-            Rule::choice => choices = literals(r, part),
+            Rule::choice => {
+                let span = r.span(&part);
+                choices = literals(r, part);
+                if choices.is_empty() {
+                    let message = "there is nothing to choose from";
+                    r.found.push(Diagnostic::error("bad-choice", span, message));
+                }
+            }
             Rule::flag => flags.extend(flag(r, part)),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
@@ -262,7 +265,7 @@ impl Language for Rule {
             Self::name => "a name",
             Self::string => "a text in quotes",
             Self::number | Self::high => "a number",
-            Self::literal => "a value",
+            Self::literal | Self::operand => "a value",
             Self::type_ref => "a type",
             Self::default | Self::values => "a default",
             Self::range => "a range",
@@ -270,7 +273,8 @@ impl Language for Rule {
             Self::flag => "a flag",
             Self::end_of_item | Self::next_item | Self::semicolon => "`;`",
             Self::condition => "a condition",
-            Self::comparator => "a comparison",
+            Self::operator => "an operator",
+            Self::close_bracket => "`)`",
             Self::path | Self::param => "a parameter",
             _ => return None,
         })

@@ -6,6 +6,7 @@ use expect_test::{Expect, expect};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_pdsl::config::{self, Configuration};
 use rc_pdsl::model::Parameters;
+use rc_syntax::MemoryLoader;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -29,7 +30,7 @@ const BUS: &str = r#"ComponentParams MotorBus {
 fn load(text: &str) -> Parameters {
     let mut sources = SourceMap::new();
     let source = sources.add("c.pdsl", text);
-    let (model, found) = rc_pdsl::load(&sources, source);
+    let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
     assert_eq!(render(&sources, &found, Format::Short), "");
     model.expect("parameters")
 }
@@ -388,8 +389,8 @@ fn the_template_is_a_configuration() {
 fn the_template_gives_the_defaults_again() {
     let model = load(
         r#"ComponentParams C {
-            a int -3; b long 9007199254740993; c float 0.1; d double 1e300; e string "a\"b\\c\nd" unit "1/s";
-            f duration 1.5ms; g path "x y"; h bool[] [true, false]; i duration[] [1s, 3us]; j double 2 0:;
+            a int -3; b long 9007199254740993; c float 0.1; d double 1e300; e string "a\"b\\c\nd";
+            f duration 1.5ms; g path "x y"; h bool[] [true, false]; i duration[] [1s, 3us]; j double 2 0: unit "1/s";
             group k { l int 1; list m 2:2 { n string "x"; group o { p int 1; }; }; q int 5; };
             list r 1:3 { s int 1; list t 0:5 { u int; }; };
             list v { w int; group x { y int 1; }; };

@@ -4,7 +4,8 @@
 
 use expect_test::{Expect, expect};
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_pdsl::model::{Kind, Parameters};
+use rc_pdsl::model::Parameters;
+use rc_syntax::MemoryLoader;
 
 /// What is found in `body`, which stands in a component `C` from line 2 on.
 fn check(body: &str, expected: &Expect) -> Parameters {
@@ -14,7 +15,7 @@ fn check(body: &str, expected: &Expect) -> Parameters {
 fn check_file(text: &str, expected: &Expect) -> Parameters {
     let mut sources = SourceMap::new();
     let source = sources.add("c.pdsl", text);
-    let (model, found) = rc_pdsl::load(&sources, source);
+    let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
     expected.assert_eq(&render(&sources, &found, Format::Short));
     model.unwrap_or_default()
 }
@@ -107,46 +108,6 @@ fn documentation_groups_and_lists() {
 }
 
 #[test]
-fn rules_are_kept_with_their_scope() {
-    let text = "a int 1; b int 2;\nrequire a  <= b * 2 /* why */ and not (a == -3 or len(m) > 0) \"a is too large\";\n\
-                list m { x int 1; require x > a - 1 \"x is too small\"; }\nrequire unique(m.x) \"twice\"";
-    let model = check(
-        text,
-        &expect![[r#"
-        c.pdsl:3:9: warning[not-checked-yet]: this rule is kept, but nothing checks it yet
-        c.pdsl:4:27: warning[not-checked-yet]: this rule is kept, but nothing checks it yet
-        c.pdsl:5:9: warning[not-checked-yet]: this rule is kept, but nothing checks it yet
-        c.pdsl:5:28: error[missing-semicolon]: `;` expected here
-    "#]],
-    );
-    expect![[r#"
-        [
-          {
-            "condition": "a <= b * 2 and not (a == -3 or len(m) > 0)",
-            "message": "a is too large"
-          },
-          {
-            "scope": "m",
-            "condition": "x > a - 1",
-            "message": "x is too small"
-          },
-          {
-            "condition": "unique(m.x)",
-            "message": "twice"
-          }
-        ]
-    "#]]
-    .assert_eq(&format!(
-        "{}\n",
-        serde_json::to_string_pretty(&model.rules).expect("JSON")
-    ));
-    let Kind::List { length, .. } = &model.parameters[2].kind else {
-        panic!("a list")
-    };
-    assert_eq!((length.min, length.max), (0, None));
-}
-
-#[test]
 fn what_cannot_be_read_does_not_hide_the_rest() {
     check(
         "a int 3 TT;\nb int 4\nc string;\nd int 0:5 7;\nrequire a < \"x\";\nrequire a == 1;\nlist m 1 { };\n\
@@ -155,8 +116,8 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
             c.pdsl:2:9: error[syntax-error]: expected `;`, a flag or choices, found `TT`
             c.pdsl:3:8: error[missing-semicolon]: `;` expected here
             c.pdsl:5:11: error[syntax-error]: expected `;` or a flag, found `7`
-            c.pdsl:6:16: error[syntax-error]: expected a text in quotes, found `;`
-            c.pdsl:7:15: error[syntax-error]: expected a text in quotes, found `;`
+            c.pdsl:6:16: error[syntax-error]: expected a text in quotes or an operator, found `;`
+            c.pdsl:7:15: error[syntax-error]: expected a text in quotes or an operator, found `;`
             c.pdsl:8:10: error[syntax-error]: expected `:`, found `{`
             c.pdsl:9:10: error[syntax-error]: expected `;`, a flag, a range or choices, found `3`
             c.pdsl:10:10: error[syntax-error]: expected `;`, a default, a flag or choices, found `"`
@@ -209,13 +170,6 @@ fn whole_files() {
     "#]],
     );
     check_file(
-        "import \"base.pdsl\"\nComponentParams C { };",
-        &expect![[r#"
-        c.pdsl:1:8: warning[not-supported-yet]: `base.pdsl` is not read: imports between .pdsl files do not exist yet
-        c.pdsl:1:19: error[missing-semicolon]: `;` expected here
-    "#]],
-    );
-    check_file(
         &format!("ComponentParams C {{ {} }};", "group g {".repeat(200)),
         &expect![[r#"
         c.pdsl:1:920: error[nested-too-deep]: brackets nest deeper than 100 levels here
@@ -261,13 +215,13 @@ fn defaults_fit_their_type_range_and_choices() {
             c.pdsl:7:10: error[default-not-a-choice]: the default "fsat" is not one of the choices (allowed is a text in quotes, one of "fast", "slow"; did you mean `fast`?)
             c.pdsl:8:7: error[default-not-a-choice]: the default 3 is not one of the choices (allowed is a whole number of 32 bits, one of 1, 2)
             c.pdsl:9:14: error[bad-default]: the default has length 1; allowed are 2 to 3 elements
-            c.pdsl:10:11: error[bad-default]: the default of an array stands in brackets, not the number 1
+            c.pdsl:10:11: error[bad-default]: the default of an array stands in brackets, not the number 1.0
             c.pdsl:11:7: error[bad-default]: only an array has a list of values as default (an array is declared with `int[]`)
             c.pdsl:12:13: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:12:24 (allowed is from 0 to 127)
             c.pdsl:12:18: error[bad-default]: `true` cannot be the default of `int` (allowed is a whole number of 32 bits)
             c.pdsl:13:12: error[bad-default]: the text "soon" cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
             c.pdsl:14:12: error[bad-range]: this range is empty: its end is below its begin
-            c.pdsl:15:9: error[bad-default]: the number 1000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000 cannot be the default of `float` (allowed is a number of 32 bits)
+            c.pdsl:15:9: error[bad-default]: the number 1e99 cannot be the default of `float` (allowed is a number of 32 bits)
             c.pdsl:16:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)
         "#]],
     );
@@ -303,6 +257,94 @@ fn flags_come_once() {
         c.pdsl:2:11: error[repeated-flag]: a parameter is either `T`, changeable while the component runs, or `F`, fixed; first here at c.pdsl:2:9
         c.pdsl:3:11: error[repeated-flag]: this was said already; first here at c.pdsl:3:9
         c.pdsl:4:20: error[repeated-flag]: this was said already; first here at c.pdsl:4:9
+    "#]],
+    );
+}
+
+#[test]
+fn only_numbers_have_a_unit() {
+    check(
+        "a bool true unit \"m\";\nb string \"\" unit \"m\";\nc duration 1s T unit \"s\";\nd float[] [] unit \"m\";",
+        &expect![[r#"
+            c.pdsl:2:13: error[bad-unit]: only numbers have a unit; this is of type `bool`
+            c.pdsl:3:13: error[bad-unit]: only numbers have a unit; this is of type `string`
+            c.pdsl:4:17: error[bad-unit]: only numbers have a unit; this is of type `duration`
+        "#]],
+    );
+}
+
+#[test]
+fn names_stay_apart_in_generated_code() {
+    check(
+        "maxSpeed int 1;\nmax_speed int 2;\ngroup MaxSpeed { x int 1; };\nlist max__speed { x2 int 1; x_2 int 1; type int 1; type_ int 1; };\n_ int 1; __ int 1;",
+        &expect![[r#"
+            c.pdsl:3:1: error[name-collision]: parameters `maxSpeed` and `max_speed` are both `max_speed` in generated code; first declared here at c.pdsl:2:1
+            c.pdsl:4:7: error[duplicate-name]: parameter `MaxSpeed` differs from `maxSpeed` only in case; first declared here at c.pdsl:2:1
+            c.pdsl:5:6: error[name-collision]: parameters `maxSpeed` and `max__speed` are both `max_speed` in generated code; first declared here at c.pdsl:2:1
+            c.pdsl:5:52: error[name-collision]: parameters `type` and `type_` are both `type` in generated code; first declared here at c.pdsl:5:40
+        "#]],
+    );
+}
+
+#[test]
+fn numbers_outside_their_type() {
+    check(
+        "a int 2147483648;\nb int -2147483649:0;\nc long 9223372036854775808;\nd long -9223372036854775808 :9223372036854775807;\n\
+         e long 0:99999999999999999999;\nf int 0xFFFFFFFF;\ng long 0xFFFFFFFFFFFFFFFF;\nh float -1e39:1e39;\ni duration 1e30s;\nj duration -1s;\n\
+         k double nan;\nl int {1, 3000000000};\nm int[] [1, 3000000000];\nn int 1.0;\no duration -5;\np double 1e999 {1e999};",
+        &expect![[r#"
+            c.pdsl:2:7: error[bad-default]: the number 2147483648 cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:3:7: error[bad-range]: the number -2147483649 cannot limit `int`; allowed is a whole number of 32 bits
+            c.pdsl:4:8: error[bad-default]: the number 9.223372036854776e18 cannot be the default of `long` (allowed is a whole number of 64 bits)
+            c.pdsl:6:10: error[bad-range]: the number 1e20 cannot limit `long`; allowed is a whole number of 64 bits
+            c.pdsl:7:7: error[bad-default]: the number 4294967295 cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:8:8: error[bad-default]: `0xFFFFFFFFFFFFFFFF` cannot be the default of `long` (allowed is a whole number of 64 bits)
+            c.pdsl:9:9: error[bad-range]: the number -1e39 cannot limit `float`; allowed is a number of 32 bits
+            c.pdsl:9:15: error[bad-range]: the number 1e39 cannot limit `float`; allowed is a number of 32 bits
+            c.pdsl:10:12: error[bad-default]: a time that is too long cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
+            c.pdsl:11:12: error[bad-default]: `-1s` cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
+            c.pdsl:12:10: error[bad-default]: `nan` cannot be the default of `double` (allowed is a number of 64 bits)
+            c.pdsl:13:11: error[bad-choice]: the number 3000000000 is not of type `int`; allowed is a whole number of 32 bits
+            c.pdsl:14:13: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:15:7: error[bad-default]: the number 1.0 cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:16:12: error[bad-default]: the number -5 cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
+            c.pdsl:17:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)
+            c.pdsl:17:17: error[bad-choice]: the number inf is not of type `double`; allowed is a number of 64 bits
+        "#]],
+    );
+}
+
+#[test]
+fn there_is_something_to_choose_from() {
+    check(
+        "a int {};\nb string x {};\nlist path { port int 1; };\nlist path2 {};\nc bool true {true};\nd int 1 {1, 2,};",
+        &expect![[r#"
+            c.pdsl:2:7: error[bad-choice]: there is nothing to choose from
+            c.pdsl:3:10: error[bad-default]: `x` cannot be the default of `string` (allowed is a text in quotes)
+            c.pdsl:3:12: error[bad-choice]: there is nothing to choose from
+            c.pdsl:7:15: error[syntax-error]: expected a value, found `}`
+        "#]],
+    );
+}
+
+#[test]
+fn blocks_nest_as_deep_as_a_component_can_read() {
+    let nested = |depth: usize| {
+        let open: String = (0..depth).map(|i| format!("list l{i} 1:2 {{ ")).collect();
+        format!(
+            "{open} x int[1:3] [1, 2] 0:9; require max(x) < 9 \"\"; {}",
+            "};".repeat(depth)
+        )
+    };
+    let model = check(&nested(20), &expect![[""]]);
+    assert_eq!(
+        Parameters::from_json(&model.to_json()).expect("its own JSON"),
+        model
+    );
+    check(
+        &nested(21),
+        &expect![[r#"
+        c.pdsl:2:296: error[nested-too-deep]: groups and lists nest deeper than 20 levels here
     "#]],
     );
 }

@@ -4,6 +4,7 @@ use crate::{layout, names};
 use heck::ToUpperCamelCase;
 use rc_pdsl::model::{self, Kind, Parameter, Type};
 use serde::Serialize;
+use std::collections::HashSet;
 
 /// All parameters.
 #[derive(Debug, Serialize)]
@@ -39,52 +40,70 @@ pub struct Field {
 }
 
 pub(super) fn of(parameters: &model::Parameters) -> Parameters {
-    let mut structs = Vec::new();
+    let mut structs = Structs::default();
     let doc = if parameters.doc.is_empty() {
         vec![format!("The parameters `{}`.", parameters.name)]
     } else {
         parameters.doc.clone()
     };
-    structure("Params", &doc, &parameters.parameters, &mut structs);
+    let name = structs.name("", "");
+    structs.add(name, &doc, &parameters.parameters);
+    // `"#` could end a raw string. In JSON it is always part of a text, where a `#` may be written as an escape.
+    let json = parameters.to_json().replace("\"#", "\"\\u0023");
     Parameters {
-        json: parameters.to_json(),
-        structs,
+        json,
+        structs: structs.done,
     }
 }
 
-fn structure(name: &str, doc: &[String], parameters: &[Parameter], out: &mut Vec<Struct>) {
-    let fields = parameters.iter().map(|p| field(name, p, out)).collect();
-    out.push(Struct {
-        name: name.to_owned(),
-        doc: crate::layout::doc(doc),
-        fields,
-    });
+#[derive(Default)]
+struct Structs {
+    done: Vec<Struct>,
+    /// The names of all of them, done or not.
+    names: HashSet<String>,
 }
 
-fn field(owner: &str, parameter: &Parameter, out: &mut Vec<Struct>) -> Field {
+impl Structs {
+    /// `laser` becomes `LaserParams`, so that it cannot be taken for the trait or the type `Laser`. The names of the
+    /// groups around it come first; where `a` in `b` and `b_a` would be one name, the second gets a number.
+    fn name(&mut self, owner: &str, parameter: &str) -> String {
+        let owner = owner.strip_suffix("Params").unwrap_or(owner);
+        let mut base = format!("{owner}{}", parameter.to_upper_camel_case());
+        if base.starts_with(|c: char| c.is_ascii_digit()) {
+            base.insert(0, 'N');
+        }
+        let numbered = (2..).map(|n| format!("{base}{n}Params"));
+        let mut all = std::iter::once(format!("{base}Params")).chain(numbered);
+        let name = all.find(|name| !self.names.contains(name));
+        let name = name.unwrap_or(base);
+        self.names.insert(name.clone());
+        name
+    }
+
+    fn add(&mut self, name: String, doc: &[String], parameters: &[Parameter]) {
+        let fields = parameters.iter().map(|p| field(&name, p, self)).collect();
+        self.done.push(Struct {
+            name,
+            doc: crate::layout::doc(doc),
+            fields,
+        });
+    }
+}
+
+fn field(owner: &str, parameter: &Parameter, out: &mut Structs) -> Field {
     let name = &parameter.name;
-    // `laser` becomes `LaserParams`, so that it cannot be taken for the trait or the type `Laser`.
-    let inner = format!(
-        "{}{}Params",
-        owner.trim_end_matches("Params"),
-        name.to_upper_camel_case()
-    );
     let (ty, value) = match &parameter.kind {
         Kind::Scalar { ty, array } => scalar(*ty, array.is_some(), name),
         Kind::Group(members) => {
-            structure(&inner, &[format!("The group `{name}`.")], members, out);
-            (
-                inner.clone(),
-                format!("{inner}::from_values(values.group({name:?}))"),
-            )
+            let inner = out.name(owner, name);
+            out.add(inner.clone(), &[format!("The group `{name}`.")], members);
+            let value = format!("{inner}::from_values(values.group({name:?}))");
+            (inner, value)
         }
         Kind::List { parameters, .. } => {
-            structure(
-                &inner,
-                &[format!("One element of `{name}`.")],
-                parameters,
-                out,
-            );
+            let inner = out.name(owner, name);
+            let doc = [format!("One element of `{name}`.")];
+            out.add(inner.clone(), &doc, parameters);
             let value = layout::chain(
                 12,
                 names::snake(name).len() + 2,

@@ -117,7 +117,7 @@ fn check(
             session.found
         }
         "cdsl" => rc_cdsl::load(sources, loader, source).1,
-        "pdsl" => rc_pdsl::load(sources, source).1,
+        "pdsl" => rc_pdsl::load(sources, loader, source).1,
         "smdsl" => rc_smdsl::load(sources, source).1,
         _ => (language.parse)(sources, source),
     }

@@ -1,9 +1,10 @@
 //! `[parameters]` against the model: every fault is found, and every default is filled in.
 
+use super::block::{Block, Content, Field};
 use super::document::{self, Place};
-use super::values::{Entry, Values};
 use crate::model::{Kind, Length, Misfit, Parameter, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use std::collections::HashSet;
 use toml_edit::{Item, TableLike};
 
 /// Reads the values of parameters, and keeps what is wrong.
@@ -12,157 +13,157 @@ pub(super) struct Reader<'a> {
     pub(super) found: &'a mut Diagnostics,
     /// The paths that have neither a value nor a default.
     pub(super) missing: Vec<String>,
+    /// Whether a list that is not there has one element, so that the rules in it are tried.
+    pub(super) sample: bool,
 }
 
 impl Reader<'_> {
     /// The values of `parameters` in `table`, which is called `path` and stands at `at`.
-    pub(super) fn values(
+    pub(super) fn block(
         &mut self,
         parameters: &[Parameter],
         table: Option<&dyn TableLike>,
         path: &str,
         at: Span,
-    ) -> Values {
-        let mut values = Values::default();
+    ) -> Block {
+        let mut block = Block::default();
         for parameter in parameters {
-            let path = if path.is_empty() {
-                parameter.name.clone()
-            } else {
-                format!("{path}.{}", parameter.name)
-            };
+            let path = inner(path, &parameter.name);
             let item = table.and_then(|table| table.get_key_value(&parameter.name));
-            let entry = match item {
-                Some((key, item)) => {
-                    let at = self.place.of(item.span().or(key.span()), at);
-                    self.given(parameter, item, &path, at)
-                }
-                None => self.absent(parameter, &path, at),
+            let mut field = Field {
+                name: parameter.name.clone(),
+                path,
+                at,
+                given: item.is_some(),
+                faulty: false,
+                secret: parameter.secret,
+                content: None,
+                elements: Vec::new(),
             };
-            if let Some(entry) = entry {
-                values.push(&parameter.name, entry);
+            match item {
+                Some((key, item)) => {
+                    field.at = self.place.of(item.span().or(key.span()), at);
+                    self.given(parameter, item, &mut field);
+                }
+                None => self.absent(parameter, &mut field),
             }
+            block.fields.push(field);
         }
-        for (name, _) in table.into_iter().flat_map(TableLike::iter) {
-            if !parameters.iter().any(|p| p.name == name) {
-                let full = if path.is_empty() {
-                    name.to_owned()
-                } else {
-                    format!("{path}.{name}")
-                };
-                let span = self.place.of(
-                    table
-                        .and_then(|t| t.key(name))
-                        .and_then(toml_edit::Key::span),
-                    at,
-                );
-                let known = parameters.iter().map(|p| p.name.as_str());
-                let message = format!("unknown parameter `{full}`");
-                let diagnostic = Diagnostic::error("unknown-parameter", span, message);
-                self.found.push(if parameters.is_empty() {
-                    diagnostic.help("there are no parameters here")
-                } else {
-                    diagnostic.suggest(name, known)
-                });
-            }
+        if let Some(table) = table {
+            self.unknown(parameters, table, path, at);
         }
-        values
+        block
     }
 
-    fn absent(&mut self, parameter: &Parameter, path: &str, at: Span) -> Option<Entry> {
-        match &parameter.kind {
-            Kind::Group(inner) => return Some(Entry::Group(self.values(inner, None, path, at))),
-            Kind::List { length, .. } if length.min == 0 => return Some(Entry::List(Vec::new())),
-            _ => {}
+    fn unknown(&mut self, parameters: &[Parameter], table: &dyn TableLike, path: &str, at: Span) {
+        let known: HashSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+        for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
+            let span = table.key(name).and_then(toml_edit::Key::span);
+            let message = format!("unknown parameter `{}`", inner(path, name));
+            let diagnostic =
+                Diagnostic::error("unknown-parameter", self.place.of(span, at), message);
+            self.found.push(if parameters.is_empty() {
+                diagnostic.help("there are no parameters here")
+            } else {
+                diagnostic.suggest(name, parameters.iter().map(|p| p.name.as_str()))
+            });
         }
-        if let Some(default) = &parameter.default {
-            return Some(Entry::Value(default.clone(), parameter.secret));
-        }
-        self.missing.push(path.to_owned());
-        let message = format!("`{path}` must be set");
-        let help = format!("allowed is {}", parameter.allowed());
-        self.found
-            .push(Diagnostic::error("missing-parameter", at, message).help(help));
-        None
     }
 
-    fn given(&mut self, parameter: &Parameter, item: &Item, path: &str, at: Span) -> Option<Entry> {
+    fn absent(&mut self, parameter: &Parameter, field: &mut Field) {
+        let (path, at) = (&field.path, field.at);
         match &parameter.kind {
-            Kind::Scalar { ty, array: None } => {
-                let value = self.scalar(parameter, *ty, item, path, at)?;
-                Some(Entry::Value(value, parameter.secret))
+            Kind::Group(members) => {
+                field.content = Some(Content::Group(self.block(members, None, path, at)));
             }
+            Kind::List { parameters, .. } if self.sample => {
+                let path = format!("{path}[0]");
+                let element = self.block(parameters, None, &path, at);
+                field.content = Some(Content::List(vec![element]));
+                field.faulty = true;
+            }
+            Kind::List { length, .. } if length.min == 0 => {
+                field.content = Some(Content::List(Vec::new()));
+            }
+            Kind::Scalar { .. } if parameter.default.is_some() => {
+                field.content = parameter.default.clone().map(Content::Value);
+            }
+            Kind::Scalar { .. } | Kind::List { .. } => {
+                field.faulty = true;
+                let message = format!("`{path}` must be set");
+                let help = format!("allowed is {}", parameter.allowed());
+                self.found
+                    .push(Diagnostic::error("missing-parameter", at, message).help(help));
+                self.missing.push(field.path.clone());
+            }
+        }
+    }
+
+    fn given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
+        let (path, at) = (field.path.as_str(), field.at);
+        let content = match &parameter.kind {
+            Kind::Scalar { ty, array: None } => self
+                .scalar(parameter, *ty, item, path, at)
+                .map(Content::Value),
             Kind::Scalar {
                 ty,
                 array: Some(length),
-            } => {
-                let Some(array) = item.as_array() else {
-                    return self.wrong_type(parameter, item, path, at);
-                };
-                self.length(*length, array.len(), path, at);
+            } => item.as_array().map(|array| {
+                field.faulty = !self.length(*length, array.len(), path, at);
                 let mut values = Vec::new();
                 for (index, value) in array.iter().enumerate() {
                     let span = self.place.of(value.span(), at);
                     let path = format!("{path}[{index}]");
-                    values.extend(self.scalar(
-                        parameter,
-                        *ty,
-                        &Item::Value(value.clone()),
-                        &path,
-                        span,
-                    ));
+                    let item = Item::Value(value.clone());
+                    let value = self.scalar(parameter, *ty, &item, &path, span);
+                    field.faulty |= value.is_none();
+                    values.extend(value);
+                    field.elements.push(span);
                 }
-                Some(Entry::Value(Value::Array(values), parameter.secret))
-            }
-            Kind::Group(inner) => {
-                let Some(table) = item.as_table_like() else {
-                    return self.wrong_type(parameter, item, path, at);
-                };
-                Some(Entry::Group(self.values(inner, Some(table), path, at)))
-            }
-            Kind::List { length, parameters } => {
-                let Some(tables) = document::tables(item) else {
-                    return self.wrong_type(parameter, item, path, at);
-                };
-                self.length(*length, tables.len(), path, at);
+                Content::Value(Value::Array(values))
+            }),
+            Kind::Group(members) => item
+                .as_table_like()
+                .map(|table| Content::Group(self.block(members, Some(table), path, at))),
+            Kind::List { length, parameters } => document::tables(item).map(|tables| {
+                field.faulty = !self.length(*length, tables.len(), path, at);
                 let mut elements = Vec::new();
                 for (index, (table, span)) in tables.into_iter().enumerate() {
                     let at = self.place.of(span, at);
-                    elements.push(self.values(
-                        parameters,
-                        Some(table),
-                        &format!("{path}[{index}]"),
-                        at,
-                    ));
+                    let path = format!("{path}[{index}]");
+                    elements.push(self.block(parameters, Some(table), &path, at));
                 }
-                Some(Entry::List(elements))
+                Content::List(elements)
+            }),
+        };
+        // What is wrong with a single value is said already.
+        let single = matches!(parameter.kind, Kind::Scalar { array: None, .. });
+        if content.is_none() {
+            field.faulty = true;
+            if !single {
+                self.wrong_type(parameter, item, &field.path, at);
             }
         }
+        field.content = content;
     }
 
-    fn length(&mut self, length: Length, count: usize, path: &str, at: Span) {
+    /// Whether the length is allowed.
+    fn length(&mut self, length: Length, count: usize, path: &str, at: Span) -> bool {
         if !length.allows(count) {
             let message = format!("`{path}` has length {count}");
             let help = format!("allowed are {}", length.described());
             self.found
                 .push(Diagnostic::error("wrong-length", at, message).help(help));
         }
+        length.allows(count)
     }
 
-    fn wrong_type(
-        &mut self,
-        parameter: &Parameter,
-        item: &Item,
-        path: &str,
-        at: Span,
-    ) -> Option<Entry> {
-        let message = format!(
-            "`{path}` cannot be {}",
-            document::described(item, parameter.secret)
-        );
+    fn wrong_type(&mut self, parameter: &Parameter, item: &Item, path: &str, at: Span) {
+        let what = document::described(item, parameter.secret);
+        let message = format!("`{path}` cannot be {what}");
         let help = format!("allowed is {}", parameter.allowed());
         self.found
             .push(Diagnostic::error("wrong-type", at, message).help(help));
-        None
     }
 
     /// One value, or one element of an array.
@@ -201,5 +202,14 @@ impl Reader<'_> {
         self.found
             .push(Diagnostic::error(code, at, message).help(format!("allowed is {allowed}")));
         None
+    }
+}
+
+/// The path of what is called `name` in `path`.
+fn inner(path: &str, name: &str) -> String {
+    if path.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{path}.{name}")
     }
 }

@@ -32,8 +32,8 @@ static EMPTY: Values = Values {
 };
 
 impl Values {
-    pub(super) fn push(&mut self, name: &str, entry: Entry) {
-        self.entries.push((name.to_owned(), entry));
+    pub(super) fn push(&mut self, name: String, entry: Entry) {
+        self.entries.push((name, entry));
     }
 
     fn entry(&self, name: &str) -> Option<&Entry> {

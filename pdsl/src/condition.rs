@@ -1,0 +1,532 @@
+//! The condition of a rule, resolved, and how it is computed.
+//!
+//! It is a list of steps instead of a tree: each takes what the steps before it left. So a component reads any
+//! condition from its JSON, however deep the brackets were, and nothing calls itself.
+
+use crate::model::Value;
+use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
+
+/// What has to hold. It was checked against its parameters when the `.pdsl` was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Condition {
+    /// In the order in which they are computed.
+    pub steps: Vec<Step>,
+}
+
+/// One step: it leaves one value, and takes none, one or two of those that earlier steps left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Step {
+    /// Leaves a value.
+    Value(Value),
+    /// Leaves the value of a parameter.
+    Parameter(Reference),
+    /// Leaves what a function says of a parameter in every element of its lists.
+    Call(Function, Reference),
+    /// `-a`
+    Negate,
+    /// `a + b`
+    Add,
+    /// `a - b`
+    Subtract,
+    /// `a * b`
+    Multiply,
+    /// `a / b`
+    Divide,
+    /// `a < b`
+    Compare(Comparator),
+    /// `not a`
+    Not,
+    /// `a and b`
+    And,
+    /// `a or b`
+    Or,
+}
+
+/// A parameter that a rule names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    /// In which of the blocks around the rule the path begins: 0 is the outermost.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub level: usize,
+    /// The names from there.
+    pub path: Vec<String>,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+fn is_zero(value: &usize) -> bool {
+    *value == 0
+}
+
+/// What a rule can ask of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Function {
+    /// The smallest value.
+    Min,
+    /// The largest value.
+    Max,
+    /// How many elements there are.
+    Len,
+    /// Whether no value is there twice.
+    Unique,
+}
+
+impl Function {
+    /// All functions, by the words that name them.
+    pub const WORDS: [(&'static str, Self); 4] = [
+        ("min", Self::Min),
+        ("max", Self::Max),
+        ("len", Self::Len),
+        ("unique", Self::Unique),
+    ];
+
+    /// The function that `word` names, in upper or lower case.
+    pub fn from_word(word: &str) -> Option<Self> {
+        let mut words = Self::WORDS.iter();
+        words
+            .find(|(w, _)| w.eq_ignore_ascii_case(word))
+            .map(|(_, function)| *function)
+    }
+}
+
+/// How two values are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Comparator {
+    /// `==`
+    #[serde(rename = "==")]
+    Equal,
+    /// `!=`
+    #[serde(rename = "!=")]
+    Unequal,
+    /// `<`
+    #[serde(rename = "<")]
+    Less,
+    /// `<=`
+    #[serde(rename = "<=")]
+    AtMost,
+    /// `>`
+    #[serde(rename = ">")]
+    Greater,
+    /// `>=`
+    #[serde(rename = ">=")]
+    AtLeast,
+}
+
+impl Comparator {
+    const SIGNS: [(&'static str, Self); 6] = [
+        ("==", Self::Equal),
+        ("!=", Self::Unequal),
+        ("<", Self::Less),
+        ("<=", Self::AtMost),
+        (">", Self::Greater),
+        (">=", Self::AtLeast),
+    ];
+
+    /// The comparison that `sign` stands for.
+    pub fn from_sign(sign: &str) -> Option<Self> {
+        let mut signs = Self::SIGNS.iter();
+        signs.find(|(s, _)| *s == sign).map(|(_, c)| *c)
+    }
+
+    /// Whether it only tells equal from unequal, which all types can be.
+    pub fn is_equality(self) -> bool {
+        matches!(self, Self::Equal | Self::Unequal)
+    }
+
+    fn accepts(self, ordering: Ordering) -> bool {
+        match self {
+            Self::Equal => ordering.is_eq(),
+            Self::Unequal => ordering.is_ne(),
+            Self::Less => ordering.is_lt(),
+            Self::AtMost => ordering.is_le(),
+            Self::Greater => ordering.is_gt(),
+            Self::AtLeast => ordering.is_ge(),
+        }
+    }
+}
+
+/// Why a step leaves no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Trouble {
+    /// The smallest or largest of nothing: whatever is said about it holds.
+    Empty,
+    DivisionByZero,
+    TooLarge,
+    /// NaN, which would make every comparison false and every `not` of one true.
+    NotANumber,
+    /// The steps are not those of any condition: JSON that another version wrote.
+    Unfit,
+}
+
+/// The values of one reference: one of a parameter, any number of a function's.
+pub(crate) struct Given<'a> {
+    pub(crate) values: Vec<&'a Value>,
+    /// How many elements there are, for `len`.
+    pub(crate) count: usize,
+}
+
+impl Condition {
+    /// The parameters that it names, each with the function that it is given to, in the order of the text.
+    pub(crate) fn references(&self) -> impl Iterator<Item = (Option<Function>, &Reference)> {
+        self.steps.iter().filter_map(|step| match step {
+            Step::Parameter(reference) => Some((None, reference)),
+            Step::Call(function, reference) => Some((Some(*function), reference)),
+            _ => None,
+        })
+    }
+
+    /// Whether it holds for these values, one [`Given`] for each of [`Condition::references`].
+    pub(crate) fn holds(&self, given: &[Given<'_>]) -> Result<bool, Trouble> {
+        match compute(&self.steps, given) {
+            Ok(Operand::Bool(holds)) => Ok(holds),
+            Ok(_) => Err(Trouble::Unfit),
+            Err(Trouble::Empty) => Ok(true),
+            Err(trouble) => Err(trouble),
+        }
+    }
+}
+
+type Outcome<'a> = Result<Operand<'a>, Trouble>;
+
+#[derive(Clone, Copy, Debug)]
+enum Operand<'a> {
+    Bool(bool),
+    Number(Number),
+    /// In nanoseconds; a difference of times may be less than none.
+    Time(Number),
+    Text(&'a str),
+}
+
+/// Whole numbers stay whole and exact, whatever they are compared with.
+#[derive(Clone, Copy, Debug)]
+enum Number {
+    Int(i128),
+    Float(f64),
+}
+
+fn compute<'a>(steps: &'a [Step], given: &[Given<'a>]) -> Outcome<'a> {
+    let mut given = given.iter();
+    let mut stack: Vec<Outcome<'a>> = Vec::new();
+    for step in steps {
+        let outcome = match step {
+            Step::Value(value) => operand(value),
+            Step::Parameter(_) => {
+                let values = given.next().map_or(&[][..], |given| &given.values);
+                values.first().map_or(Err(Trouble::Unfit), |v| operand(v))
+            }
+            Step::Call(function, _) => given
+                .next()
+                .map_or(Err(Trouble::Unfit), |given| call(*function, given)),
+            Step::Negate => unary(&mut stack, negative),
+            Step::Not => unary(&mut stack, |a| match a {
+                Operand::Bool(a) => Ok(Operand::Bool(!a)),
+                _ => Err(Trouble::Unfit),
+            }),
+            Step::Add => binary(&mut stack, |a, b| sum(a, b, Number::plus)),
+            Step::Subtract => binary(&mut stack, |a, b| sum(a, b, Number::minus)),
+            Step::Multiply => binary(&mut stack, multiply),
+            Step::Divide => binary(&mut stack, divide),
+            Step::Compare(comparator) => binary(&mut stack, |a, b| compare(*comparator, a, b)),
+            Step::And => join(&mut stack, false),
+            Step::Or => join(&mut stack, true),
+        };
+        stack.push(outcome);
+    }
+    stack.pop().unwrap_or(Err(Trouble::Unfit))
+}
+
+fn take<'a>(stack: &mut Vec<Outcome<'a>>) -> Outcome<'a> {
+    stack.pop().unwrap_or(Err(Trouble::Unfit))
+}
+
+fn unary<'a>(
+    stack: &mut Vec<Outcome<'a>>,
+    operation: impl Fn(Operand<'a>) -> Outcome<'a>,
+) -> Outcome<'a> {
+    take(stack).and_then(operation)
+}
+
+fn binary<'a>(
+    stack: &mut Vec<Outcome<'a>>,
+    operation: impl Fn(Operand<'a>, Operand<'a>) -> Outcome<'a>,
+) -> Outcome<'a> {
+    let (b, a) = (take(stack), take(stack));
+    operation(a?, b?)
+}
+
+/// `and` and `or`. Trouble on one side does not matter where the other side decides, which `decisive` does:
+/// `b == 0 or a / b > 2` is a rule that people write.
+fn join<'a>(stack: &mut Vec<Outcome<'a>>, decisive: bool) -> Outcome<'a> {
+    let (b, a) = (take(stack), take(stack));
+    match (a, b) {
+        (Ok(Operand::Bool(side)), _) | (_, Ok(Operand::Bool(side))) if side == decisive => {
+            Ok(Operand::Bool(decisive))
+        }
+        // Nothing is less trouble than any other.
+        (Err(trouble), Ok(_) | Err(Trouble::Empty)) | (_, Err(trouble)) => Err(trouble),
+        (Ok(Operand::Bool(_)), Ok(Operand::Bool(_))) => Ok(Operand::Bool(!decisive)),
+        (Ok(_), Ok(_)) => Err(Trouble::Unfit),
+    }
+}
+
+fn operand(value: &Value) -> Outcome<'_> {
+    Ok(match value {
+        Value::Bool(value) => Operand::Bool(*value),
+        Value::Int(value) => Operand::Number(Number::Int(i128::from(*value))),
+        Value::Float(value) => Operand::Number(Number::float(*value)?),
+        Value::Text(value) => Operand::Text(value),
+        Value::Duration(value) => Operand::Time(Number::Int(i128::from(*value))),
+        Value::Array(_) => return Err(Trouble::Unfit),
+    })
+}
+
+fn call<'a>(function: Function, given: &Given<'a>) -> Outcome<'a> {
+    match function {
+        Function::Min | Function::Max => {
+            let at = extreme(function, &given.values).ok_or(Trouble::Empty)?;
+            operand(given.values[at])
+        }
+        Function::Len => Ok(Operand::Number(Number::Int(given.count as i128))),
+        Function::Unique => Ok(Operand::Bool(repeated(&given.values).is_none())),
+    }
+}
+
+/// Which of `values` is the smallest or the largest; one that is no number is both.
+pub(crate) fn extreme(function: Function, values: &[&Value]) -> Option<usize> {
+    let is_nan = |value: &&Value| matches!(value, Value::Float(float) if float.is_nan());
+    let nan = values.iter().position(is_nan);
+    let indices = 0..values.len();
+    let by_value = |a: &usize, b: &usize| order(values[*a], values[*b]);
+    nan.or_else(|| match function {
+        Function::Max => indices.max_by(by_value),
+        _ => indices.min_by(by_value),
+    })
+}
+
+/// The first of `values` that is there already, after the one that it repeats.
+pub(crate) fn repeated(values: &[&Value]) -> Option<(usize, usize)> {
+    let mut indices: Vec<usize> = (0..values.len()).collect();
+    indices.sort_by(|a, b| order(values[*a], values[*b]));
+    let pairs = indices.windows(2).map(|pair| (pair[0], pair[1]));
+    pairs
+        .filter(|(a, b)| order(values[*a], values[*b]).is_eq())
+        .min_by_key(|(_, second)| *second)
+}
+
+/// The order of two values of one parameter, which are of one type.
+fn order(a: &Value, b: &Value) -> Ordering {
+    match (a, b) {
+        (Value::Bool(a), Value::Bool(b)) => a.cmp(b),
+        (Value::Int(a), Value::Int(b)) => a.cmp(b),
+        // Adding zero makes one zero of the two that there are.
+        (Value::Float(a), Value::Float(b)) => (a + 0.0).total_cmp(&(b + 0.0)),
+        (Value::Text(a), Value::Text(b)) => a.cmp(b),
+        (Value::Duration(a), Value::Duration(b)) => a.cmp(b),
+        _ => Ordering::Equal,
+    }
+}
+
+fn negative(a: Operand<'_>) -> Outcome<'_> {
+    let zero = Number::Int(0);
+    Ok(match a {
+        Operand::Number(a) => Operand::Number(zero.minus(a)?),
+        Operand::Time(a) => Operand::Time(zero.minus(a)?),
+        Operand::Bool(_) | Operand::Text(_) => return Err(Trouble::Unfit),
+    })
+}
+
+fn sum<'a>(
+    a: Operand<'a>,
+    b: Operand<'a>,
+    operation: fn(Number, Number) -> Result<Number, Trouble>,
+) -> Outcome<'a> {
+    Ok(match (a, b) {
+        (Operand::Number(a), Operand::Number(b)) => Operand::Number(operation(a, b)?),
+        (Operand::Time(a), Operand::Time(b)) => Operand::Time(operation(a, b)?),
+        _ => return Err(Trouble::Unfit),
+    })
+}
+
+fn multiply<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
+    Ok(match (a, b) {
+        (Operand::Number(a), Operand::Number(b)) => Operand::Number(a.times(b)?),
+        (Operand::Time(a), Operand::Number(b)) | (Operand::Number(a), Operand::Time(b)) => {
+            Operand::Time(a.times(b)?)
+        }
+        _ => return Err(Trouble::Unfit),
+    })
+}
+
+fn divide<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
+    Ok(match (a, b) {
+        (Operand::Number(a), Operand::Number(b)) | (Operand::Time(a), Operand::Time(b)) => {
+            Operand::Number(a.over(b)?)
+        }
+        (Operand::Time(a), Operand::Number(b)) => Operand::Time(a.over(b)?),
+        _ => return Err(Trouble::Unfit),
+    })
+}
+
+fn compare<'a>(comparator: Comparator, a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
+    let ordering = match (a, b) {
+        (Operand::Number(a), Operand::Number(b)) | (Operand::Time(a), Operand::Time(b)) => {
+            a.order(b).ok_or(Trouble::NotANumber)?
+        }
+        (Operand::Text(a), Operand::Text(b)) => a.cmp(b),
+        (Operand::Bool(a), Operand::Bool(b)) => a.cmp(&b),
+        _ => return Err(Trouble::Unfit),
+    };
+    Ok(Operand::Bool(comparator.accepts(ordering)))
+}
+
+impl Number {
+    fn float(value: f64) -> Result<Self, Trouble> {
+        if value.is_nan() {
+            return Err(Trouble::NotANumber);
+        }
+        Ok(Self::Float(value))
+    }
+
+    fn as_float(self) -> f64 {
+        match self {
+            Self::Int(value) => value as f64,
+            Self::Float(value) => value,
+        }
+    }
+
+    fn apply(
+        self,
+        other: Self,
+        ints: fn(i128, i128) -> Option<i128>,
+        floats: fn(f64, f64) -> f64,
+    ) -> Result<Self, Trouble> {
+        match (self, other) {
+            (Self::Int(a), Self::Int(b)) => ints(a, b).map(Self::Int).ok_or(Trouble::TooLarge),
+            _ => Self::float(floats(self.as_float(), other.as_float())),
+        }
+    }
+
+    fn plus(self, other: Self) -> Result<Self, Trouble> {
+        self.apply(other, i128::checked_add, |a, b| a + b)
+    }
+
+    fn minus(self, other: Self) -> Result<Self, Trouble> {
+        self.apply(other, i128::checked_sub, |a, b| a - b)
+    }
+
+    fn times(self, other: Self) -> Result<Self, Trouble> {
+        self.apply(other, i128::checked_mul, |a, b| a * b)
+    }
+
+    /// `6 / 2` is a whole number, `5 / 2` is 2.5.
+    fn over(self, other: Self) -> Result<Self, Trouble> {
+        if other.as_float() == 0.0 {
+            return Err(Trouble::DivisionByZero);
+        }
+        match (self, other) {
+            (Self::Int(a), Self::Int(b)) if a.checked_rem(b) == Some(0) => {
+                a.checked_div(b).map(Self::Int).ok_or(Trouble::TooLarge)
+            }
+            _ => Self::float(self.as_float() / other.as_float()),
+        }
+    }
+
+    fn order(self, other: Self) -> Option<Ordering> {
+        match (self, other) {
+            (Self::Int(a), Self::Int(b)) => Some(a.cmp(&b)),
+            (Self::Float(a), Self::Float(b)) => a.partial_cmp(&b),
+            (Self::Int(a), Self::Float(b)) => int_to_float(a, b),
+            (Self::Float(a), Self::Int(b)) => int_to_float(b, a).map(Ordering::reverse),
+        }
+    }
+}
+
+/// Compares without making a float of the whole number, which would round it.
+fn int_to_float(int: i128, float: f64) -> Option<Ordering> {
+    if !float.is_finite() {
+        return 0.0_f64.partial_cmp(&float);
+    }
+    // A float too large for a whole number becomes the largest one, which no sum of `long`s reaches.
+    let whole = int.cmp(&(float.trunc() as i128));
+    Some(whole.then(0.0_f64.partial_cmp(&float.fract())?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_and_floats_are_compared_without_rounding() {
+        let large = (1_i128 << 53) + 1;
+        assert_eq!(
+            int_to_float(large, 9_007_199_254_740_992.0),
+            Some(Ordering::Greater)
+        );
+        assert_eq!(int_to_float(2, 2.5), Some(Ordering::Less));
+        assert_eq!(int_to_float(-2, -2.5), Some(Ordering::Greater));
+        assert_eq!(int_to_float(-2, -2.0), Some(Ordering::Equal));
+        assert_eq!(int_to_float(0, f64::INFINITY), Some(Ordering::Less));
+        assert_eq!(int_to_float(0, f64::NEG_INFINITY), Some(Ordering::Greater));
+        assert_eq!(int_to_float(0, f64::NAN), None);
+    }
+
+    #[test]
+    fn either_side_may_decide_and_trouble_is_kept() {
+        let (yes, no) = (Ok(true), Ok(false));
+        let (zero, empty) = (Err(Trouble::DivisionByZero), Err(Trouble::Empty));
+        for (a, b, and, or) in [
+            (yes, no, no, yes),
+            (yes, yes, yes, yes),
+            (no, no, no, no),
+            (yes, zero, zero, yes),
+            (no, zero, no, zero),
+            (no, empty, no, empty),
+            (zero, empty, zero, zero),
+            (empty, empty, empty, empty),
+        ] {
+            for (a, b) in [(a, b), (b, a)] {
+                let joined = |decisive| {
+                    let stack = [a, b].map(|side| side.map(Operand::Bool));
+                    join(&mut stack.to_vec(), decisive).map(|o| matches!(o, Operand::Bool(true)))
+                };
+                assert_eq!((joined(false), joined(true)), (and, or), "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn steps_that_are_no_condition_are_no_panic() {
+        for steps in [
+            vec![],
+            vec![Step::Not],
+            vec![Step::Value(Value::Int(1)), Step::Add],
+            vec![Step::Value(Value::Int(1))],
+            vec![
+                Step::Value(Value::Int(1)),
+                Step::Value(Value::Bool(true)),
+                Step::And,
+            ],
+            vec![Step::Call(
+                Function::Max,
+                Reference {
+                    level: 7,
+                    path: Vec::new(),
+                },
+            )],
+        ] {
+            let condition = Condition { steps };
+            assert_eq!(
+                condition.holds(&[]),
+                Err(Trouble::Unfit),
+                "{:?}",
+                condition.steps
+            );
+        }
+    }
+}

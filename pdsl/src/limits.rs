@@ -1,0 +1,224 @@
+//! Lengths, ranges, choices and defaults: each is checked against the type of its parameter.
+
+use crate::ast;
+use crate::model::{Length, Parameter, Range, Type, Value};
+use crate::resolve::Resolver;
+use rc_diagnostics::{Diagnostic, Span, duration_text};
+use rc_syntax::{Literal, LiteralKind};
+
+impl Resolver<'_> {
+    pub(crate) fn length(&mut self, tree: Option<&ast::Length>) -> Length {
+        let Some(tree) = tree else {
+            return Length::default();
+        };
+        let mut bound = |literal: &Literal| {
+            let value = literal.as_i64().and_then(|v| u32::try_from(v).ok());
+            if value.is_none() {
+                let message = format!("a length is a whole number from 0 to {}", u32::MAX);
+                self.error("bad-length", literal.span, message);
+            }
+            value
+        };
+        let (min, max) = (bound(&tree.min), bound(&tree.max));
+        match (min, max) {
+            (Some(min), Some(max)) if min > max => {
+                let message = format!("no length is at least {min} and at most {max}");
+                self.error("bad-length", tree.min.span.to(tree.max.span), message);
+                Length::default()
+            }
+            (_, Some(0)) => {
+                self.error(
+                    "bad-length",
+                    tree.max.span,
+                    "this could never have an element",
+                );
+                Length::default()
+            }
+            _ => Length {
+                min: min.unwrap_or_default(),
+                max,
+            },
+        }
+    }
+
+    pub(crate) fn range(&mut self, ty: Type, tree: &ast::Range) -> Option<Range> {
+        if !ty.is_ordered() {
+            let message = format!(
+                "a range is only possible for numbers and times; this is of type `{}`",
+                ty.word()
+            );
+            self.error("bad-range", tree.span, message);
+            return None;
+        }
+        let mut end = |literal: Option<&Literal>| {
+            let literal = literal?;
+            let value = value_of(ty, literal, false);
+            if value.is_none() {
+                let message = format!(
+                    "{} cannot limit `{}`; allowed is {}",
+                    described(literal),
+                    ty.word(),
+                    ty.described()
+                );
+                self.error("bad-range", literal.span, message);
+            }
+            value
+        };
+        let range = Range {
+            min: end(tree.min.as_ref()),
+            max: end(tree.max.as_ref()),
+        };
+        if let (Some(_), Some(max)) = (&range.min, &range.max)
+            && !range.contains(max)
+        {
+            self.error(
+                "bad-range",
+                tree.span,
+                "this range is empty: its end is below its begin",
+            );
+            return None;
+        }
+        (range.min.is_some() || range.max.is_some()).then_some(range)
+    }
+
+    pub(crate) fn choices(&mut self, ty: Type, literals: &[Literal]) -> Vec<Value> {
+        let mut choices: Vec<(Value, Span)> = Vec::new();
+        for literal in literals {
+            let Some(value) = value_of(ty, literal, true) else {
+                let message = format!(
+                    "{} is not of type `{}`; allowed is {}",
+                    described(literal),
+                    ty.word(),
+                    ty.described()
+                );
+                self.error("bad-choice", literal.span, message);
+                continue;
+            };
+            if let Some((_, first)) = choices.iter().find(|(choice, _)| *choice == value) {
+                let message = format!("{} is a choice already", described(literal));
+                self.found.push(
+                    Diagnostic::error("bad-choice", literal.span, message)
+                        .label(*first, "first here"),
+                );
+                continue;
+            }
+            choices.push((value, literal.span));
+        }
+        choices.into_iter().map(|(value, _)| value).collect()
+    }
+
+    pub(crate) fn default(
+        &mut self,
+        parameter: &Parameter,
+        ty: Type,
+        array: Option<Length>,
+        default: &ast::DefaultValue,
+        tree: &ast::Param,
+    ) -> Option<Value> {
+        match (default, array) {
+            (ast::DefaultValue::One(literal), None) => {
+                self.default_value(parameter, ty, literal, tree)
+            }
+            (ast::DefaultValue::Many(literals, span), Some(length)) => {
+                if !length.allows(literals.len()) {
+                    let count = literals.len();
+                    let message = format!(
+                        "the default has length {count}; allowed are {}",
+                        length.described()
+                    );
+                    self.error("bad-default", *span, message);
+                }
+                let values = literals
+                    .iter()
+                    .map(|literal| self.default_value(parameter, ty, literal, tree));
+                let values: Vec<Option<Value>> = values.collect();
+                Some(Value::Array(values.into_iter().collect::<Option<_>>()?))
+            }
+            (ast::DefaultValue::One(literal), Some(_)) => {
+                let message = format!(
+                    "the default of an array stands in brackets, not {}",
+                    described(literal)
+                );
+                self.error("bad-default", literal.span, message);
+                None
+            }
+            (ast::DefaultValue::Many(_, span), None) => {
+                let diagnostic = Diagnostic::error(
+                    "bad-default",
+                    *span,
+                    "only an array has a list of values as default",
+                );
+                self.found
+                    .push(diagnostic.help(format!("an array is declared with `{}[]`", ty.word())));
+                None
+            }
+        }
+    }
+
+    fn default_value(
+        &mut self,
+        parameter: &Parameter,
+        ty: Type,
+        literal: &Literal,
+        tree: &ast::Param,
+    ) -> Option<Value> {
+        let Some(value) = value_of(ty, literal, !tree.choices.is_empty()) else {
+            let message = format!(
+                "{} cannot be the default of `{}`",
+                described(literal),
+                ty.word()
+            );
+            let help = format!("allowed is {}", ty.described());
+            self.found
+                .push(Diagnostic::error("bad-default", literal.span, message).help(help));
+            return None;
+        };
+        if let Some(range) = parameter
+            .range
+            .as_ref()
+            .filter(|range| !range.contains(&value))
+        {
+            let message = format!("the default {} is outside the range", value.to_toml());
+            let diagnostic = Diagnostic::error("default-out-of-range", literal.span, message);
+            let span = tree.range.as_ref().map_or(literal.span, |range| range.span);
+            self.found.push(
+                diagnostic
+                    .label(span, "the range")
+                    .help(format!("allowed is {}", range.described())),
+            );
+            return None;
+        }
+        if !parameter.choices.is_empty() && !parameter.choices.contains(&value) {
+            let message = format!("the default {} is not one of the choices", value.to_toml());
+            let diagnostic = Diagnostic::error("default-not-a-choice", literal.span, message);
+            self.found
+                .push(diagnostic.help(format!("allowed is {}", parameter.allowed_near(&value))));
+            return None;
+        }
+        Some(value)
+    }
+}
+
+/// "the number 1.0", for messages.
+pub(crate) fn described(literal: &Literal) -> String {
+    match &literal.kind {
+        LiteralKind::Float(value) => format!("the number {value:?}"),
+        LiteralKind::Duration(u64::MAX) => "a time that is too long".to_owned(),
+        LiteralKind::Duration(value) => format!("the time {}", duration_text(*value)),
+        _ => literal.described(),
+    }
+}
+
+/// A literal as a value of `ty`. A word is a text only beside `choices`, where it cannot be a slip of the pen.
+fn value_of(ty: Type, literal: &Literal, choices: bool) -> Option<Value> {
+    let value = match &literal.kind {
+        LiteralKind::Int(value) => Value::Int(*value),
+        LiteralKind::Float(value) if value.is_finite() => Value::Float(*value),
+        LiteralKind::Bool(value) => Value::Bool(*value),
+        LiteralKind::Duration(value) => Value::Duration(*value),
+        LiteralKind::Text(value) => Value::Text(value.clone()),
+        LiteralKind::Name(value) if choices => Value::Text(value.clone()),
+        LiteralKind::Float(_) | LiteralKind::Name(_) => return None,
+    };
+    ty.accept(&value).ok()
+}

@@ -1,0 +1,254 @@
+//! The condition of a rule, from pest's pairs to a tree.
+//!
+//! What stands between two brackets is a flat list of operands and operators here; it is taken apart at the operators
+//! that bind least: `or`, `and`, `not`, comparisons, `+` and `-`, `*` and `/`, the sign.
+
+use super::Rule;
+use crate::ast::{Expression, ExpressionKind, Path, ProductOperator, SumOperator};
+use crate::condition::Comparator;
+use pest::iterators::Pair;
+use rc_diagnostics::{Diagnostic, Span};
+use rc_syntax::{Name, Reader};
+
+/// Reads one condition. None, with a finding, where the order of its operators makes no sense.
+pub(super) fn read(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
+    let mut operands = Vec::new();
+    let mut before = None;
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::operator => {
+                let sign = part.into_inner().next()?;
+                before = Some((sign.as_rule(), r.name(&sign)));
+            }
+            _ => operands.push(operand(r, part, before.take())?),
+        }
+    }
+    any(r, operands)
+}
+
+/// What stands between two operators.
+struct Operand {
+    /// The operator before it; none for the first.
+    before: Option<(Rule, Name)>,
+    nots: Vec<Name>,
+    minuses: usize,
+    value: Expression,
+}
+
+fn operand(
+    r: &mut Reader<'_>,
+    pair: Pair<'_, Rule>,
+    before: Option<(Rule, Name)>,
+) -> Option<Operand> {
+    let (mut nots, mut minuses) = (Vec::new(), 0);
+    let end = r.span(&pair).end;
+    let mut open = None;
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::kw_not => {
+                let not = r.name(&part);
+                foreign(r, &not, "not");
+                if minuses > 0 {
+                    misplaced(r, &not);
+                    return None;
+                }
+                nots.push(not);
+            }
+            Rule::minus => minuses += 1,
+            Rule::open_bracket => {
+                open = Some(Span {
+                    end,
+                    ..r.span(&part)
+                });
+            }
+            _ => {
+                let mut value = value(r, part)?;
+                value.span = open.unwrap_or(value.span);
+                return Some(Operand {
+                    before,
+                    nots,
+                    minuses,
+                    value,
+                });
+            }
+        }
+    }
+    None
+}
+
+fn value(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
+    let span = r.span(&pair);
+    let kind = match pair.as_rule() {
+        Rule::condition => return read(r, pair),
+        Rule::call => {
+            let mut parts = pair.into_inner();
+            let function = r.name(&parts.next()?);
+            ExpressionKind::Call(function, path(r, parts.next()?))
+        }
+        Rule::path => ExpressionKind::Path(path(r, pair)),
+        _ => ExpressionKind::Literal(r.literal(&pair)),
+    };
+    Some(Expression { kind, span })
+}
+
+fn path(r: &Reader<'_>, pair: Pair<'_, Rule>) -> Path {
+    Path {
+        span: r.span(&pair),
+        names: pair.into_inner().map(|part| r.name(&part)).collect(),
+    }
+}
+
+/// Takes `operands` apart at every operator `rule`, which leaves each of the parts without an operator before it.
+fn split(operands: Vec<Operand>, rule: Rule) -> Vec<(Option<Name>, Vec<Operand>)> {
+    let mut parts: Vec<(Option<Name>, Vec<Operand>)> = Vec::new();
+    for mut operand in operands {
+        let sign = operand.before.take_if(|(before, _)| *before == rule);
+        match parts.last_mut() {
+            Some((_, part)) if sign.is_none() => part.push(operand),
+            _ => parts.push((sign.map(|(_, sign)| sign), vec![operand])),
+        }
+    }
+    parts
+}
+
+fn any(r: &mut Reader<'_>, operands: Vec<Operand>) -> Option<Expression> {
+    let mut parts = Vec::new();
+    for (sign, part) in split(operands, Rule::kw_or) {
+        sign.iter().for_each(|sign| foreign(r, sign, "or"));
+        parts.push(all(r, part)?);
+    }
+    joined(parts, ExpressionKind::Any)
+}
+
+fn all(r: &mut Reader<'_>, operands: Vec<Operand>) -> Option<Expression> {
+    let mut parts = Vec::new();
+    for (sign, part) in split(operands, Rule::kw_and) {
+        sign.iter().for_each(|sign| foreign(r, sign, "and"));
+        parts.push(truth(r, part)?);
+    }
+    joined(parts, ExpressionKind::All)
+}
+
+fn joined(
+    mut parts: Vec<Expression>,
+    kind: fn(Vec<Expression>) -> ExpressionKind,
+) -> Option<Expression> {
+    if parts.len() < 2 {
+        return parts.pop();
+    }
+    let span = parts.first()?.span.to(parts.last()?.span);
+    let kind = kind(parts);
+    Some(Expression { kind, span })
+}
+
+/// `not not a < b`
+fn truth(r: &mut Reader<'_>, mut operands: Vec<Operand>) -> Option<Expression> {
+    let nots = std::mem::take(&mut operands.first_mut()?.nots);
+    if let Some(not) = operands.iter().find_map(|operand| operand.nots.first()) {
+        misplaced(r, not);
+        return None;
+    }
+    let inner = comparison(r, operands)?;
+    Some(match nots.first() {
+        // Two of them are none.
+        Some(first) if nots.len() % 2 == 1 => Expression {
+            span: first.span.to(inner.span),
+            kind: ExpressionKind::Not(Box::new(inner)),
+        },
+        _ => inner,
+    })
+}
+
+fn comparison(r: &mut Reader<'_>, operands: Vec<Operand>) -> Option<Expression> {
+    let mut parts = split(operands, Rule::comparator).into_iter();
+    let left = sum(parts.next()?.1)?;
+    let Some((Some(sign), right)) = parts.next() else {
+        return Some(left);
+    };
+    foreign(r, &sign, "==");
+    let comparator = Comparator::from_sign(&sign.text).unwrap_or(Comparator::Equal);
+    let right = sum(right)?;
+    if let Some((Some(second), _)) = parts.next() {
+        let message = format!(
+            "`{}` after `{}`: two values are compared",
+            second.text, sign.text
+        );
+        r.found.push(
+            Diagnostic::error("syntax-error", second.span, message)
+                .help("three values are compared like this: `a < b and b < c`"),
+        );
+        return None;
+    }
+    Some(Expression {
+        span: left.span.to(right.span),
+        kind: ExpressionKind::Comparison(Box::new(left), comparator, Box::new(right)),
+    })
+}
+
+fn sum(operands: Vec<Operand>) -> Option<Expression> {
+    let parts = split(operands, Rule::add_operator).into_iter();
+    let operator = |sign: Name| match sign.text.as_str() {
+        "+" => SumOperator::Add,
+        _ => SumOperator::Subtract,
+    };
+    let parts = parts.map(|(sign, part)| Some((sign.map(operator), product(part)?)));
+    chain(parts.collect::<Option<_>>()?, ExpressionKind::Sum)
+}
+
+fn product(operands: Vec<Operand>) -> Option<Expression> {
+    let parts = split(operands, Rule::mul_operator).into_iter();
+    let operator = |sign: Name| match sign.text.as_str() {
+        "*" => ProductOperator::Multiply,
+        _ => ProductOperator::Divide,
+    };
+    let parts = parts.map(|(sign, part)| Some((sign.map(operator), signed(part)?)));
+    chain(parts.collect::<Option<_>>()?, ExpressionKind::Product)
+}
+
+fn chain<Operator>(
+    parts: Vec<(Option<Operator>, Expression)>,
+    kind: fn(Box<Expression>, Vec<(Operator, Expression)>) -> ExpressionKind,
+) -> Option<Expression> {
+    let mut parts = parts.into_iter();
+    let (_, first) = parts.next()?;
+    let rest: Vec<(Operator, Expression)> = parts
+        .filter_map(|(operator, part)| Some((operator?, part)))
+        .collect();
+    let Some((_, last)) = rest.last() else {
+        return Some(first);
+    };
+    Some(Expression {
+        span: first.span.to(last.span),
+        kind: kind(Box::new(first), rest),
+    })
+}
+
+fn signed(operands: Vec<Operand>) -> Option<Expression> {
+    let Operand { minuses, value, .. } = operands.into_iter().next()?;
+    if minuses % 2 == 0 {
+        return Some(value);
+    }
+    Some(Expression {
+        span: value.span,
+        kind: ExpressionKind::Negative(Box::new(value)),
+    })
+}
+
+fn misplaced(r: &mut Reader<'_>, not: &Name) {
+    let message = "`not` stands before a whole condition";
+    let diagnostic = Diagnostic::error("syntax-error", not.span, message);
+    r.found
+        .push(diagnostic.help("put brackets around it: `a == (not b)`"));
+}
+
+/// Reports a sign of another language.
+fn foreign(r: &mut Reader<'_>, operator: &Name, word: &str) {
+    if matches!(operator.text.as_str(), "&&" | "||" | "!" | "=") {
+        let message = format!("`{}` is written `{word}` here", operator.text);
+        r.found.push(Diagnostic::error(
+            "foreign-operator",
+            operator.span,
+            message,
+        ));
+    }
+}

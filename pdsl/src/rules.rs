@@ -1,0 +1,555 @@
+//! Rules: names become references, types have to fit, and a tree becomes the steps that compute it.
+
+use crate::ast::{self, Expression, ExpressionKind, Path, ProductOperator, SumOperator};
+use crate::condition::{Comparator, Condition, Function, Reference, Step};
+use crate::limits::described;
+use crate::model::{Kind, Parameter, Parameters, Rule, Type, Value};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_syntax::{Literal, LiteralKind, Name};
+use std::collections::HashSet;
+
+/// The rule `tree`, which stands in the groups and lists `scope` of `model`; none where something is wrong with it.
+/// What is `unusable` was reported where it is declared.
+pub(crate) fn resolve(
+    model: &Parameters,
+    unusable: &HashSet<Vec<String>>,
+    scope: &[String],
+    tree: &ast::Rule,
+    found: &mut Diagnostics,
+) -> Option<Rule> {
+    let mut blocks = vec![model.parameters.as_slice()];
+    for name in scope {
+        let outer = *blocks.last()?;
+        blocks.push(members(outer.iter().find(|p| p.name == *name)?)?);
+    }
+    let mut checker = Checker {
+        blocks,
+        scope,
+        unusable,
+        steps: Vec::new(),
+        found,
+    };
+    checker.truth(&tree.condition)?;
+    Some(Rule {
+        scope: scope.to_vec(),
+        condition: Condition {
+            steps: checker.steps,
+        },
+        text: tree.text.clone(),
+        message: tree.message.clone(),
+    })
+}
+
+fn members(parameter: &Parameter) -> Option<&[Parameter]> {
+    match &parameter.kind {
+        Kind::Group(parameters) | Kind::List { parameters, .. } => Some(parameters),
+        Kind::Scalar { .. } => None,
+    }
+}
+
+/// What a part of a condition can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Class {
+    Truth,
+    Number,
+    Time,
+    Text,
+}
+
+impl Class {
+    fn of(ty: Type) -> Self {
+        match ty {
+            Type::Bool => Self::Truth,
+            Type::Int | Type::Long | Type::Float | Type::Double => Self::Number,
+            Type::Duration => Self::Time,
+            Type::String | Type::Path => Self::Text,
+        }
+    }
+
+    fn described(self) -> &'static str {
+        match self {
+            Self::Truth => "`true` or `false`",
+            Self::Number => "a number",
+            Self::Time => "a time",
+            Self::Text => "a text",
+        }
+    }
+}
+
+struct Checker<'m> {
+    /// The parameters that the rule sees: those of the blocks around it, the outermost first.
+    blocks: Vec<&'m [Parameter]>,
+    scope: &'m [String],
+    unusable: &'m HashSet<Vec<String>>,
+    steps: Vec<Step>,
+    found: &'m mut Diagnostics,
+}
+
+/// What a path leads to.
+struct Target<'m> {
+    reference: Reference,
+    parameter: &'m Parameter,
+    /// The list that it leads through.
+    list: Option<&'m str>,
+}
+
+/// Why a path leads nowhere.
+enum Astray<'m> {
+    /// It names what was not understood where it is declared.
+    Unusable,
+    /// Which of its names is not there, and what is.
+    Unknown(usize, Vec<&'m Parameter>),
+    /// Which of its names is a single value, though it goes on.
+    Value(usize),
+}
+
+impl<'m> Checker<'m> {
+    fn error(&mut self, code: &'static str, span: Span, message: String, help: Option<String>) {
+        let diagnostic = Diagnostic::error(code, span, message);
+        self.found.push(match help {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic,
+        });
+    }
+
+    /// A part that must be true or false, and must be able to be either.
+    fn truth(&mut self, tree: &Expression) -> Option<()> {
+        let from = self.steps.len();
+        let class = self.class(tree, None)?;
+        if class != Class::Truth {
+            let message = format!("this is {}, not a condition", class.described());
+            let help = "compare it with something: `a < b`".to_owned();
+            self.error("condition-type", tree.span, message, Some(help));
+            return None;
+        }
+        let condition = Condition {
+            steps: self.steps[from..].to_vec(),
+        };
+        if condition.references().next().is_none() {
+            let says = match condition.holds(&[]) {
+                Ok(true) => "it always holds",
+                Ok(false) => "it never holds",
+                Err(_) => "it cannot be computed",
+            };
+            let message = format!("no parameter is named here: {says}");
+            self.error("constant-condition", tree.span, message, None);
+            return None;
+        }
+        Some(())
+    }
+
+    /// Appends the steps of `tree`. A single name that is no parameter may be one of the choices of `beside`, with
+    /// which it is compared.
+    fn class(&mut self, tree: &Expression, beside: Option<&'m Parameter>) -> Option<Class> {
+        match &tree.kind {
+            ExpressionKind::Literal(literal) => self.literal(literal),
+            ExpressionKind::Path(path) => self.path(path, beside),
+            ExpressionKind::Call(function, path) => self.call(function, path),
+            ExpressionKind::Negative(inner) => {
+                let class = self.class(inner, None)?;
+                self.arithmetic(inner, class)?;
+                self.steps.push(Step::Negate);
+                Some(class)
+            }
+            ExpressionKind::Not(inner) => {
+                self.truth(inner)?;
+                self.steps.push(Step::Not);
+                Some(Class::Truth)
+            }
+            ExpressionKind::All(parts) => self.join(parts, &Step::And),
+            ExpressionKind::Any(parts) => self.join(parts, &Step::Or),
+            ExpressionKind::Sum(first, rest) => self.sum(first, rest),
+            ExpressionKind::Product(first, rest) => self.product(first, rest),
+            ExpressionKind::Comparison(left, comparator, right) => {
+                self.comparison(left, *comparator, right)
+            }
+        }
+    }
+
+    fn join(&mut self, parts: &[Expression], step: &Step) -> Option<Class> {
+        let mut fits = true;
+        for (at, part) in parts.iter().enumerate() {
+            fits &= self.truth(part).is_some();
+            if at > 0 {
+                self.steps.push(step.clone());
+            }
+        }
+        fits.then_some(Class::Truth)
+    }
+
+    fn literal(&mut self, literal: &Literal) -> Option<Class> {
+        let (value, class) = match &literal.kind {
+            LiteralKind::Int(value) => (Value::Int(*value), Class::Number),
+            LiteralKind::Float(value) if value.is_finite() => (Value::Float(*value), Class::Number),
+            LiteralKind::Bool(value) => (Value::Bool(*value), Class::Truth),
+            LiteralKind::Text(value) => (Value::Text(value.clone()), Class::Text),
+            LiteralKind::Duration(value) if *value < u64::MAX => {
+                (Value::Duration(*value), Class::Time)
+            }
+            // A time below zero is only possible here, between two others.
+            LiteralKind::Name(text) => match negative_time(text) {
+                Some(value) => {
+                    self.steps.push(Step::Value(Value::Duration(value)));
+                    self.steps.push(Step::Negate);
+                    return Some(Class::Time);
+                }
+                None => return self.no_value(literal, text),
+            },
+            LiteralKind::Float(_) => return self.no_value(literal, "this number"),
+            LiteralKind::Duration(_) => return self.no_value(literal, "this time"),
+        };
+        self.steps.push(Step::Value(value));
+        Some(class)
+    }
+
+    fn no_value(&mut self, literal: &Literal, what: &str) -> Option<Class> {
+        let message = format!("{what} is too large");
+        self.error("condition-type", literal.span, message, None);
+        None
+    }
+
+    fn path(&mut self, path: &Path, beside: Option<&'m Parameter>) -> Option<Class> {
+        if let ([name], Some(chosen)) = (path.names.as_slice(), beside)
+            && self.level(&name.text).is_none()
+        {
+            let choice = Value::Text(name.text.clone());
+            if chosen.choices.contains(&choice) {
+                self.steps.push(Step::Value(choice));
+                return Some(Class::Text);
+            }
+            self.not_a_choice(chosen, &name.text, &format!("`{}`", name.text), name.span);
+            return None;
+        }
+        let target = self.target(path)?;
+        let Kind::Scalar { ty, array } = &target.parameter.kind else {
+            let what = match target.parameter.kind {
+                Kind::List { .. } => "a list",
+                _ => "a group",
+            };
+            let message = format!("`{}` is {what} and has no value", path.text(usize::MAX));
+            let help = "name one of the parameters in it".to_owned();
+            self.error("condition-type", path.span, message, Some(help));
+            return None;
+        };
+        let list = target.list.map(str::to_owned);
+        if let Some(list) = list.or_else(|| array.map(|_| path.text(usize::MAX))) {
+            let message = format!(
+                "`{}` has a value for every element of `{list}`",
+                path.text(usize::MAX)
+            );
+            let ways = if ty.is_ordered() {
+                format!("write `min({0})` or `max({0})`", path.text(usize::MAX))
+            } else {
+                format!("write `unique({})`", path.text(usize::MAX))
+            };
+            let help = match target.list {
+                Some(_) => format!("{ways}, or put the rule into the list"),
+                None => ways,
+            };
+            self.error("condition-type", path.span, message, Some(help));
+            return None;
+        }
+        self.steps.push(Step::Parameter(target.reference));
+        Some(Class::of(*ty))
+    }
+
+    fn call(&mut self, name: &Name, path: &Path) -> Option<Class> {
+        let Some(function) = Function::from_word(&name.text) else {
+            let message = format!("unknown function `{}`", name.text);
+            let words = Function::WORDS.iter().map(|(word, _)| *word);
+            self.found.push(
+                Diagnostic::error("unknown-function", name.span, message)
+                    .suggest(&name.text, words),
+            );
+            return None;
+        };
+        let target = self.target(path)?;
+        let word = name.text.to_lowercase();
+        let (ty, many) = match &target.parameter.kind {
+            Kind::Scalar { ty, array } => (Some(*ty), array.is_some() || target.list.is_some()),
+            Kind::List { .. } => (None, true),
+            Kind::Group(_) => (None, false),
+        };
+        let is_array = matches!(target.parameter.kind, Kind::Scalar { array: Some(_), .. });
+        let (message, help) = match (function, ty) {
+            (Function::Len, Some(_)) if !is_array && many => (
+                format!("`{}` is one value in each element", path.text(usize::MAX)),
+                format!("write `len({})`", path.text(path.names.len() - 1)),
+            ),
+            _ if !many => {
+                let what = if ty.is_some() { "one value" } else { "a group" };
+                let message = format!(
+                    "`{word}` takes a list; `{}` is {what}",
+                    path.text(usize::MAX)
+                );
+                let help = "a list, an array, or a parameter in the elements of a list".to_owned();
+                (message, help)
+            }
+            (Function::Len, _) => {
+                self.steps.push(Step::Call(function, target.reference));
+                return Some(Class::Number);
+            }
+            (_, None) => (
+                format!("`{}` is a list of structures", path.text(usize::MAX)),
+                format!(
+                    "name one of their parameters: `{word}({}.…)`",
+                    path.text(usize::MAX)
+                ),
+            ),
+            (Function::Unique, Some(_)) => {
+                self.steps.push(Step::Call(function, target.reference));
+                return Some(Class::Truth);
+            }
+            (Function::Min | Function::Max, Some(ty)) if ty.is_ordered() => {
+                self.steps.push(Step::Call(function, target.reference));
+                return Some(Class::of(ty));
+            }
+            (Function::Min | Function::Max, Some(ty)) => (
+                format!(
+                    "`{word}` takes numbers or times; `{}` is of type `{}`",
+                    path.text(usize::MAX),
+                    ty.word()
+                ),
+                "only numbers and times have an order".to_owned(),
+            ),
+        };
+        self.error("condition-type", path.span, message, Some(help));
+        None
+    }
+
+    /// The block, from the inside out, that declares `name`.
+    fn level(&self, name: &str) -> Option<usize> {
+        (0..self.blocks.len()).rev().find(|level| {
+            let mut declared = self.blocks[*level].iter();
+            declared.any(|p| p.name == name) || self.is_unusable(*level, [name])
+        })
+    }
+
+    fn is_unusable<'n>(&self, level: usize, names: impl IntoIterator<Item = &'n str>) -> bool {
+        let mut full = self.scope[..level].to_vec();
+        full.extend(names.into_iter().map(str::to_owned));
+        self.unusable.contains(&full)
+    }
+
+    /// What `path` leads to.
+    fn seek(&self, path: &Path) -> Result<Target<'m>, Astray<'m>> {
+        let first = path.names.first().map_or("", |name| &name.text);
+        let Some(level) = self.level(first) else {
+            let known = self.blocks.iter().rev().copied().flatten();
+            return Err(Astray::Unknown(0, known.collect()));
+        };
+        let (mut within, mut list) = (self.blocks[level], None);
+        for (at, name) in path.names.iter().enumerate() {
+            let names = path.names[..=at].iter().map(|n| n.text.as_str());
+            let Some(parameter) = within.iter().find(|p| p.name == name.text) else {
+                return Err(if self.is_unusable(level, names) {
+                    Astray::Unusable
+                } else {
+                    Astray::Unknown(at, within.iter().collect())
+                });
+            };
+            if at + 1 == path.names.len() {
+                let path = names.map(str::to_owned).collect();
+                return Ok(Target {
+                    reference: Reference { level, path },
+                    parameter,
+                    list,
+                });
+            }
+            if matches!(parameter.kind, Kind::List { .. }) {
+                list = Some(parameter.name.as_str());
+            }
+            within = members(parameter).ok_or(Astray::Value(at))?;
+        }
+        Err(Astray::Unusable)
+    }
+
+    /// The same; none, with a finding, where it leads nowhere.
+    fn target(&mut self, path: &Path) -> Option<Target<'m>> {
+        match self.seek(path) {
+            Ok(target) => return Some(target),
+            Err(Astray::Unusable) => {}
+            Err(Astray::Unknown(at, known)) => {
+                let message = format!("unknown parameter `{}`", path.text(at + 1));
+                let name = &path.names[at];
+                let known = known.iter().map(|p| p.name.as_str());
+                self.found.push(
+                    Diagnostic::error("unknown-parameter", name.span, message)
+                        .suggest(&name.text, known),
+                );
+            }
+            Err(Astray::Value(at)) => {
+                let (value, next) = (path.text(at + 1), &path.names[at + 1]);
+                let message = format!("`{value}` is one value; there is no `{}` in it", next.text);
+                self.error("unknown-parameter", next.span, message, None);
+            }
+        }
+        None
+    }
+
+    fn not_a_choice(&mut self, chosen: &Parameter, word: &str, described: &str, at: Span) {
+        let message = format!("{described} is not one of the choices of `{}`", chosen.name);
+        let texts = chosen.choices.iter().filter_map(Value::as_text);
+        let diagnostic = Diagnostic::error("bad-choice", at, message);
+        self.found.push(match texts.clone().next() {
+            Some(_) => diagnostic.suggest(word, texts),
+            None => diagnostic.help(format!("allowed is {}", chosen.allowed())),
+        });
+    }
+
+    fn arithmetic(&mut self, tree: &Expression, class: Class) -> Option<()> {
+        if matches!(class, Class::Number | Class::Time) {
+            return Some(());
+        }
+        let message = format!("{} cannot be computed with", class.described());
+        self.error("condition-type", tree.span, message, None);
+        None
+    }
+
+    fn sum(&mut self, first: &Expression, rest: &[(SumOperator, Expression)]) -> Option<Class> {
+        let mut sum = self.operand(first);
+        for (operator, part) in rest {
+            let class = self.operand(part);
+            self.steps.push(match operator {
+                SumOperator::Add => Step::Add,
+                SumOperator::Subtract => Step::Subtract,
+            });
+            sum = match (sum, class) {
+                (Some(sum), Some(class)) if sum != class => {
+                    let message = format!(
+                        "{} and {} cannot be added",
+                        sum.described(),
+                        class.described()
+                    );
+                    self.error(
+                        "condition-type",
+                        first.span.to(part.span),
+                        message,
+                        unit_help(sum, class),
+                    );
+                    None
+                }
+                (Some(sum), Some(_)) => Some(sum),
+                _ => None,
+            };
+        }
+        sum
+    }
+
+    fn product(
+        &mut self,
+        first: &Expression,
+        rest: &[(ProductOperator, Expression)],
+    ) -> Option<Class> {
+        let mut product = self.operand(first);
+        for (operator, part) in rest {
+            let class = self.operand(part);
+            self.steps.push(match operator {
+                ProductOperator::Multiply => Step::Multiply,
+                ProductOperator::Divide => Step::Divide,
+            });
+            product = match (operator, product, class) {
+                (_, None, _) | (_, _, None) => None,
+                (_, Some(class), Some(Class::Number))
+                | (ProductOperator::Multiply, Some(Class::Number), Some(class)) => Some(class),
+                (ProductOperator::Divide, Some(Class::Time), Some(Class::Time)) => {
+                    Some(Class::Number)
+                }
+                (operator, Some(left), Some(right)) => {
+                    let how = match operator {
+                        ProductOperator::Multiply => "multiplied with",
+                        ProductOperator::Divide => "divided by",
+                    };
+                    let (left, right) = (left.described(), right.described());
+                    let message = format!("{left} cannot be {how} {right}");
+                    self.error("condition-type", first.span.to(part.span), message, None);
+                    None
+                }
+            };
+        }
+        product
+    }
+
+    /// A part of a sum or a product.
+    fn operand(&mut self, tree: &Expression) -> Option<Class> {
+        let class = self.class(tree, None)?;
+        self.arithmetic(tree, class)?;
+        Some(class)
+    }
+
+    fn comparison(
+        &mut self,
+        left: &Expression,
+        comparator: Comparator,
+        right: &Expression,
+    ) -> Option<Class> {
+        let (chosen_left, chosen_right) = (self.chosen(left), self.chosen(right));
+        let a = self.class(left, chosen_right);
+        let b = self.class(right, chosen_left);
+        self.steps.push(Step::Compare(comparator));
+        let (a, b) = (a?, b?);
+        let span = left.span.to(right.span);
+        if a != b {
+            let message = format!(
+                "{} cannot be compared with {}",
+                a.described(),
+                b.described()
+            );
+            self.error("condition-type", span, message, unit_help(a, b));
+            return None;
+        }
+        if !comparator.is_equality() && !matches!(a, Class::Number | Class::Time) {
+            let message = format!("{} has no order", a.described());
+            let help = "only `==` and `!=` compare it".to_owned();
+            self.error("condition-type", span, message, Some(help));
+            return None;
+        }
+        if comparator.is_equality() {
+            self.possible(left, chosen_right)?;
+            self.possible(right, chosen_left)?;
+        }
+        Some(Class::Truth)
+    }
+
+    /// The parameter that `tree` is, if it has choices.
+    fn chosen(&self, tree: &Expression) -> Option<&'m Parameter> {
+        let ExpressionKind::Path(path) = &tree.kind else {
+            return None;
+        };
+        let target = self.seek(path).ok()?;
+        Some(target.parameter).filter(|p| !p.choices.is_empty())
+    }
+
+    /// A value that its parameter cannot have makes a comparison that is always the same.
+    fn possible(&mut self, tree: &Expression, chosen: Option<&Parameter>) -> Option<()> {
+        let (ExpressionKind::Literal(literal), Some(chosen)) = (&tree.kind, chosen) else {
+            return Some(());
+        };
+        let Kind::Scalar { ty, .. } = chosen.kind else {
+            return Some(());
+        };
+        let (value, word) = match &literal.kind {
+            LiteralKind::Int(value) => (Value::Int(*value), ""),
+            LiteralKind::Float(value) => (Value::Float(*value), ""),
+            LiteralKind::Duration(value) => (Value::Duration(*value), ""),
+            LiteralKind::Text(value) => (Value::Text(value.clone()), value.as_str()),
+            LiteralKind::Bool(_) | LiteralKind::Name(_) => return Some(()),
+        };
+        if ty.accept(&value).is_ok_and(|v| chosen.choices.contains(&v)) {
+            return Some(());
+        }
+        self.not_a_choice(chosen, word, &described(literal), literal.span);
+        None
+    }
+}
+
+/// A plain number is milliseconds elsewhere; in a condition it could as well be a factor.
+fn unit_help(a: Class, b: Class) -> Option<String> {
+    let classes = [a, b];
+    (classes.contains(&Class::Time) && classes.contains(&Class::Number))
+        .then(|| "a time has its unit here: `100ms`".to_owned())
+}
+
+fn negative_time(text: &str) -> Option<u64> {
+    rc_diagnostics::duration_nanoseconds(text.strip_prefix('-')?).filter(|ns| *ns < u64::MAX)
+}

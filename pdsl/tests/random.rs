@@ -1,0 +1,430 @@
+//! Parameters made by chance: the configuration that comes of their defaults is accepted, and each single fault in it
+//! is refused, with its code, its path and its line.
+
+use arbtest::arbitrary::{Result, Unstructured};
+use arbtest::arbtest;
+use rc_diagnostics::{SourceMap, render};
+use rc_pdsl::config;
+use rc_pdsl::model::Parameters;
+use rc_syntax::MemoryLoader;
+use std::collections::HashMap;
+
+/// One parameter, group or list, with what a test has to know of it.
+struct Node {
+    name: String,
+    kind: Kind,
+}
+
+enum Kind {
+    /// An allowed value in TOML, and values that are not: each with the code of its fault and what follows the name
+    /// in its path.
+    Scalar {
+        value: String,
+        required: bool,
+        wrong: Vec<Wrong>,
+    },
+    /// The first of a pair of which the other one has to be larger; the second is what comes after it.
+    Low,
+    High,
+    /// Every element of the list around it has another one.
+    Id,
+    Group(Vec<Node>),
+    List(Vec<Node>),
+}
+
+struct Wrong {
+    value: String,
+    code: &'static str,
+    path: &'static str,
+}
+
+fn wrong(code: &'static str, value: &str, path: &'static str) -> Wrong {
+    Wrong {
+        value: value.to_owned(),
+        code,
+        path,
+    }
+}
+
+/// A type: its word, an allowed value, a range with a value outside, choices with a value beside, a value of another
+/// type, a value that the type cannot hold.
+type Sample = (
+    &'static str,
+    &'static str,
+    Option<(&'static str, &'static str)>,
+    Option<(&'static str, &'static str)>,
+    &'static str,
+    Option<&'static str>,
+);
+
+const SAMPLES: [Sample; 8] = [
+    ("bool", "true", None, None, "1", None),
+    (
+        "int",
+        "7",
+        Some(("-9:9", "10")),
+        Some(("{7, 8}", "9")),
+        "'x'",
+        Some("3000000000"),
+    ),
+    (
+        "long",
+        "-7",
+        Some(("-9:9", "10")),
+        Some(("{-7}", "7")),
+        "1.5",
+        None,
+    ),
+    (
+        "float",
+        "0.5",
+        Some(("0:1", "nan")),
+        Some(("{0.5, 1}", "0.7")),
+        "true",
+        Some("1e39"),
+    ),
+    ("double", "1e3", Some(("0.5:", "0.4")), None, "'1'", None),
+    (
+        "string",
+        "\"slow\"",
+        None,
+        Some(("{fast, slow}", "'slwo'")),
+        "7",
+        None,
+    ),
+    (
+        "duration",
+        "\"50ms\"",
+        Some(("1ms:1s", "'2s'")),
+        None,
+        "'soon'",
+        Some("-1"),
+    ),
+    ("path", "\"/dev/x\"", None, None, "1979-05-27", None),
+];
+
+const FLAGS: [&str; 5] = ["", "T", "F", "restart", "T secret"];
+
+/// Declarations and the same as nodes.
+fn block(u: &mut Unstructured<'_>, depth: usize, out: &mut String) -> Result<Vec<Node>> {
+    let mut nodes = Vec::new();
+    for at in 0..u.int_in_range(1..=4)? {
+        let name = format!("{}{at}", u.choose(&["p", "min", "list", "T", "aB"])?);
+        match u.int_in_range(0..=9)? {
+            0..=4 => nodes.push(scalar(u, name, out)?),
+            5 | 6 => pair(u, &name, out, &mut nodes)?,
+            7 | 8 if depth > 0 => {
+                out.push_str(&format!("group {name} {{\n"));
+                let inner = block(u, depth - 1, out)?;
+                out.push_str("};\n");
+                let kind = Kind::Group(inner);
+                nodes.push(Node { name, kind });
+            }
+            _ if depth > 0 => {
+                let length = *u.choose(&["", "0:3", "1:4", "2:2"])?;
+                out.push_str(&format!("list {name} {length} {{\nid int 0:;\n"));
+                let mut inner = block(u, depth - 1, out)?;
+                out.push_str(&format!(
+                    "}};\nrequire unique({name}.id) \"twice\";\nrequire len({name}) < 9 \"many\";\n"
+                ));
+                inner.push(Node {
+                    name: "id".to_owned(),
+                    kind: Kind::Id,
+                });
+                let kind = Kind::List(inner);
+                nodes.push(Node { name, kind });
+            }
+            _ => {}
+        }
+    }
+    Ok(nodes)
+}
+
+fn scalar(u: &mut Unstructured<'_>, name: String, out: &mut String) -> Result<Node> {
+    let (ty, one, range, choices, other, huge) = *u.choose(&SAMPLES)?;
+    let is_array = u.ratio(1, 4)?;
+    let element = if is_array { "[0]" } else { "" };
+    let array = |values: &str| {
+        if is_array {
+            format!("[{values}]")
+        } else {
+            values.to_owned()
+        }
+    };
+    let required = u.ratio(1, 3)?;
+    let mut wrongs = vec![wrong("wrong-type", &array(other), element)];
+    let mut limit = "";
+    // Without a default, what follows the type has to be something that no default can be.
+    match (u.int_in_range(0..=2)?, range, choices) {
+        (0, Some((range, outside)), _) => {
+            limit = range;
+            wrongs.push(wrong("out-of-range", &array(outside), element));
+        }
+        (1, _, Some((choices, beside))) => {
+            limit = choices;
+            wrongs.push(wrong("invalid-choice", &array(beside), element));
+        }
+        _ => {}
+    }
+    wrongs.extend(huge.map(|huge| wrong("out-of-range", &array(huge), element)));
+    if is_array {
+        wrongs.push(wrong("wrong-type", one, ""));
+        wrongs.push(wrong("wrong-length", "[]", ""));
+    }
+    let value = array(one);
+    let default = if required { "" } else { &value };
+    let length = if is_array { "[1:2]" } else { "" };
+    let flags = u.choose(&FLAGS)?;
+    out.push_str(&format!("{name} {ty}{length} {default} {limit} {flags};\n"));
+    let kind = Kind::Scalar {
+        value,
+        required,
+        wrong: wrongs,
+    };
+    Ok(Node { name, kind })
+}
+
+/// Two parameters and the rule that the first is the smaller one.
+fn pair(
+    u: &mut Unstructured<'_>,
+    name: &str,
+    out: &mut String,
+    nodes: &mut Vec<Node>,
+) -> Result<()> {
+    let (low, high) = (format!("{name}_low"), format!("{name}_high"));
+    let ty = u.choose(&["int", "long", "double"])?;
+    let condition = match u.int_in_range(0..=3)? {
+        0 => format!("{low} < {high}"),
+        1 => format!("not ({low} >= {high})"),
+        2 => format!("{low} - {high} + 1 <= 0 and {high} > -900"),
+        _ => format!("- {low} * 2 > {high} * -2 or {low} + 1 == {high} / 7 * 3"),
+    };
+    out.push_str(&format!(
+        "{low} {ty} 10;\n{high} {ty} 20;\nrequire {condition} \"low below high\";\n"
+    ));
+    nodes.push(Node {
+        name: low,
+        kind: Kind::Low,
+    });
+    nodes.push(Node {
+        name: high,
+        kind: Kind::High,
+    });
+    Ok(())
+}
+
+/// One line of a configuration that sets something.
+struct Line<'n> {
+    at: usize,
+    /// The line of the table around it.
+    table: usize,
+    /// The path of that table, with a dot at its end where it has one.
+    within: String,
+    node: &'n Node,
+}
+
+/// The template with everything in it that must be set, and the lines that set something.
+fn fill<'n>(template: &str, nodes: &'n [Node]) -> (Vec<String>, Vec<Line<'n>>) {
+    let (mut text, mut lines) = (Vec::new(), Vec::new());
+    let mut counts: HashMap<String, usize> = HashMap::new();
+    let (mut table, mut within, mut here) = (0, String::new(), nodes);
+    for (at, line) in template.lines().enumerate() {
+        let mut line = line.to_owned();
+        if line.starts_with('[') {
+            let header = line.trim_matches(['[', ']']);
+            let names: Vec<&str> = header.split('.').skip(1).collect();
+            (table, within, here) = (at, String::new(), nodes);
+            for (depth, name) in names.iter().enumerate() {
+                let node = here.iter().find(|n| n.name == **name).expect("a table");
+                within.push_str(name);
+                match &node.kind {
+                    Kind::Group(inner) => here = inner,
+                    Kind::List(inner) => {
+                        here = inner;
+                        let count = counts.entry(within.clone()).or_default();
+                        *count += usize::from(depth + 1 == names.len());
+                        within.push_str(&format!("[{}]", *count - 1));
+                    }
+                    _ => panic!("{name} is no table"),
+                }
+                within.push('.');
+            }
+        } else if let Some((name, _)) = line.split_once(" = ") {
+            // A list that may be empty is all comment: `# # name = …` in it is not `# name = …`.
+            let name = name.strip_prefix("# ").unwrap_or(name).to_owned();
+            let must = line.ends_with("# must be set");
+            let node = here.iter().find(|n| n.name == name);
+            if let Some(node) = node.filter(|_| must || !line.starts_with('#')) {
+                match &node.kind {
+                    Kind::Scalar {
+                        value, required, ..
+                    } => {
+                        assert_eq!(*required, must);
+                        line = format!("{name} = {value}");
+                    }
+                    Kind::Id => line = format!("id = {at}"),
+                    _ => {}
+                }
+                let within = within.clone();
+                lines.push(Line {
+                    at,
+                    table,
+                    within,
+                    node,
+                });
+            }
+        }
+        text.push(line);
+    }
+    (text, lines)
+}
+
+struct Property {
+    model: Parameters,
+    pdsl: String,
+    /// How many faults were tried.
+    faults: usize,
+}
+
+impl Property {
+    /// Exactly one fault is found: this one, about `path` on line `at` (from 0).
+    fn refuses(&mut self, toml: &[String], code: &str, path: &str, at: usize) {
+        let (found, shown) = check(&self.model, &toml.join("\n"));
+        let about = format!("`{path}`");
+        let expected = matches!(
+            found.as_slice(),
+            [(found, line, message)] if found == code && *line == at + 1 && message.contains(&about)
+        );
+        assert!(
+            expected,
+            "{code} about {about} on line {}\n{shown}\n{}\n{}",
+            at + 1,
+            toml.join("\n"),
+            self.pdsl
+        );
+        self.faults += 1;
+    }
+
+    /// Every fault that one line can have.
+    fn faults_of(&mut self, text: &[String], line: &Line<'_>, next: Option<&Line<'_>>) {
+        let Line {
+            at,
+            table,
+            within,
+            node,
+        } = line;
+        let path = format!("{within}{}", node.name);
+        let with = |at: usize, line: String| {
+            let mut text = text.to_vec();
+            text[at] = line;
+            text
+        };
+        let without = with(*at, String::new());
+        let unknown = with(*at, format!("{}\nunheard = 1", text[*at]));
+        self.refuses(
+            &unknown,
+            "unknown-parameter",
+            &format!("{within}unheard"),
+            at + 1,
+        );
+        match &node.kind {
+            Kind::Scalar {
+                required, wrong, ..
+            } => {
+                if *required {
+                    self.refuses(&without, "missing-parameter", &path, *table);
+                }
+                for wrong in wrong {
+                    let toml = with(*at, format!("{} = {}", node.name, wrong.value));
+                    self.refuses(&toml, wrong.code, &format!("{path}{}", wrong.path), *at);
+                }
+            }
+            Kind::Low => {
+                let toml = with(*at, format!("{} = 20", node.name));
+                self.refuses(&toml, "rule-broken", &path, *at);
+                // The rule names this one first, though the other one was changed.
+                let high = next.expect("the other one");
+                let toml = with(high.at, format!("{} = -1000", high.node.name));
+                self.refuses(&toml, "rule-broken", &path, *at);
+            }
+            Kind::Id => {
+                self.refuses(&without, "missing-parameter", &path, *table);
+                self.refuses(&with(*at, "id = -1".to_owned()), "out-of-range", &path, *at);
+            }
+            Kind::High | Kind::Group(_) | Kind::List(_) => {}
+        }
+    }
+}
+
+/// The code, line and message of everything that is found, and all of it as text.
+fn check(model: &Parameters, toml: &str) -> (Vec<(String, usize, String)>, String) {
+    let mut sources = SourceMap::new();
+    let source = sources.add("config.toml", toml);
+    let (_, found) = config::check(&sources, source, Some(model));
+    let all = found.iter().map(|d| {
+        let line = sources.position(d.span.source, d.span.start).line;
+        (d.code.to_owned(), line, d.message.clone())
+    });
+    (
+        all.collect(),
+        render(&sources, &found, rc_diagnostics::Format::Short),
+    )
+}
+
+fn property(u: &mut Unstructured<'_>) -> Result<usize> {
+    let mut pdsl = String::from("ComponentParams C {\n");
+    let nodes = block(u, 3, &mut pdsl)?;
+    pdsl.push_str("};\n");
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.pdsl", pdsl.as_str());
+    let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
+    assert!(
+        found.is_empty(),
+        "{}\n{pdsl}",
+        render(&sources, &found, rc_diagnostics::Format::Short)
+    );
+    let model = model.expect("parameters");
+    // A component reads its model from JSON.
+    let again = Parameters::from_json(&model.to_json()).expect("its own JSON");
+    assert_eq!(again, model);
+    let (text, lines) = fill(&config::template("C", Some(&model)), &nodes);
+    let (_, shown) = check(&model, &text.join("\n"));
+    assert_eq!(shown, "", "{}\n{pdsl}", text.join("\n"));
+    let mut property = Property {
+        model,
+        pdsl,
+        faults: 0,
+    };
+    for (at, line) in lines.iter().enumerate() {
+        property.faults_of(&text, line, lines.get(at + 1));
+        let before = lines[..at].iter().rev().find(|other| {
+            let list = |line: &Line<'_>| {
+                line.within
+                    .rfind('[')
+                    .map(|at| line.within[..at].to_owned())
+            };
+            matches!(other.node.kind, Kind::Id) && list(other) == list(line)
+        });
+        if let (Kind::Id, Some(before)) = (&line.node.kind, before) {
+            let mut toml = text.clone();
+            toml[line.at].clone_from(&text[before.at]);
+            property.refuses(&toml, "rule-broken", &format!("{}id", line.within), line.at);
+        }
+    }
+    Ok(property.faults)
+}
+
+#[test]
+fn defaults_are_accepted_and_every_fault_is_refused() {
+    let mut faults = 0;
+    // The seeds are numbered, so that every run tries the same; half of a seed is how many bytes of chance there are.
+    for n in 1..=400_u64 {
+        arbtest(|u| {
+            faults += property(u)?;
+            Ok(())
+        })
+        .seed(n << 32 | 1024)
+        .run();
+    }
+    assert!(faults > 5000, "only {faults} faults were tried");
+}
