@@ -22,9 +22,7 @@ fn tree(language: Language, text: &str) -> (String, bool) {
         "ddsl" => debug(rc_ddsl::parse(&sources, source)),
         other => panic!("no tree of a .{other}"),
     };
-    let mut tree = without_places(&tree);
-    tree.retain(|c| !c.is_whitespace());
-    (tree, found.has_errors())
+    (without_places(&tree), found.has_errors())
 }
 
 fn debug<T: std::fmt::Debug>((tree, found): (T, Diagnostics)) -> (String, Diagnostics) {
@@ -32,10 +30,17 @@ fn debug<T: std::fmt::Debug>((tree, found): (T, Diagnostics)) -> (String, Diagno
 }
 
 fn without_places(tree: &str) -> String {
-    let mut parts = tree.split("Span {");
+    // A rule of a .pdsl keeps its text beside its tree, to be shown.
+    let tree = without(tree, "}, text: \"", "\", message: ");
+    without(&tree, "Span {", "}")
+}
+
+/// The text without what stands between `from` and `to`.
+fn without(text: &str, from: &str, to: &str) -> String {
+    let mut parts = text.split(from);
     let mut out = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        out.push_str(part.split_once('}').map_or("", |(_, rest)| rest));
+        out.push_str(part.split_once(to).map_or("", |(_, rest)| rest));
     }
     out
 }
