@@ -38,6 +38,7 @@ pub fn load(
             imports,
             failed,
             is_there: &|name| loader.find(&path, name, "idsl").is_ok(),
+            looked_for: 0,
             found: &mut found,
         };
         resolver.component(&tree)
@@ -72,6 +73,9 @@ fn interfaces(
     interfaces
 }
 
+/// For so many unknown interfaces the folders are looked through.
+const MOST_LOOKED_FOR: usize = 100;
+
 /// A language that no component is written in.
 pub(crate) fn unknown_language(name: &Name) -> Diagnostic {
     let message = format!("unknown language `{}`", name.text);
@@ -86,6 +90,7 @@ struct Resolver<'a> {
     failed: Vec<String>,
     /// Whether an import of this name would be found.
     is_there: &'a dyn Fn(&str) -> bool,
+    looked_for: usize,
     found: &'a mut Diagnostics,
 }
 
@@ -288,7 +293,10 @@ impl Resolver<'_> {
                 let known = self.interfaces.keys().map(String::as_str);
                 let near = rc_diagnostics::nearest(&name.text, known);
                 let import = format!("`import \"{}.idsl\";`", name.text);
-                let diagnostic = if (self.is_there)(&name.text) {
+                self.looked_for += 1;
+                let diagnostic = if self.looked_for > MOST_LOOKED_FOR {
+                    diagnostic
+                } else if (self.is_there)(&name.text) {
                     diagnostic.help(format!("import it: {import}"))
                 } else if near.is_some() {
                     diagnostic.help_nearest(near)
