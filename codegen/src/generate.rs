@@ -84,7 +84,11 @@ pub fn generate(
     let mut tera = Tera::default();
     tera.autoescape_on(Vec::new());
     tera.add_raw_templates(TEMPLATES)?;
-    let printer = Printer { tera, view: &view };
+    let mut printer = Printer {
+        tera,
+        context: Context::from_serialize(&view)?,
+        view: &view,
+    };
     let mut files = Files::default();
     printer.generic(&mut files)?;
     printer.specific(project, &mut files)?;
@@ -93,24 +97,28 @@ pub fn generate(
 
 struct Printer<'a> {
     tera: Tera,
+    /// The view as the templates see it; it is large, and made once.
+    context: Context,
     view: &'a View,
 }
 
 impl Printer<'_> {
     fn print(
-        &self,
+        &mut self,
         template: &str,
         more: &[(&str, serde_json::Value)],
     ) -> Result<String, TemplateError> {
-        let mut context = Context::from_serialize(self.view)?;
         for (name, value) in more {
-            context.insert(*name, value);
+            self.context.insert(*name, value);
         }
-        let text = self.tera.render(template, &context)?;
+        let text = self.tera.render(template, &self.context)?;
+        for (name, _) in more {
+            self.context.remove(name);
+        }
         Ok(format!("{}\n", text.trim_end()))
     }
 
-    fn generic(&self, files: &mut Files) -> Result<(), TemplateError> {
+    fn generic(&mut self, files: &mut Files) -> Result<(), TemplateError> {
         let base = Path::new(GENERATED);
         let src = base.join("src");
         let mut add =
@@ -198,7 +206,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    fn specific(&self, project: &Project, files: &mut Files) -> Result<(), TemplateError> {
+    fn specific(&mut self, project: &Project, files: &mut Files) -> Result<(), TemplateError> {
         let package = &self.view.package;
         let imports = layout::imports(&format!("{package}_generated"), &self.view.imports);
         files.add(
