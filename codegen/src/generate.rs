@@ -9,7 +9,7 @@ use rc_diagnostics::Diagnostics;
 use std::path::Path;
 use tera::{Context, Tera};
 
-const TEMPLATES: [(&str, &str); 16] = [
+const TEMPLATES: [(&str, &str); 19] = [
     ("cargo.toml", include_str!("../templates/cargo.toml.tera")),
     ("lib.rs", include_str!("../templates/lib.rs.tera")),
     ("backend.rs", include_str!("../templates/backend.rs.tera")),
@@ -53,6 +53,15 @@ const TEMPLATES: [(&str, &str); 16] = [
         "user_worker.rs",
         include_str!("../templates/user_worker.rs.tera"),
     ),
+    (
+        "user_impl.rs",
+        include_str!("../templates/user_impl.rs.tera"),
+    ),
+    (
+        "user_handler.rs",
+        include_str!("../templates/user_handler.rs.tera"),
+    ),
+    ("stubs.rs", include_str!("../templates/stubs.rs.tera")),
 ];
 
 /// A template that does not fit the view: a fault of this program, never of its input.
@@ -81,23 +90,30 @@ pub fn generate(
     if found.has_errors() {
         return Ok((Files::default(), found));
     }
-    let mut tera = Tera::default();
-    tera.autoescape_on(Vec::new());
-    tera.add_raw_templates(TEMPLATES)?;
-    let printer = Printer { tera, view: &view };
+    let printer = Printer::new(&view)?;
     let mut files = Files::default();
     printer.generic(&mut files)?;
     printer.specific(project, &mut files)?;
     Ok((files, found))
 }
 
-struct Printer<'a> {
+/// Prints a view.
+pub(crate) struct Printer<'a> {
     tera: Tera,
     view: &'a View,
 }
 
-impl Printer<'_> {
-    fn print(
+impl<'a> Printer<'a> {
+    pub(crate) fn new(view: &'a View) -> Result<Self, TemplateError> {
+        let mut tera = Tera::default();
+        tera.autoescape_on(Vec::new());
+        // Some are parts of others: no file's last line feed is one of its text.
+        tera.add_raw_templates(TEMPLATES.map(|(name, text)| (name, text.trim_end())))?;
+        Ok(Self { tera, view })
+    }
+
+    /// The text of one template; `more` is what the view does not hold.
+    pub(crate) fn print(
         &self,
         template: &str,
         more: &[(&str, serde_json::Value)],

@@ -65,6 +65,8 @@ pub struct View {
     pub repeats: bool,
     /// What the user's worker file begins with.
     pub imports: Vec<String>,
+    /// The type that implements the handlers.
+    pub worker: &'static str,
 }
 
 /// A middleware that a component uses.
@@ -91,6 +93,9 @@ pub struct Dependency {
 
 /// The backends that this version generates for.
 pub const BACKENDS: [Backend; 2] = [Backend::Iceoryx2, Backend::Local];
+
+/// What a new component's worker is called.
+pub const WORKER: &str = "SpecificWorker";
 
 /// The view of a project that has no errors, for a middleware.
 pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
@@ -141,6 +146,7 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         modules: types::of(library, &mut found),
         interfaces: interfaces::of(component, &mut found),
         imports: user_imports(&slots, &traits),
+        worker: WORKER,
         reexports: reexports(component, &traits),
         repeats: exports.repeats(),
         slots,
@@ -235,7 +241,8 @@ fn user_imports(slots: &[Slot], traits: &[String]) -> Vec<String> {
         slots
             .iter()
             .filter(|s| s.receives)
-            .flat_map(|s| s.mentioned.clone()),
+            .flat_map(|s| &s.operations)
+            .flat_map(|o| o.mentioned.clone()),
     );
     names.sort();
     names.dedup();

@@ -60,9 +60,6 @@ pub struct Slot {
     pub doc: Vec<String>,
     /// Whether a handler answers.
     pub queries: bool,
-    /// Names of types that the user's handlers mention.
-    #[serde(skip)]
-    pub mentioned: Vec<String>,
 }
 
 /// One operation of a slot that receives.
@@ -102,6 +99,9 @@ pub struct Handler {
     pub parts: String,
     /// Statements that write the answer.
     pub write: Vec<String>,
+    /// Names of the generated crate that the user's handler mentions without their module.
+    #[serde(skip)]
+    pub mentioned: Vec<String>,
 }
 
 pub(super) fn of(
@@ -248,7 +248,6 @@ fn one(
         doc: interface.doc.clone(),
         queries: operations.iter().any(|o| o.two_way),
         operations,
-        mentioned: mentioned(library, exports, &interface.operations),
     }
 }
 
@@ -299,20 +298,26 @@ fn qos(role: Role, qos: &Qos) -> Vec<String> {
     lines
 }
 
-fn mentioned(library: &Library, exports: &Exports, operations: &[Operation]) -> Vec<String> {
+/// What the user's handler mentions; `result` is the type of its answer, as it is written there.
+fn mentioned(
+    library: &Library,
+    exports: &Exports,
+    operation: &Operation,
+    result: &str,
+) -> Vec<String> {
     let mut names = Vec::new();
-    for operation in operations {
-        let members = operation
-            .inputs
-            .iter()
-            .chain(&operation.outputs)
-            .map(|m| &m.ty);
-        members
-            .chain(&operation.result)
-            .for_each(|ty| named(library, ty, &mut names));
-        if !operation.throws.is_empty() {
-            names.push(error_name(operation));
-        }
+    let inputs = operation.inputs.iter().map(|m| &m.ty);
+    inputs.for_each(|ty| named(library, ty, &mut names));
+    let alias = answer_name(operation);
+    if result == alias {
+        names.push(alias);
+    } else {
+        let outputs = operation.outputs.iter().map(|m| &m.ty);
+        let outputs = outputs.chain(&operation.result);
+        outputs.for_each(|ty| named(library, ty, &mut names));
+    }
+    if !operation.throws.is_empty() {
+        names.push(error_name(operation));
     }
     names.retain(|name| exports.is_unique(name));
     names
@@ -391,6 +396,7 @@ fn handler(
     } else {
         bare_tuple
     };
+    let mentioned = mentioned(library, exports, operation, &user_result);
     let user_returns = returns(
         user_result,
         exports.of_interface(module, &error_name(operation)),
@@ -476,6 +482,7 @@ fn handler(
             format!("let {} = answer;", tuple(&parts))
         },
         write,
+        mentioned,
         constant,
         function,
         method,
