@@ -207,7 +207,7 @@ fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &
         return;
     }
     let message = format!(
-        "`{}` is declared by `{}` with other types",
+        "`{}` is declared by `{}` with another signature",
         method.name, slot.type_name
     );
     let one_line = needed.split_whitespace().collect::<Vec<_>>().join(" ");

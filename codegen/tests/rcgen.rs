@@ -1,8 +1,9 @@
 //! `rcgen` as people type it: which files it writes, which it leaves alone, and how it ends.
 
-use std::collections::BTreeMap;
+mod folders;
+
+use folders::{changed, files, rcgen};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use tempfile::TempDir;
 
 const CDSL: &str = "import \"Laser.idsl\"; import \"Speech.idsl\";\nComponent c { Communications { requires Laser; implements Speech; }; language rust; };\n";
@@ -14,54 +15,10 @@ fn folder(cdsl: &str) -> TempDir {
     folder
 }
 
-/// Exit code, standard output and standard error of `rcgen` in `folder`.
-fn rcgen(folder: &Path, args: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_rcgen"))
-        .args(args)
-        .current_dir(folder)
-        .env_remove("RC_IDSL_PATH")
-        .output()
-        .expect("rcgen starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    let code = output.status.code().expect("an exit code");
-    (code, text(output.stdout), text(output.stderr))
-}
-
 fn succeeds(folder: &Path, args: &[&str]) -> String {
     let (code, out, err) = rcgen(folder, args);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     out
-}
-
-/// Every file of a folder with its bytes.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                let inside = path.strip_prefix(folder).expect("inside").to_path_buf();
-                all.insert(inside, std::fs::read(&path).expect("a file"));
-            }
-        }
-    }
-    all
-}
-
-/// The files that are not the same in both, with `/` between their folders.
-fn changed(a: &BTreeMap<PathBuf, Vec<u8>>, b: &BTreeMap<PathBuf, Vec<u8>>) -> Vec<String> {
-    let mut paths: Vec<&PathBuf> = a.keys().chain(b.keys()).collect();
-    paths.sort();
-    paths.dedup();
-    let differing = paths
-        .into_iter()
-        .filter(|path| a.get(*path) != b.get(*path));
-    differing
-        .map(|p| p.to_string_lossy().replace('\\', "/"))
-        .collect()
 }
 
 #[test]
@@ -95,7 +52,12 @@ fn an_interface_that_is_removed_takes_its_files_with_it() {
         .replace("implements Speech;", "")
         .replace("import \"Speech.idsl\";", "");
     std::fs::write(folder.join("c.cdsl"), less).expect("a file");
-    let out = succeeds(folder, &["c.cdsl"]);
+    let (code, out, err) = rcgen(folder, &["c.cdsl"]);
+    assert_eq!(code, 0);
+    assert!(
+        err.starts_with("note[stale-handler]: no slot `Speech` receives anything any more\n"),
+        "{err}"
+    );
     assert!(
         out.contains("remove ./generated/src/interfaces/speech.rs"),
         "{out}"
