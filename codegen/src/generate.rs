@@ -133,10 +133,6 @@ impl<'a> Printer<'a> {
             |path: std::path::PathBuf, text: String| files.add(path, Owner::Generic, text);
         let view = self.view;
         add(base.join("Cargo.toml"), self.print("cargo.toml", &[])?);
-        let has_types = view
-            .modules
-            .iter()
-            .any(|m| !m.types.is_empty() || !m.consts.is_empty());
         add(src.join("lib.rs"), self.print("lib.rs", &[])?);
         for name in ["backend.rs", "description.rs"] {
             add(src.join(name), self.print(name, &[])?);
@@ -146,9 +142,9 @@ impl<'a> Printer<'a> {
             src.join("context.rs"),
             self.print("context.rs", &[("has_ends", ends.into())])?,
         );
-        let implements = view.slots.iter().any(|s| s.role == "Implements");
-        let exports = view.interfaces.iter().any(|i| i.exports);
-        let subscribes = view.slots.iter().any(|s| s.role == "SubscribesTo");
+        let serves = |role: &str| view.slots.iter().any(|s| s.receives && s.role == role);
+        let implements = serves("Implements");
+        let subscribes = serves("SubscribesTo");
         add(
             src.join("adapter.rs"),
             self.print(
@@ -162,9 +158,14 @@ impl<'a> Printer<'a> {
         if view.parameters.is_some() {
             add(src.join("parameters.rs"), self.print("parameters.rs", &[])?);
         }
+        let modules = view.modules.iter();
+        let parts = modules.map(|m| {
+            let exports = !m.types.is_empty() || !m.consts.is_empty();
+            (m.module.as_str(), exports.then_some("*"))
+        });
         add(
             src.join("types.rs"),
-            self.print("types_mod.rs", &[("has_types", has_types.into())])?,
+            self.print("types_mod.rs", &folder(parts.collect()))?,
         );
         for module in &view.modules {
             let value = serde_json::to_value(module).map_err(|e| TemplateError(e.to_string()))?;
@@ -173,12 +174,11 @@ impl<'a> Printer<'a> {
                 self.print("types.rs", &[("module", value)])?,
             );
         }
+        let interfaces = view.interfaces.iter();
+        let parts = interfaces.map(|i| (i.module.as_str(), i.exports.then_some("*")));
         add(
             src.join("interfaces.rs"),
-            self.print(
-                "interfaces_mod.rs",
-                &[("interfaces_export", exports.into())],
-            )?,
+            self.print("interfaces_mod.rs", &folder(parts.collect()))?,
         );
         for interface in &view.interfaces {
             let value =
@@ -190,18 +190,14 @@ impl<'a> Printer<'a> {
                 text,
             );
         }
-        let mut modules: Vec<(&str, &str)> = view
-            .slots
-            .iter()
-            .filter(|s| s.receives)
-            .map(|s| (s.module.as_str(), s.type_name.as_str()))
+        let slots = view.slots.iter().filter(|s| s.receives);
+        let parts: Vec<_> = slots
+            .map(|s| (s.module.as_str(), Some(s.type_name.as_str())))
             .collect();
-        modules.sort_unstable();
-        if !modules.is_empty() {
-            let modules = serde_json::json!(modules);
+        if !parts.is_empty() {
             add(
                 src.join("slots.rs"),
-                self.print("slots_mod.rs", &[("slot_modules", modules)])?,
+                self.print("slots_mod.rs", &folder(parts))?,
             );
         }
         for slot in view.slots.iter().filter(|s| s.receives) {
@@ -233,4 +229,17 @@ impl<'a> Printer<'a> {
         files.add("etc/config.toml", Owner::Specific, config);
         Ok(())
     }
+}
+
+/// What the file of a folder of modules lists: the modules, and what each of them exports. rustfmt does not sort
+/// both by the same rule.
+fn folder(mut modules: Vec<(&str, Option<&str>)>) -> [(&'static str, serde_json::Value); 2] {
+    modules.sort_unstable();
+    let parts: Vec<&str> = modules.iter().map(|(module, _)| *module).collect();
+    modules.sort_by(|a, b| layout::order(a.0, b.0));
+    let exports = modules
+        .iter()
+        .filter_map(|(module, name)| Some(format!("{module}::{}", name.as_ref()?)));
+    let exports: Vec<String> = exports.collect();
+    [("parts", parts.into()), ("exports", exports.into())]
 }

@@ -2,6 +2,8 @@
 //!
 //! The limits are rustfmt's defaults: lines of 100 characters, arguments of a call of 60.
 
+use std::cmp::Ordering;
+
 const LINE: usize = 100;
 const CALL: usize = 60;
 /// Arguments and elements up to this length fill lines instead of having one each.
@@ -143,6 +145,36 @@ pub fn doc(lines: &[String]) -> Vec<String> {
         .collect()
 }
 
+/// The order in which rustfmt has names: numbers in them by their value, `_` before everything else.
+pub fn order(a: &str, b: &str) -> Ordering {
+    let (mut a, mut b) = (a, b);
+    while let (Some(first), Some(second)) = (a.chars().next(), b.chars().next()) {
+        if first.is_ascii_digit() && second.is_ascii_digit() {
+            let (left, right) = (digits(a), digits(b));
+            let value = |text: &str| text.trim_start_matches('0').to_owned();
+            let (x, y) = (value(left), value(right));
+            let by_value = x.len().cmp(&y.len()).then_with(|| x.cmp(&y));
+            // Of two that are worth the same, the one with more zeros comes first.
+            let order = by_value.then_with(|| right.len().cmp(&left.len()));
+            if order.is_ne() {
+                return order;
+            }
+            (a, b) = (&a[left.len()..], &b[right.len()..]);
+        } else if first == second {
+            (a, b) = (&a[first.len_utf8()..], &b[second.len_utf8()..]);
+        } else {
+            let place = |c: char| (c != '_', c);
+            return place(first).cmp(&place(second));
+        }
+    }
+    a.len().cmp(&b.len())
+}
+
+fn digits(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_ascii_digit());
+    &text[..end.unwrap_or(text.len())]
+}
+
 /// `use KRATE::{A, B};` as rustfmt lays it out: as many names a line as fit.
 pub fn imports(krate: &str, names: &[String]) -> String {
     if let [one] = names {
@@ -153,4 +185,33 @@ pub fn imports(krate: &str, names: &[String]) -> String {
         return line;
     }
     format!("use {krate}::{{\n{}\n}};", filled(4, names).join("\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_sorted_as_rustfmt_does() {
+        let mut names = [
+            "Worker",
+            "WorkerError",
+            "Worker_",
+            "Slot10",
+            "Slot9",
+            "Slot",
+            "Slot09",
+        ];
+        names.sort_by(|a, b| order(a, b));
+        let wanted = [
+            "Slot",
+            "Slot09",
+            "Slot9",
+            "Slot10",
+            "Worker",
+            "Worker_",
+            "WorkerError",
+        ];
+        assert_eq!(names, wanted);
+    }
 }

@@ -238,8 +238,9 @@ impl Missing {
         paths.dedup();
         for path in paths {
             let pieces: Vec<&Piece> = self.pieces.iter().filter(|p| p.path == path).collect();
-            let uses: BTreeSet<&String> = pieces.iter().flat_map(|p| &p.uses).collect();
-            let uses: Vec<String> = uses.into_iter().cloned().collect();
+            let mut uses: Vec<String> = pieces.iter().flat_map(|p| p.uses.clone()).collect();
+            uses.sort_by(|a, b| layout::order(a, b));
+            uses.dedup();
             let use_line = if uses.is_empty() {
                 String::new()
             } else {

@@ -116,7 +116,7 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         .filter(|s| s.receives)
         .map(|s| s.type_name.clone())
         .collect();
-    traits.sort();
+    traits.sort_by(|a, b| layout::order(a, b));
     let parameters = project.parameters.as_ref().map(parameters::of);
     let view = View {
         name: component.name.text.clone(),
@@ -189,9 +189,17 @@ fn reexports(component: &rc_cdsl::Component, traits: &[String]) -> Vec<String> {
     let globs = globs.iter().filter(|(_, there)| *there);
     paths.extend(globs.map(|(path, _)| (*path).to_owned()));
     let dependencies = component.dependencies.iter();
-    paths.extend(dependencies.map(|(package, _)| package.text.replace('-', "_")));
+    let dependencies = dependencies.map(|(package, _)| package.text.replace('-', "_"));
+    let dependencies: Vec<String> = dependencies.collect();
+    // The user's choice of a version comes first.
+    paths.retain(|path| {
+        !dependencies
+            .iter()
+            .any(|d| path.ends_with(&format!("::{d}")))
+    });
+    paths.extend(dependencies);
     paths.extend(traits.iter().map(|name| format!("slots::{name}")));
-    paths.sort();
+    paths.sort_by(|a, b| layout::order(a, b));
     paths
 }
 
@@ -244,7 +252,7 @@ fn user_imports(slots: &[Slot], traits: &[String]) -> Vec<String> {
             .flat_map(|s| &s.operations)
             .flat_map(|o| o.mentioned.clone()),
     );
-    names.sort();
+    names.sort_by(|a, b| layout::order(a, b));
     names.dedup();
     names
 }
@@ -274,14 +282,15 @@ fn collisions<'a>(
 /// The file and module of an interface's code.
 fn interface_module(library: &Library, id: InterfaceId) -> String {
     let interface = library.interface(id);
-    let own = names::snake(&interface.name.text);
+    let own = names::module(&interface.name.text);
     let same = library
         .interfaces
         .iter()
-        .filter(|i| names::snake(&i.name.text) == own)
+        .filter(|i| names::module(&i.name.text) == own)
         .count();
     if same > 1 {
-        format!("{}_{own}", type_module(library, interface.module))
+        let module = &library.module(interface.module).name.text;
+        format!("{}_{own}", names::snake(module))
     } else {
         own
     }
@@ -289,7 +298,14 @@ fn interface_module(library: &Library, id: InterfaceId) -> String {
 
 /// The file and module of a module's types.
 fn type_module(library: &Library, id: ModuleId) -> String {
-    names::snake(&library.module(id).name.text)
+    let own = names::module(&library.module(id).name.text);
+    // `module Laser { interface Laser { … }; };`: code that uses both has to tell them apart.
+    let mut interfaces = library.interfaces.iter();
+    if interfaces.any(|i| names::module(&i.name.text) == own) {
+        own + "_types"
+    } else {
+        own
+    }
 }
 
 /// The hash of a name in the envelope of calls: the first four bytes of its MD5 sum, little endian

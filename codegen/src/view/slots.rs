@@ -1,7 +1,10 @@
 //! The slots of a component: traits that the user implements, ends that the user calls.
 
-use super::exports::Exports;
-use super::interfaces::{answer_name, answer_type, error_name, operation_doc, owned, tuple};
+use super::exports::{Exports, trait_name};
+use super::interfaces::{
+    answer_name, answer_type, error_name, exception_constant, operation_constant, operation_doc,
+    owned, tuple, variant, what_comes_back,
+};
 use super::types;
 use crate::{layout, names};
 use rc_cdsl::Component;
@@ -130,10 +133,7 @@ pub(super) fn of(
                 library.interface(slot.interface).name.text
             );
             found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
-        } else if OWN.contains(&view.field.as_str())
-            || view.type_name == "Worker"
-            || view.type_name == "Context"
-        {
+        } else if OWN.contains(&view.field.as_str()) {
             let message = format!(
                 "a slot cannot be called `{}`: generated code uses the name itself",
                 slot.name
@@ -157,7 +157,10 @@ fn one(
 ) -> Slot {
     let interface = library.interface(slot.interface);
     let module = super::interface_module(library, slot.interface);
-    let receives = matches!(slot.role, Role::Implements | Role::SubscribesTo);
+    // An interface without operations is a connection, and nothing that anybody could handle or publish.
+    let any = !interface.operations.is_empty();
+    let receives = any && matches!(slot.role, Role::Implements | Role::SubscribesTo);
+    let sends = slot.role == Role::Requires || (any && slot.role == Role::Publishes);
     let base = names::camel(&interface.name.text);
     let same = library
         .interfaces
@@ -174,11 +177,11 @@ fn one(
         _ => format!("{path}{base}Client"),
     };
     let field = names::snake(&slot.name);
-    let type_name = names::ty(&slot.name);
+    let type_name = trait_name(&slot.name);
     let operations: Vec<Handler> = interface
         .operations
         .iter()
-        .map(|o| handler(library, slot.role, &module, &type_name, exports, o))
+        .map(|o| handler(library, slot, &module, &type_name, exports, o))
         .collect();
     let mut uses = super::interfaces::uses(library, &interface.operations);
     uses.retain(|path| {
@@ -187,7 +190,7 @@ fn one(
     });
     uses.push(format!("crate::interfaces::{module}"));
     uses.push("crate::context::Context".to_owned());
-    uses.sort();
+    uses.sort_by(|a, b| layout::order(a, b));
     let role = slot.role;
     let (last, function, arguments) = match role {
         Role::SubscribesTo => (
@@ -229,7 +232,7 @@ fn one(
         role: format!("{role:?}"),
         role_word: role.word().to_owned(),
         receives,
-        sends: !receives,
+        sends,
         interface: interface.name.text.clone(),
         interface_module: module,
         end,
@@ -342,17 +345,17 @@ fn bare(library: &Library, exports: &Exports, ty: &Type) -> String {
 
 fn handler(
     library: &Library,
-    role: Role,
+    slot: &rc_cdsl::model::Slot,
     module: &str,
     type_name: &str,
     exports: &Exports,
     operation: &Operation,
 ) -> Handler {
-    let method = names::snake(&operation.name.text);
+    let method = names::method(&operation.name.text);
     let plain = names::shout(&operation.name.text).to_lowercase();
     let function = format!("answer_{plain}");
-    let constant = format!("{module}::{}", names::shout(&operation.name.text));
-    let two_way = super::two_way(role, operation);
+    let constant = format!("{module}::{}", operation_constant(operation));
+    let two_way = super::two_way(slot.role, operation);
     let throws = !operation.throws.is_empty();
     let error = format!("{module}::{}", error_name(operation));
     let params = |ty: &dyn Fn(&rc_idsl::model::Member) -> String| -> Vec<String> {
@@ -469,9 +472,10 @@ fn handler(
             .iter()
             .map(|t| {
                 let name = &library.ty(*t).name.text;
+                let interface = library.interface(slot.interface);
                 (
-                    format!("{error}::{}", names::camel(name)),
-                    format!("{module}::{}", names::shout(name)),
+                    format!("{error}::{}", variant(name)),
+                    format!("{module}::{}", exception_constant(interface, name)),
                 )
             })
             .collect(),
@@ -491,21 +495,17 @@ fn handler(
 
 fn write_answer(library: &Library, operation: &Operation, module: &str) -> Vec<String> {
     let mut lines = Vec::new();
-    for member in &operation.outputs {
-        let name = names::local(&member.name.text);
+    for (name, member) in what_comes_back(operation) {
         let what = format!("{module}.{}.{}", operation.name.text, member.name.text);
         lines.extend(super::checks::lines_at(
             library,
-            member,
+            &member,
             &what,
             &name,
             super::checks::Side::Write,
             4,
         ));
         lines.push(format!("writer.put(&{name});"));
-    }
-    if operation.result.is_some() {
-        lines.push("writer.put(&result);".to_owned());
     }
     lines
 }
