@@ -336,3 +336,47 @@ fn imported_parameters_are_part_of_the_component() {
         );
     }
 }
+
+#[test]
+fn a_component_that_is_no_text_is_wrong_input() {
+    let folder = folder(CDSL);
+    std::fs::write(folder.path().join("c.cdsl"), [0xff, 0xfe]).expect("a file");
+    for args in [
+        &["c.cdsl", "--format", "short"][..],
+        &["stubs", "c.cdsl", "--format", "short"],
+    ] {
+        let wanted = "c.cdsl:1:1: error[not-utf8]: this file is not UTF-8\n";
+        assert_eq!(
+            rcgen(folder.path(), args),
+            (1, String::new(), wanted.to_owned())
+        );
+    }
+}
+
+#[test]
+fn two_exceptions_of_one_name_cannot_be_told_apart() {
+    let folder = folder(
+        "import \"a.idsl\";\nComponent c { Communications { requires I; }; language rust; };",
+    );
+    let b = "module B { exception Failed { int code; }; };";
+    let a = "import \"b.idsl\";\nmodule A { exception Failed { };\ninterface I { void go() throws Failed, B::Failed; }; };";
+    std::fs::write(folder.path().join("a.idsl"), a).expect("a file");
+    std::fs::write(folder.path().join("b.idsl"), b).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert_eq!(
+        err,
+        "b.idsl:1:22: error[name-collision]: exceptions `Failed` and `Failed` are both `Failed` in Rust; the other one at a.idsl:2:22\n"
+    );
+}
+
+#[test]
+fn a_dependency_that_the_runtime_exports_too() {
+    let cdsl = CDSL.replace("language", "dependencies { tracing \"0.1\"; }; language");
+    let folder = folder(&cdsl);
+    succeeds(folder.path(), &["c.cdsl"]);
+    let lib = folder.path().join("generated/src/lib.rs");
+    let lib = std::fs::read_to_string(lib).expect("a file");
+    let exports: Vec<&str> = lib.lines().filter(|l| l.contains("tracing")).collect();
+    assert_eq!(exports, ["pub use tracing;"]);
+}

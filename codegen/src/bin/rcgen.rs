@@ -300,8 +300,20 @@ fn load(
         )));
     }
     let loader = FileLoader::new(&common.include);
-    let (project, found) = Project::load(file, sources, &loader)
-        .map_err(|e| Failure::System(format!("{}: {e}", file.display())))?;
+    let (mut found, mut refused) = (Diagnostics::new(), None);
+    let project = match Project::load(file, sources, &loader) {
+        Ok((project, more)) => {
+            found.extend(more);
+            project
+        }
+        Err(error) => {
+            unreadable(file, &error, sources, &mut found, &mut refused);
+            None
+        }
+    };
+    if let Some(why) = refused {
+        return Err(Failure::System(why));
+    }
     if let Some(project) = project.filter(|_| !found.has_errors()) {
         return Ok((project, found));
     }
