@@ -39,7 +39,7 @@ pub struct View {
     pub middleware: String,
     /// Every middleware that is used: its word and its crate.
     pub backends: Vec<BackendCrate>,
-    /// The array of their functions.
+    /// The constant with their functions.
     pub connects: String,
     /// The array of the constants of the slots.
     pub slot_constants: String,
@@ -130,7 +130,8 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         doc: component.doc.clone(),
         hash: note.model.clone(),
         middleware: note.middleware.clone(),
-        connects: layout::array(
+        connects: layout::constant(
+            "pub(crate) const BACKENDS: &[(&str, Connect)]",
             &backends
                 .iter()
                 .map(|b| format!("(\"{}\", {}::connect)", b.word, b.module))

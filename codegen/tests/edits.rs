@@ -161,12 +161,22 @@ fn ten_of_them_compile() {
     // The target folder that this test was built in, so that nothing is built twice.
     let program = Path::new(env!("CARGO_BIN_EXE_rcgen"));
     let target = program.ancestors().nth(2).expect("target/debug/rcgen");
-    let output = Command::new(env!("CARGO"))
-        .args(["check", "--workspace", "--offline", "-q", "-j1"])
-        .current_dir(&workspace)
-        .env("CARGO_TARGET_DIR", target)
-        .output()
-        .expect("cargo starts");
-    let err = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && err.is_empty(), "{err}");
+    let cargo = |args: &[&str]| {
+        let output = Command::new(env!("CARGO"))
+            .args(args)
+            .current_dir(&workspace)
+            .env("CARGO_TARGET_DIR", target)
+            .output()
+            .expect("cargo starts");
+        let [out, err] =
+            [output.stdout, output.stderr].map(|b| String::from_utf8_lossy(&b).into_owned());
+        assert!(output.status.success() && err.is_empty(), "{out}\n{err}");
+    };
+    cargo(&["check", "--workspace", "--offline", "-q", "-j1"]);
+    let packages =
+        (0..10).flat_map(|n| [format!("-pedited_{n}"), format!("-pedited_{n}_generated")]);
+    let packages: Vec<String> = packages.collect();
+    let mut fmt = vec!["fmt", "--check"];
+    fmt.extend(packages.iter().map(String::as_str));
+    cargo(&fmt);
 }

@@ -41,7 +41,7 @@ pub struct Interface {
     pub runtime_uses: Vec<String>,
     /// Whether the user sees anything of it.
     pub exports: bool,
-    /// The array of its operations.
+    /// The constant with its operations.
     pub all: String,
 }
 
@@ -198,7 +198,8 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
             || published
             || throws
             || operations.iter().any(|o| !o.answer_alias.is_empty()),
-        all: layout::array(
+        all: layout::constant(
+            "pub(crate) const OPERATIONS: &[Operation]",
             &operations
                 .iter()
                 .map(|o| o.constant.clone())

@@ -74,7 +74,7 @@ pub struct Handler {
     pub constant: String,
     /// Its documentation.
     pub doc: Vec<String>,
-    /// `fn …(&mut self, ctx: &mut Context, …) -> …;` of the trait, without the semicolon.
+    /// `fn …(&mut self, ctx: &mut Context, …) -> …;` of the trait.
     pub signature: String,
     /// The same for the user's file, with the types by their bare names and the brace.
     pub user_signature: String,
@@ -406,14 +406,10 @@ fn handler(
     );
     let bound = |indent: usize, head: &str, args: &[String]| match names.as_slice() {
         [] => layout::call(indent, head, args, "?;"),
-        many => layout::binding(indent, &tuple(many), head, args, "?;"),
+        many => layout::binding(indent, many, head, args, "?;"),
     };
     let read = format!("{module}::read_{plain}");
-    let answer = if two_way && (throws || !bare_result.is_empty()) {
-        "let answer = "
-    } else {
-        ""
-    };
+    let answers = two_way && (throws || !bare_result.is_empty());
     let mut parts: Vec<String> = Vec::new();
     if operation.result.is_some() {
         parts.push("result".to_owned());
@@ -423,16 +419,17 @@ fn handler(
     if two_way && write.is_empty() {
         write.push("writer.put(&0_u8);".to_owned());
     }
+    let trait_returns = returns(
+        answer_type(library, operation, &format!("{module}::")),
+        error.clone(),
+    );
     Handler {
         doc: super::doc(&operation_doc(operation), None, None),
         signature: layout::signature(
             4,
             &format!("fn {method}"),
             &params(&|m| owned(library, m)),
-            &returns(
-                answer_type(library, operation, &format!("{module}::")),
-                error.clone(),
-            ),
+            &format!("{trait_returns};"),
         ),
         user_signature: layout::signature(
             4,
@@ -463,7 +460,12 @@ fn handler(
             "request.arguments",
             &[format!("&{constant}"), read.clone()],
         ),
-        call: layout::call(4, &format!("{answer}worker.{method}"), &worker_args, ";"),
+        call: if answers {
+            let answer = ["answer".to_owned()];
+            layout::binding(4, &answer, &format!("worker.{method}"), &worker_args, ";")
+        } else {
+            layout::call(4, &format!("worker.{method}"), &worker_args, ";")
+        },
         take_call: layout::call(12, &format!("worker.{method}"), &worker_args, ";"),
         take: bound(12, &read, &["reader".to_owned()]),
         two_way,
