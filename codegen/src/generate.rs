@@ -101,6 +101,8 @@ pub fn generate(
 pub(crate) struct Printer<'a> {
     tera: Tera,
     view: &'a View,
+    /// The view as templates see it.
+    base: Context,
 }
 
 impl<'a> Printer<'a> {
@@ -109,7 +111,8 @@ impl<'a> Printer<'a> {
         tera.autoescape_on(Vec::new());
         // Some are parts of others: no file's last line feed is one of its text.
         tera.add_raw_templates(TEMPLATES.map(|(name, text)| (name, text.trim_end())))?;
-        Ok(Self { tera, view })
+        let base = Context::from_serialize(view)?;
+        Ok(Self { tera, view, base })
     }
 
     /// The text of one template; `more` is what the view does not hold.
@@ -118,7 +121,7 @@ impl<'a> Printer<'a> {
         template: &str,
         more: &[(&str, serde_json::Value)],
     ) -> Result<String, TemplateError> {
-        let mut context = Context::from_serialize(self.view)?;
+        let mut context = self.base.clone();
         for (name, value) in more {
             context.insert(*name, value);
         }

@@ -3,6 +3,7 @@
 mod checks;
 mod exports;
 mod interfaces;
+mod operation_names;
 mod parameters;
 mod slots;
 mod types;

@@ -1,7 +1,7 @@
 //! Which names the generated crate exports more than once: such a thing is written with its whole path in the
 //! user's file, where everything else is imported by its bare name.
 
-use super::interfaces::{answer_name, error_name};
+use super::operation_names::{answer_name, error_name};
 use crate::names;
 use rc_cdsl::Component;
 use rc_cdsl::model::Role;

@@ -1,5 +1,8 @@
 //! The code of an interface that all slots of it share: its operations, its sending end, its errors.
 
+use super::operation_names::{
+    answer_name, error_name, exception_constant, operation_constant, variant,
+};
 use super::{checks, types};
 use crate::{layout, names};
 use rc_cdsl::Component;
@@ -302,45 +305,6 @@ pub(super) fn path(library: &Library, id: TypeId) -> String {
     )
 }
 
-/// The name of an operation as types begin with it.
-fn type_stem(operation: &Operation) -> String {
-    let name = operation.name.text.as_str();
-    let (first, rest) = name.split_at(name.chars().next().map_or(0, char::len_utf8));
-    names::camel(&format!("{}{rest}", first.to_uppercase()))
-}
-
-/// The name of the error of an operation that throws.
-pub(super) fn error_name(operation: &Operation) -> String {
-    names::ty(&format!("{}Error", type_stem(operation)))
-}
-
-/// The variant of such an error that holds an exception; `Call` is the one for a call without an answer.
-pub(super) fn variant(exception: &str) -> String {
-    let name = names::camel(exception);
-    if name == "Call" { name + "_" } else { name }
-}
-
-/// The constant that describes an operation; `OPERATIONS` are all of them.
-pub(super) fn operation_constant(operation: &Operation) -> String {
-    let name = names::shout(&operation.name.text);
-    if name == "OPERATIONS" {
-        name + "_"
-    } else {
-        name
-    }
-}
-
-/// The constant of an exception, beside those of the operations.
-pub(super) fn exception_constant(interface: &rc_idsl::model::Interface, exception: &str) -> String {
-    let name = names::shout(exception);
-    let mut operations = interface.operations.iter();
-    if operations.any(|o| names::shout(&o.name.text) == name) {
-        name + "_"
-    } else {
-        name
-    }
-}
-
 pub(super) fn owned(library: &Library, member: &Member) -> String {
     let ty = outside(library, &member.ty);
     if member.optional {
@@ -398,10 +362,6 @@ pub(super) fn answer_type(library: &Library, operation: &Operation, prefix: &str
         [one] => one.clone(),
         _ => format!("{prefix}{}", answer_name(operation)),
     }
-}
-
-pub(super) fn answer_name(operation: &Operation) -> String {
-    format!("{}Answer", type_stem(operation))
 }
 
 fn answer_alias(library: &Library, operation: &Operation) -> String {

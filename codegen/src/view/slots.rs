@@ -1,9 +1,9 @@
 //! The slots of a component: traits that the user implements, ends that the user calls.
 
 use super::exports::{Exports, trait_name};
-use super::interfaces::{
-    answer_name, answer_type, error_name, exception_constant, operation_constant, operation_doc,
-    owned, tuple, variant, what_comes_back,
+use super::interfaces::{answer_type, operation_doc, owned, tuple, what_comes_back};
+use super::operation_names::{
+    answer_name, error_name, exception_constant, operation_constant, variant,
 };
 use super::types;
 use crate::{layout, names};

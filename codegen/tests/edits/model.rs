@@ -259,6 +259,7 @@ impl Model {
             ("edited.cdsl", text.out),
             ("edited.pdsl", pdsl),
             ("Own.idsl", idsl),
+            ("a.smdsl", "a { initial_state start; };\n".to_owned()),
         ]
     }
 
