@@ -9,7 +9,7 @@ use rc_diagnostics::Diagnostics;
 use std::path::Path;
 use tera::{Context, Tera};
 
-const TEMPLATES: [(&str, &str); 16] = [
+const TEMPLATES: [(&str, &str); 19] = [
     ("cargo.toml", include_str!("../templates/cargo.toml.tera")),
     ("lib.rs", include_str!("../templates/lib.rs.tera")),
     ("backend.rs", include_str!("../templates/backend.rs.tera")),
@@ -53,6 +53,15 @@ const TEMPLATES: [(&str, &str); 16] = [
         "user_worker.rs",
         include_str!("../templates/user_worker.rs.tera"),
     ),
+    (
+        "user_impl.rs",
+        include_str!("../templates/user_impl.rs.tera"),
+    ),
+    (
+        "user_handler.rs",
+        include_str!("../templates/user_handler.rs.tera"),
+    ),
+    ("stubs.rs", include_str!("../templates/stubs.rs.tera")),
 ];
 
 /// A template that does not fit the view: a fault of this program, never of its input.
@@ -81,29 +90,37 @@ pub fn generate(
     if found.has_errors() {
         return Ok((Files::default(), found));
     }
-    let mut tera = Tera::default();
-    tera.autoescape_on(Vec::new());
-    tera.add_raw_templates(TEMPLATES)?;
-    let mut printer = Printer {
-        tera,
-        context: Context::from_serialize(&view)?,
-        view: &view,
-    };
+    let mut printer = Printer::new(&view)?;
     let mut files = Files::default();
     printer.generic(&mut files)?;
     printer.specific(project, &mut files)?;
     Ok((files, found))
 }
 
-struct Printer<'a> {
+/// Prints a view.
+pub(crate) struct Printer<'a> {
     tera: Tera,
-    /// The view as the templates see it; it is large, and made once.
-    context: Context,
     view: &'a View,
+    /// The view as templates see it; it is large, and made once.
+    context: Context,
 }
 
-impl Printer<'_> {
-    fn print(
+impl<'a> Printer<'a> {
+    pub(crate) fn new(view: &'a View) -> Result<Self, TemplateError> {
+        let mut tera = Tera::default();
+        tera.autoescape_on(Vec::new());
+        // Some are parts of others: no file's last line feed is one of its text.
+        tera.add_raw_templates(TEMPLATES.map(|(name, text)| (name, text.trim_end())))?;
+        let context = Context::from_serialize(view)?;
+        Ok(Self {
+            tera,
+            view,
+            context,
+        })
+    }
+
+    /// The text of one template; `more` is what the view does not hold.
+    pub(crate) fn print(
         &mut self,
         template: &str,
         more: &[(&str, serde_json::Value)],
@@ -125,10 +142,6 @@ impl Printer<'_> {
             |path: std::path::PathBuf, text: String| files.add(path, Owner::Generic, text);
         let view = self.view;
         add(base.join("Cargo.toml"), self.print("cargo.toml", &[])?);
-        let has_types = view
-            .modules
-            .iter()
-            .any(|m| !m.types.is_empty() || !m.consts.is_empty());
         add(src.join("lib.rs"), self.print("lib.rs", &[])?);
         for name in ["backend.rs", "description.rs"] {
             add(src.join(name), self.print(name, &[])?);
@@ -138,9 +151,9 @@ impl Printer<'_> {
             src.join("context.rs"),
             self.print("context.rs", &[("has_ends", ends.into())])?,
         );
-        let implements = view.slots.iter().any(|s| s.role == "Implements");
-        let exports = view.interfaces.iter().any(|i| i.exports);
-        let subscribes = view.slots.iter().any(|s| s.role == "SubscribesTo");
+        let serves = |role: &str| view.slots.iter().any(|s| s.receives && s.role == role);
+        let implements = serves("Implements");
+        let subscribes = serves("SubscribesTo");
         add(
             src.join("adapter.rs"),
             self.print(
@@ -154,9 +167,14 @@ impl Printer<'_> {
         if view.parameters.is_some() {
             add(src.join("parameters.rs"), self.print("parameters.rs", &[])?);
         }
+        let modules = view.modules.iter();
+        let parts = modules.map(|m| {
+            let exports = !m.types.is_empty() || !m.consts.is_empty();
+            (m.module.as_str(), exports.then_some("*"))
+        });
         add(
             src.join("types.rs"),
-            self.print("types_mod.rs", &[("has_types", has_types.into())])?,
+            self.print("types_mod.rs", &folder(parts.collect()))?,
         );
         for module in &view.modules {
             let value = serde_json::to_value(module).map_err(|e| TemplateError(e.to_string()))?;
@@ -165,12 +183,11 @@ impl Printer<'_> {
                 self.print("types.rs", &[("module", value)])?,
             );
         }
+        let interfaces = view.interfaces.iter();
+        let parts = interfaces.map(|i| (i.module.as_str(), i.exports.then_some("*")));
         add(
             src.join("interfaces.rs"),
-            self.print(
-                "interfaces_mod.rs",
-                &[("interfaces_export", exports.into())],
-            )?,
+            self.print("interfaces_mod.rs", &folder(parts.collect()))?,
         );
         for interface in &view.interfaces {
             let value =
@@ -182,18 +199,14 @@ impl Printer<'_> {
                 text,
             );
         }
-        let mut modules: Vec<(&str, &str)> = view
-            .slots
-            .iter()
-            .filter(|s| s.receives)
-            .map(|s| (s.module.as_str(), s.type_name.as_str()))
+        let slots = view.slots.iter().filter(|s| s.receives);
+        let parts: Vec<_> = slots
+            .map(|s| (s.module.as_str(), Some(s.type_name.as_str())))
             .collect();
-        modules.sort_unstable();
-        if !modules.is_empty() {
-            let modules = serde_json::json!(modules);
+        if !parts.is_empty() {
             add(
                 src.join("slots.rs"),
-                self.print("slots_mod.rs", &[("slot_modules", modules)])?,
+                self.print("slots_mod.rs", &folder(parts))?,
             );
         }
         for slot in view.slots.iter().filter(|s| s.receives) {
@@ -225,4 +238,17 @@ impl Printer<'_> {
         files.add("etc/config.toml", Owner::Specific, config);
         Ok(())
     }
+}
+
+/// What the file of a folder of modules lists: the modules, and what each of them exports. rustfmt does not sort
+/// both by the same rule.
+fn folder(mut modules: Vec<(&str, Option<&str>)>) -> [(&'static str, serde_json::Value); 2] {
+    modules.sort_unstable();
+    let parts: Vec<&str> = modules.iter().map(|(module, _)| *module).collect();
+    modules.sort_by(|a, b| layout::order(a.0, b.0));
+    let exports = modules
+        .iter()
+        .filter_map(|(module, name)| Some(format!("{module}::{}", name.as_ref()?)));
+    let exports: Vec<String> = exports.collect();
+    [("parts", parts.into()), ("exports", exports.into())]
 }

@@ -2,7 +2,7 @@
 //!
 //! [`project::Project::load`] reads a `.cdsl` with all that it names; [`view`] decides every name, type and
 //! line; the templates only print what the view says; [`files::Files`] is the result in memory, written in one
-//! place, all or nothing.
+//! place, all or nothing. [`stubs`] says what a worker that exists lacks after its description changed.
 
 pub mod check;
 pub mod files;
@@ -14,6 +14,7 @@ pub mod load;
 pub mod names;
 pub mod note;
 pub mod project;
+pub mod stubs;
 pub mod view;
 pub mod workspace;
 

@@ -35,6 +35,29 @@ pub fn snake(name: &str) -> String {
     }
 }
 
+/// Functions that every calling or publishing end has.
+const METHODS: [&str; 4] = ["is_connected", "new", "set_timeout", "subscribers"];
+
+/// An operation.
+pub fn method(name: &str) -> String {
+    let snake = snake(name);
+    if METHODS.contains(&snake.as_str()) {
+        snake + "_"
+    } else {
+        snake
+    }
+}
+
+/// A module of an interface or of types. Generated code has others of these names.
+pub fn module(name: &str) -> String {
+    let snake = snake(name);
+    if ["cdr", "std"].contains(&snake.as_str()) {
+        snake + "_"
+    } else {
+        snake
+    }
+}
+
 /// A parameter or a variable of a generated function.
 pub fn local(name: &str) -> String {
     let snake = snake(name);
@@ -67,8 +90,9 @@ pub fn camel(name: &str) -> String {
 }
 
 /// Types that generated code uses by their bare names.
-const TYPES: [&str; 14] = [
+const TYPES: [&str; 16] = [
     "Box",
+    "CallError",
     "Caller",
     "Cdr",
     "DecodeError",
@@ -79,6 +103,7 @@ const TYPES: [&str; 14] = [
     "Reader",
     "Request",
     "Result",
+    "SendError",
     "String",
     "Vec",
     "Writer",
@@ -113,6 +138,7 @@ mod tests {
         assert_eq!(snake("getLaserData"), "get_laser_data");
         assert_eq!(snake("type"), "type_");
         assert_eq!(snake("_1st"), "_1st");
+        assert_eq!(method("isConnected"), "is_connected_");
         assert_eq!(local("request"), "request_");
         assert_eq!(camel("datasayin"), "Datasayin");
         assert_eq!(camel("TData"), "TData");

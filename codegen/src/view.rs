@@ -3,6 +3,7 @@
 mod checks;
 mod exports;
 mod interfaces;
+mod operation_names;
 mod parameters;
 mod slots;
 mod types;
@@ -39,7 +40,7 @@ pub struct View {
     pub middleware: String,
     /// Every middleware that is used: its word and its crate.
     pub backends: Vec<BackendCrate>,
-    /// The array of their functions.
+    /// The constant with their functions.
     pub connects: String,
     /// The array of the constants of the slots.
     pub slot_constants: String,
@@ -65,6 +66,8 @@ pub struct View {
     pub repeats: bool,
     /// What the user's worker file begins with.
     pub imports: Vec<String>,
+    /// The type that implements the handlers.
+    pub worker: &'static str,
 }
 
 /// A middleware that a component uses.
@@ -92,6 +95,9 @@ pub struct Dependency {
 /// The backends that this version generates for.
 pub const BACKENDS: [Backend; 2] = [Backend::Iceoryx2, Backend::Local];
 
+/// What a new component's worker is called.
+pub const WORKER: &str = "SpecificWorker";
+
 /// The view of a project that has no errors, for a middleware.
 pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
     let mut found = Diagnostics::new();
@@ -111,7 +117,7 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         .filter(|s| s.receives)
         .map(|s| s.type_name.clone())
         .collect();
-    traits.sort();
+    traits.sort_by(|a, b| layout::order(a, b));
     let parameters = project.parameters.as_ref().map(parameters::of);
     let view = View {
         name: component.name.text.clone(),
@@ -125,7 +131,8 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         doc: component.doc.clone(),
         hash: note.model.clone(),
         middleware: note.middleware.clone(),
-        connects: layout::array(
+        connects: layout::constant(
+            "pub(crate) const BACKENDS: &[(&str, Connect)]",
             &backends
                 .iter()
                 .map(|b| format!("(\"{}\", {}::connect)", b.word, b.module))
@@ -141,6 +148,7 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         modules: types::of(library, &mut found),
         interfaces: interfaces::of(component, &mut found),
         imports: user_imports(&slots, &traits),
+        worker: WORKER,
         reexports: reexports(component, &traits),
         repeats: exports.repeats(),
         slots,
@@ -183,9 +191,17 @@ fn reexports(component: &rc_cdsl::Component, traits: &[String]) -> Vec<String> {
     let globs = globs.iter().filter(|(_, there)| *there);
     paths.extend(globs.map(|(path, _)| (*path).to_owned()));
     let dependencies = component.dependencies.iter();
-    paths.extend(dependencies.map(|(package, _)| package.text.replace('-', "_")));
+    let dependencies = dependencies.map(|(package, _)| package.text.replace('-', "_"));
+    let dependencies: Vec<String> = dependencies.collect();
+    // The user's choice of a version comes first.
+    paths.retain(|path| {
+        !dependencies
+            .iter()
+            .any(|d| path.ends_with(&format!("::{d}")))
+    });
+    paths.extend(dependencies);
     paths.extend(traits.iter().map(|name| format!("slots::{name}")));
-    paths.sort();
+    paths.sort_by(|a, b| layout::order(a, b));
     paths
 }
 
@@ -235,9 +251,10 @@ fn user_imports(slots: &[Slot], traits: &[String]) -> Vec<String> {
         slots
             .iter()
             .filter(|s| s.receives)
-            .flat_map(|s| s.mentioned.clone()),
+            .flat_map(|s| &s.operations)
+            .flat_map(|o| o.mentioned.clone()),
     );
-    names.sort();
+    names.sort_by(|a, b| layout::order(a, b));
     names.dedup();
     names
 }
@@ -267,14 +284,15 @@ fn collisions<'a>(
 /// The file and module of an interface's code.
 fn interface_module(library: &Library, id: InterfaceId) -> String {
     let interface = library.interface(id);
-    let own = names::snake(&interface.name.text);
+    let own = names::module(&interface.name.text);
     let same = library
         .interfaces
         .iter()
-        .filter(|i| names::snake(&i.name.text) == own)
+        .filter(|i| names::module(&i.name.text) == own)
         .count();
     if same > 1 {
-        format!("{}_{own}", type_module(library, interface.module))
+        let module = &library.module(interface.module).name.text;
+        format!("{}_{own}", names::snake(module))
     } else {
         own
     }
@@ -282,7 +300,14 @@ fn interface_module(library: &Library, id: InterfaceId) -> String {
 
 /// The file and module of a module's types.
 fn type_module(library: &Library, id: ModuleId) -> String {
-    names::snake(&library.module(id).name.text)
+    let own = names::module(&library.module(id).name.text);
+    // `module Laser { interface Laser { … }; };`: code that uses both has to tell them apart.
+    let mut interfaces = library.interfaces.iter();
+    if interfaces.any(|i| names::module(&i.name.text) == own) {
+        own + "_types"
+    } else {
+        own
+    }
 }
 
 /// The hash of a name in the envelope of calls: the first four bytes of its MD5 sum, little endian

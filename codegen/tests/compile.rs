@@ -28,35 +28,111 @@ fn cargo(workspace: &Path, args: &[&str]) {
         .env("CARGO_TARGET_DIR", target));
 }
 
-/// One component with every construct of the languages.
-#[test]
-fn everything_at_once() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let workspace = folder.path().join("robot");
+/// An empty workspace beside the components of `tests/compile`.
+fn workspace(folder: &Path) -> PathBuf {
+    let workspace = folder.join("robot");
     run(Command::new(RCGEN)
         .args(["init", "--framework", ROOT])
         .arg(&workspace));
-    let component = workspace.join("components/everything");
-    std::fs::create_dir(&component).expect("a folder");
-    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/compile");
-    for entry in std::fs::read_dir(fixtures).expect("the fixtures") {
-        let path = entry.expect("a fixture").path();
-        let text = std::fs::read_to_string(&path).expect("a text");
-        let root = Path::new(ROOT).canonicalize().expect("this project");
-        let text = text.replace("FRAMEWORK", &root.to_string_lossy());
-        std::fs::write(component.join(path.file_name().expect("a name")), text).expect("a file");
-    }
     // The versions that this project is built with are in the cache.
     std::fs::copy(
         Path::new(ROOT).join("Cargo.lock"),
         workspace.join("Cargo.lock"),
     )
     .expect("a copy");
-    run(Command::new(RCGEN).arg(component.join("everything.cdsl")));
-    for package in ["everything", "everything_generated"] {
-        cargo(&workspace, &["fmt", "--check", "-p", package]);
+    workspace
+}
+
+/// Copies a component of `tests/compile` and generates it.
+fn generate(workspace: &Path, name: &str, middleware: &str) {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/compile");
+    let component = workspace.join("components").join(name);
+    std::fs::create_dir(&component).expect("a folder");
+    for entry in std::fs::read_dir(fixtures.join(name)).expect("the fixtures") {
+        let path = entry.expect("a fixture").path();
+        let text = std::fs::read_to_string(&path).expect("a text");
+        let root = Path::new(ROOT).canonicalize().expect("this project");
+        let text = text.replace("FRAMEWORK", &root.to_string_lossy());
+        std::fs::write(component.join(path.file_name().expect("a name")), text).expect("a file");
     }
-    let packages = ["-p", "everything", "-p", "everything_generated"];
+    run(Command::new(RCGEN)
+        .arg(component.join(format!("{name}.cdsl")))
+        .args(["--middleware", middleware]));
+}
+
+/// A component that was generated, whose interface then gained everything, with what `rcgen stubs` prints pasted
+/// where it says.
+fn paste(workspace: &Path) {
+    let component = workspace.join("components/pasted");
+    std::fs::create_dir(&component).expect("a folder");
+    let write = |file: &str, text: &str| {
+        std::fs::write(component.join(file), text).expect("a file");
+    };
+    let cdsl = "import \"M.idsl\";\nComponent pasted { Communications { implements Voice; SLOTS }; language rust; };\n";
+    write("pasted.cdsl", &cdsl.replace("SLOTS", ""));
+    write("M.idsl", "module M { interface Voice { void hush(); }; };");
+    let cdsl_path = component.join("pasted.cdsl");
+    run(Command::new(RCGEN).arg(&cdsl_path));
+    write(
+        "pasted.cdsl",
+        &cdsl.replace(
+            "SLOTS",
+            "subscribesTo Goal as goals; requires Voice as other;",
+        ),
+    );
+    write(
+        "M.idsl",
+        "module M {
+            struct Point { float x; };
+            exception Refused { string why; };
+            interface Voice {
+                /// Says it.
+                bool say(string text, @range(min=0) int loudness) throws Refused;
+                void hush();
+                sequence<Point> path(Point from, out sequence<string> aLongName, out sequence<string> anotherLongName);
+            };
+            interface Goal { void reached(Point at); };
+        };",
+    );
+    run(Command::new(RCGEN).arg(&cdsl_path));
+    let output = run(Command::new(RCGEN).arg("stubs").arg(&cdsl_path));
+    let stubs = String::from_utf8(output.stdout).expect("a text");
+    let file = component.join("src/specific_worker.rs");
+    let worker = std::fs::read_to_string(&file).expect("a text");
+    let (mut lines, mut end) = (worker.lines().collect::<Vec<&str>>(), Vec::new());
+    for piece in stubs.split("\n// ") {
+        let (heading, code) = piece.split_once('\n').expect("a heading");
+        match heading.split_once(": into this `impl ") {
+            Some((place, _)) => {
+                let line = place.rsplit(':').next().expect("a line");
+                lines.insert(line.parse().expect("a number"), code);
+            }
+            None => end.extend(["", code.trim_end()]),
+        }
+    }
+    lines.extend(end);
+    std::fs::write(&file, lines.join("\n") + "\n").expect("a file");
+    let output = run(Command::new(RCGEN).arg("stubs").arg(&cdsl_path));
+    assert_eq!(output.stdout, b"");
+}
+
+/// Every construct of the languages; names that generated code uses itself; handlers that were pasted.
+#[test]
+fn everything_at_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let workspace = workspace(folder.path());
+    generate(&workspace, "everything", "iceoryx2");
+    generate(&workspace, "awkward", "local");
+    paste(&workspace);
+    let mut packages = Vec::new();
+    for name in ["everything", "awkward", "pasted"] {
+        packages.extend(["-p".to_owned(), name.to_owned()]);
+        packages.extend(["-p".to_owned(), format!("{name}_generated")]);
+    }
+    let packages = packages.iter().map(String::as_str);
+    let mut fmt = vec!["fmt", "--check"];
+    fmt.extend(packages.clone());
+    cargo(&workspace, &fmt);
     let mut clippy = vec!["clippy", "--offline", "-q", "-j1"];
     clippy.extend(packages);
     clippy.extend(["--", "-D", "warnings"]);
@@ -66,8 +142,11 @@ fn everything_at_once() {
 /// What is committed is what would be generated.
 #[test]
 fn committed_components_are_fresh() {
-    let folders = std::fs::read_dir(Path::new(ROOT).join("components")).expect("components");
+    let folders = ["components", "bench"].map(|folder| Path::new(ROOT).join(folder));
+    let folders = folders.map(|folder| std::fs::read_dir(folder).expect("components"));
     let files = folders
+        .into_iter()
+        .flatten()
         .flatten()
         .filter_map(|folder| std::fs::read_dir(folder.path()).ok());
     let files: Vec<PathBuf> = files.flatten().flatten().map(|file| file.path()).collect();
@@ -75,7 +154,7 @@ fn committed_components_are_fresh() {
         .iter()
         .filter(|path| path.extension().is_some_and(|e| e == "cdsl"))
         .collect();
-    assert!(cdsl.len() >= 5, "{cdsl:?}");
+    assert!(cdsl.len() >= 7, "{cdsl:?}");
     for path in cdsl {
         run(Command::new(RCGEN).arg("--check").arg(path));
     }

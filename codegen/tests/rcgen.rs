@@ -1,8 +1,9 @@
 //! `rcgen` as people type it: which files it writes, which it leaves alone, and how it ends.
 
-use std::collections::BTreeMap;
+mod folders;
+
+use folders::{changed, files, rcgen};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use tempfile::TempDir;
 
 const CDSL: &str = "import \"Laser.idsl\"; import \"Speech.idsl\";\nComponent c { Communications { requires Laser; implements Speech; }; language rust; };\n";
@@ -14,54 +15,10 @@ fn folder(cdsl: &str) -> TempDir {
     folder
 }
 
-/// Exit code, standard output and standard error of `rcgen` in `folder`.
-fn rcgen(folder: &Path, args: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_rcgen"))
-        .args(args)
-        .current_dir(folder)
-        .env_remove("RC_IDSL_PATH")
-        .output()
-        .expect("rcgen starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    let code = output.status.code().expect("an exit code");
-    (code, text(output.stdout), text(output.stderr))
-}
-
 fn succeeds(folder: &Path, args: &[&str]) -> String {
     let (code, out, err) = rcgen(folder, args);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     out
-}
-
-/// Every file of a folder with its bytes.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                let inside = path.strip_prefix(folder).expect("inside").to_path_buf();
-                all.insert(inside, std::fs::read(&path).expect("a file"));
-            }
-        }
-    }
-    all
-}
-
-/// The files that are not the same in both, with `/` between their folders.
-fn changed(a: &BTreeMap<PathBuf, Vec<u8>>, b: &BTreeMap<PathBuf, Vec<u8>>) -> Vec<String> {
-    let mut paths: Vec<&PathBuf> = a.keys().chain(b.keys()).collect();
-    paths.sort();
-    paths.dedup();
-    let differing = paths
-        .into_iter()
-        .filter(|path| a.get(*path) != b.get(*path));
-    differing
-        .map(|p| p.to_string_lossy().replace('\\', "/"))
-        .collect()
 }
 
 #[test]
@@ -95,7 +52,12 @@ fn an_interface_that_is_removed_takes_its_files_with_it() {
         .replace("implements Speech;", "")
         .replace("import \"Speech.idsl\";", "");
     std::fs::write(folder.join("c.cdsl"), less).expect("a file");
-    let out = succeeds(folder, &["c.cdsl"]);
+    let (code, out, err) = rcgen(folder, &["c.cdsl"]);
+    assert_eq!(code, 0);
+    assert!(
+        err.starts_with("note[stale-handler]: no slot `Speech` receives anything any more\n"),
+        "{err}"
+    );
     assert!(
         out.contains("remove ./generated/src/interfaces/speech.rs"),
         "{out}"
@@ -373,4 +335,48 @@ fn imported_parameters_are_part_of_the_component() {
             )
         );
     }
+}
+
+#[test]
+fn a_component_that_is_no_text_is_wrong_input() {
+    let folder = folder(CDSL);
+    std::fs::write(folder.path().join("c.cdsl"), [0xff, 0xfe]).expect("a file");
+    for args in [
+        &["c.cdsl", "--format", "short"][..],
+        &["stubs", "c.cdsl", "--format", "short"],
+    ] {
+        let wanted = "c.cdsl:1:1: error[not-utf8]: this file is not UTF-8\n";
+        assert_eq!(
+            rcgen(folder.path(), args),
+            (1, String::new(), wanted.to_owned())
+        );
+    }
+}
+
+#[test]
+fn two_exceptions_of_one_name_cannot_be_told_apart() {
+    let folder = folder(
+        "import \"a.idsl\";\nComponent c { Communications { requires I; }; language rust; };",
+    );
+    let b = "module B { exception Failed { int code; }; };";
+    let a = "import \"b.idsl\";\nmodule A { exception Failed { };\ninterface I { void go() throws Failed, B::Failed; }; };";
+    std::fs::write(folder.path().join("a.idsl"), a).expect("a file");
+    std::fs::write(folder.path().join("b.idsl"), b).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert_eq!(
+        err,
+        "b.idsl:1:22: error[name-collision]: exceptions `Failed` and `Failed` are both `Failed` in Rust; the other one at a.idsl:2:22\n"
+    );
+}
+
+#[test]
+fn a_dependency_that_the_runtime_exports_too() {
+    let cdsl = CDSL.replace("language", "dependencies { tracing \"0.1\"; }; language");
+    let folder = folder(&cdsl);
+    succeeds(folder.path(), &["c.cdsl"]);
+    let lib = folder.path().join("generated/src/lib.rs");
+    let lib = std::fs::read_to_string(lib).expect("a file");
+    let exports: Vec<&str> = lib.lines().filter(|l| l.contains("tracing")).collect();
+    assert_eq!(exports, ["pub use tracing;"]);
 }

@@ -8,7 +8,7 @@ use rc_cdsl::model::Backend;
 use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::languages::Language;
 use rc_codegen::view::BACKENDS;
-use rc_codegen::{FileLoader, Files, Project, generate, languages, workspace};
+use rc_codegen::{FileLoader, Files, Project, generate, languages, stubs, workspace};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, SourceMap, Span, render};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -67,6 +67,17 @@ enum Command {
         /// How findings are printed: human, short or json (one object a line).
         #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
         format: Format,
+    },
+    /// Prints the handlers that src/ still lacks, ready to paste; writes nothing.
+    Stubs {
+        /// The component.
+        #[arg(value_name = "FILE.cdsl")]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// The component's folder [default: the folder of FILE].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
     },
 }
 
@@ -142,6 +153,11 @@ fn print_line(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
+/// Prints a text that ends its last line itself.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
@@ -153,6 +169,7 @@ fn main() -> ExitCode {
             check,
             format,
         }) => fmt(&files, check, format),
+        Some(Command::Stubs { file, common, out }) => print_stubs(&file, &common, out),
         None => generate_component(&cli.generate),
     };
     match outcome {
@@ -270,24 +287,71 @@ fn report(sources: &SourceMap, found: &Diagnostics, format: Format) -> Result<()
     }
 }
 
-fn generate_component(args: &Generate) -> Result<(), Failure> {
-    let Some(file) = &args.file else {
-        return Err(Failure::Usage("name a .cdsl file; see --help".to_owned()));
-    };
+/// Reads a component; an error among the findings is told, and ends the run.
+fn load(
+    file: &Path,
+    common: &Common,
+    sources: &mut SourceMap,
+) -> Result<(Project, Diagnostics), Failure> {
     if file.extension().is_none_or(|e| e != "cdsl") {
         return Err(Failure::Usage(format!(
             "{} is not a .cdsl file",
             file.display()
         )));
     }
+    let loader = FileLoader::new(&common.include);
+    let (mut found, mut refused) = (Diagnostics::new(), None);
+    let project = match Project::load(file, sources, &loader) {
+        Ok((project, more)) => {
+            found.extend(more);
+            project
+        }
+        Err(error) => {
+            unreadable(file, &error, sources, &mut found, &mut refused);
+            None
+        }
+    };
+    if let Some(why) = refused {
+        return Err(Failure::System(why));
+    }
+    if let Some(project) = project.filter(|_| !found.has_errors()) {
+        return Ok((project, found));
+    }
+    report(sources, &found, common.format)?;
+    Err(Failure::Input)
+}
+
+fn print_stubs(file: &Path, common: &Common, out: Option<PathBuf>) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
-    let loader = FileLoader::new(&args.common.include);
-    let (project, mut found) = Project::load(file, &mut sources, &loader)
-        .map_err(|e| Failure::System(format!("{}: {e}", file.display())))?;
-    let Some(mut project) = project.filter(|_| !found.has_errors()) else {
-        report(&sources, &found, args.common.format)?;
+    let (mut project, mut found) = load(file, common, &mut sources)?;
+    // Whatever the file says: the handlers that are there are Rust.
+    "rust".clone_into(&mut project.component.language.text);
+    let system = |e: stubs::Error| Failure::System(e.to_string());
+    let folder = out.unwrap_or_else(|| project.folder().to_path_buf());
+    let (missing, more) = stubs::of(&project, &folder, &mut sources).map_err(system)?;
+    found.extend(more);
+    report(&sources, &found, common.format)?;
+    let Some(missing) = missing else {
         return Err(Failure::Input);
     };
+    if !missing.is_empty() {
+        print(&missing.text().map_err(system)?);
+    } else if common.format != Format::Json {
+        eprintln!(
+            "{}: nothing is missing; handlers: {}",
+            file.display(),
+            missing.total()
+        );
+    }
+    Ok(())
+}
+
+fn generate_component(args: &Generate) -> Result<(), Failure> {
+    let Some(file) = &args.file else {
+        return Err(Failure::Usage("name a .cdsl file; see --help".to_owned()));
+    };
+    let mut sources = SourceMap::new();
+    let (mut project, mut found) = load(file, &args.common, &mut sources)?;
     if let Some(language) = &args.language {
         project.component.language.text.clone_from(language);
     }
@@ -304,19 +368,34 @@ fn generate_component(args: &Generate) -> Result<(), Failure> {
         let steps = files.plan(&folder).map_err(system)?;
         return dry(&steps, args.check, file);
     }
-    for step in files
-        .write(&folder)
-        .map_err(system)?
-        .iter()
-        .filter(|s| s.change != Change::Keep)
-    {
+    let steps = files.write(&folder).map_err(system)?;
+    for step in steps.iter().filter(|s| s.change != Change::Keep) {
         print_line(format_args!(
             "{} {}",
             step.change.word(),
             folder.join(&step.path).display()
         ));
     }
+    if handlers_changed(&steps) {
+        say_what_is_missing(&project, &folder, &mut sources, args.common.format);
+    }
     Ok(())
+}
+
+/// Whether traits of handlers are others now, of a worker that was there before.
+fn handlers_changed(steps: &[Step]) -> bool {
+    let is_trait = |s: &Step| s.path.starts_with("generated/src/slots");
+    let is_worker = |s: &Step| s.owner == Owner::Specific && s.path.ends_with("specific_worker.rs");
+    let kept = |s: &Step| s.change == Change::Keep;
+    steps.iter().any(|s| is_trait(s) && !kept(s)) && steps.iter().any(|s| is_worker(s) && kept(s))
+}
+
+/// What the user's worker lacks now. Where it cannot be read, the compiler has the word.
+fn say_what_is_missing(project: &Project, folder: &Path, sources: &mut SourceMap, format: Format) {
+    if let Ok((Some(missing), mut found)) = stubs::of(project, folder, sources) {
+        found.extend(missing.notes(project));
+        eprint!("{}", render(sources, &found, format));
+    }
 }
 
 fn dry(steps: &[Step], check: bool, file: &Path) -> Result<(), Failure> {

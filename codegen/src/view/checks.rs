@@ -93,8 +93,13 @@ impl Lines<'_> {
                 self.each(element, place, by_reference, indent);
             }
             Type::Array(element, _) => self.each(element, place, by_reference, indent),
+            Type::Dictionary(key, value) => {
+                for (element, entries) in [(key, "keys"), (value, "values")] {
+                    self.each(element, &format!("{place}.{entries}()"), true, indent);
+                }
+            }
             // Members of a structure are checked where the structure is written.
-            Type::Text(None) | Type::Dictionary(..) | Type::Named(_) => {}
+            Type::Text(None) | Type::Named(_) => {}
         }
     }
 

@@ -1,7 +1,7 @@
 //! Which names the generated crate exports more than once: such a thing is written with its whole path in the
 //! user's file, where everything else is imported by its bare name.
 
-use super::interfaces::{answer_name, error_name};
+use super::operation_names::{answer_name, error_name};
 use crate::names;
 use rc_cdsl::Component;
 use rc_cdsl::model::Role;
@@ -20,6 +20,16 @@ const OWN: [&str; 8] = [
     "Worker",
     "WorkerError",
 ];
+
+/// The trait of a slot.
+pub(super) fn trait_name(slot: &str) -> String {
+    let name = names::ty(slot);
+    if OWN.contains(&name.as_str()) {
+        name + "_"
+    } else {
+        name
+    }
+}
 
 pub(super) struct Exports {
     krate: String,
@@ -46,7 +56,7 @@ impl Exports {
         let receiving = [Role::Implements, Role::SubscribesTo];
         let slots = component.slots.iter();
         let slots = slots.filter(|s| receiving.contains(&s.role));
-        names.extend(slots.map(|s| names::ty(&s.name)));
+        names.extend(slots.map(|s| trait_name(&s.name)));
         names.sort();
         let repeated = names.windows(2).filter(|pair| pair[0] == pair[1]);
         Self {

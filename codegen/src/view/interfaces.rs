@@ -1,5 +1,8 @@
 //! The code of an interface that all slots of it share: its operations, its sending end, its errors.
 
+use super::operation_names::{
+    answer_name, error_name, exception_constant, operation_constant, variant,
+};
 use super::{checks, types};
 use crate::{layout, names};
 use rc_cdsl::Component;
@@ -7,6 +10,7 @@ use rc_cdsl::model::Role;
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, Member, ModuleId, Operation, Type, TypeDeclKind, TypeId};
+use rc_syntax::Name;
 use serde::Serialize;
 
 /// One interface: one file.
@@ -40,7 +44,7 @@ pub struct Interface {
     pub runtime_uses: Vec<String>,
     /// Whether the user sees anything of it.
     pub exports: bool,
-    /// The array of its operations.
+    /// The constant with its operations.
     pub all: String,
 }
 
@@ -127,7 +131,7 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     let methods = interface
         .operations
         .iter()
-        .map(|o| (&o.name, names::snake(&o.name.text)));
+        .map(|o| (&o.name, names::method(&o.name.text)));
     super::collisions(methods, "operations", found);
     let operations: Vec<OperationView> = interface
         .operations
@@ -140,7 +144,7 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
         .flat_map(|o| &o.throws)
         .map(|t| {
             (
-                names::shout(&library.ty(*t).name.text),
+                exception_constant(interface, &library.ty(*t).name.text),
                 super::rpc_hash(&library.ty(*t).name.text),
             )
         })
@@ -148,9 +152,10 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     exceptions.sort();
     exceptions.dedup();
     let name = names::camel(&interface.name.text);
+    let any = !operations.is_empty();
     let required = used(Role::Requires);
-    let published = used(Role::Publishes);
-    let received = used(Role::Implements) || used(Role::SubscribesTo);
+    let published = any && used(Role::Publishes);
+    let received = any && (used(Role::Implements) || used(Role::SubscribesTo));
     let throws = operations.iter().any(|o| !o.throws.is_empty());
     let queries = operations.iter().any(|o| o.two_way);
     let by_reference = operations
@@ -170,7 +175,7 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
         ("expect_result", required && queries),
     ]);
     let middleware = listed(&[
-        ("CallError", required || throws),
+        ("CallError", (required && any) || throws),
         ("DecodeError", received || (required && throws)),
         ("OpenError", published),
         ("Reader", received),
@@ -196,7 +201,8 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
             || published
             || throws
             || operations.iter().any(|o| !o.answer_alias.is_empty()),
-        all: layout::array(
+        all: layout::constant(
+            "pub(crate) const OPERATIONS: &[Operation]",
             &operations
                 .iter()
                 .map(|o| o.constant.clone())
@@ -280,7 +286,7 @@ pub(super) fn uses(library: &Library, operations: &[Operation]) -> Vec<String> {
         .iter()
         .map(|m| format!("crate::types::{}", super::type_module(library, *m)))
         .collect();
-    uses.sort();
+    uses.sort_by(|a, b| layout::order(a, b));
     uses.dedup();
     uses
 }
@@ -296,16 +302,6 @@ pub(super) fn path(library: &Library, id: TypeId) -> String {
         "{}::{}",
         super::type_module(library, decl.module),
         names::ty(&decl.name.text)
-    )
-}
-
-/// The name of the error of an operation that throws.
-pub(super) fn error_name(operation: &Operation) -> String {
-    let name = operation.name.text.as_str();
-    let (first, rest) = name.split_at(name.chars().next().map_or(0, char::len_utf8));
-    format!(
-        "{}Error",
-        names::camel(&format!("{}{rest}", first.to_uppercase()))
     )
 }
 
@@ -368,10 +364,6 @@ pub(super) fn answer_type(library: &Library, operation: &Operation, prefix: &str
     }
 }
 
-pub(super) fn answer_name(operation: &Operation) -> String {
-    format!("{}Answer", error_name(operation).trim_end_matches("Error"))
-}
-
 fn answer_alias(library: &Library, operation: &Operation) -> String {
     let results = results(library, operation);
     if results.len() < 2 {
@@ -395,16 +387,39 @@ pub(super) fn tuple_at(indent: usize, parts: &[String]) -> String {
     }
 }
 
+/// What an operation answers, in the order of the wire, with the names of its variables: the `out` parameters,
+/// then the value.
+pub(super) fn what_comes_back(operation: &Operation) -> Vec<(String, Member)> {
+    let mut members = with_names(&operation.outputs);
+    let value = operation.result.iter().map(|ty| Member {
+        name: Name::new("result", operation.name.span),
+        doc: Vec::new(),
+        ty: ty.clone(),
+        optional: false,
+        unit: None,
+        range: None,
+        default: None,
+    });
+    members.extend(value.map(|member| ("result".to_owned(), member)));
+    members
+}
+
+fn with_names(members: &[Member]) -> Vec<(String, Member)> {
+    let members = members.iter();
+    members
+        .map(|m| (names::local(&m.name.text), m.clone()))
+        .collect()
+}
+
 /// The statements that read members one after the other; the second part names the variables.
 fn read(
     library: &Library,
     interface: &str,
-    members: &[Member],
+    members: &[(String, Member)],
     indent: usize,
 ) -> (Vec<String>, Vec<String>) {
     let (mut lines, mut names) = (Vec::new(), Vec::new());
-    for member in members {
-        let name = names::local(&member.name.text);
+    for (name, member) in members {
         lines.push(format!(
             "let {name}: {} = reader.get()?;",
             owned(library, member)
@@ -414,11 +429,11 @@ fn read(
             library,
             member,
             &what,
-            &name,
+            name,
             checks::Side::Read,
             indent,
         ));
-        names.push(name);
+        names.push(name.clone());
     }
     (lines, names)
 }
@@ -437,7 +452,15 @@ fn operation(
         "parameters",
         found,
     );
-    let method = names::snake(&operation.name.text);
+    let method = names::method(&operation.name.text);
+    super::collisions(
+        operation
+            .throws
+            .iter()
+            .map(|t| (&library.ty(*t).name, variant(&library.ty(*t).name.text))),
+        "exceptions",
+        found,
+    );
     let what = format!("{interface}.{}", operation.name.text);
     let two_way = super::two_way(role, operation);
     let args = |first: &str| -> Vec<String> {
@@ -478,17 +501,13 @@ fn operation(
     if statements.is_empty() {
         statements.push("writer.put(&0_u8);".to_owned());
     }
-    let (mut read_lines, names) = read(library, &what, &operation.inputs, 4);
+    let (mut read_lines, names) = read(library, &what, &with_names(&operation.inputs), 4);
     if names.is_empty() {
         read_lines.push("reader.get::<u8>()?;".to_owned());
     }
-    let (mut answer_lines, mut outs) = read(library, &what, &operation.outputs, 8);
-    if let Some(ty) = &operation.result {
-        answer_lines.push(format!(
-            "let result: {} = reader.get()?;",
-            outside(library, ty)
-        ));
-        outs.insert(0, "result".to_owned());
+    let (mut answer_lines, mut outs) = read(library, &what, &what_comes_back(operation), 8);
+    if operation.result.is_some() {
+        outs.rotate_right(1);
     }
     if outs.is_empty() {
         answer_lines.push("reader.get::<u8>()?;".to_owned());
@@ -497,7 +516,7 @@ fn operation(
     let read_function = format!("read_{}", names::shout(&operation.name.text).to_lowercase());
     OperationView {
         name: operation.name.text.clone(),
-        constant: names::shout(&operation.name.text),
+        constant: operation_constant(operation),
         doc: super::doc(&operation_doc(operation), None, None),
         id: super::rpc_hash(&operation.name.text),
         type_hash: format!(
@@ -534,9 +553,9 @@ fn operation(
             .throws
             .iter()
             .map(|t| ExceptionView {
-                name: names::camel(&library.ty(*t).name.text),
+                name: variant(&library.ty(*t).name.text),
                 path: path(library, *t),
-                constant: names::shout(&library.ty(*t).name.text),
+                constant: exception_constant(library.interface(id), &library.ty(*t).name.text),
             })
             .collect(),
         method,

@@ -1,7 +1,10 @@
 //! The slots of a component: traits that the user implements, ends that the user calls.
 
-use super::exports::Exports;
-use super::interfaces::{answer_name, answer_type, error_name, operation_doc, owned, tuple};
+use super::exports::{Exports, trait_name};
+use super::interfaces::{answer_type, operation_doc, owned, tuple, what_comes_back};
+use super::operation_names::{
+    answer_name, error_name, exception_constant, operation_constant, variant,
+};
 use super::types;
 use crate::{layout, names};
 use rc_cdsl::Component;
@@ -60,9 +63,6 @@ pub struct Slot {
     pub doc: Vec<String>,
     /// Whether a handler answers.
     pub queries: bool,
-    /// Names of types that the user's handlers mention.
-    #[serde(skip)]
-    pub mentioned: Vec<String>,
 }
 
 /// One operation of a slot that receives.
@@ -74,7 +74,7 @@ pub struct Handler {
     pub constant: String,
     /// Its documentation.
     pub doc: Vec<String>,
-    /// `fn …(&mut self, ctx: &mut Context, …) -> …;` of the trait, without the semicolon.
+    /// `fn …(&mut self, ctx: &mut Context, …) -> …;` of the trait.
     pub signature: String,
     /// The same for the user's file, with the types by their bare names and the brace.
     pub user_signature: String,
@@ -102,6 +102,9 @@ pub struct Handler {
     pub parts: String,
     /// Statements that write the answer.
     pub write: Vec<String>,
+    /// Names of the generated crate that the user's handler mentions without their module.
+    #[serde(skip)]
+    pub mentioned: Vec<String>,
 }
 
 pub(super) fn of(
@@ -130,10 +133,7 @@ pub(super) fn of(
                 library.interface(slot.interface).name.text
             );
             found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
-        } else if OWN.contains(&view.field.as_str())
-            || view.type_name == "Worker"
-            || view.type_name == "Context"
-        {
+        } else if OWN.contains(&view.field.as_str()) {
             let message = format!(
                 "a slot cannot be called `{}`: generated code uses the name itself",
                 slot.name
@@ -157,7 +157,10 @@ fn one(
 ) -> Slot {
     let interface = library.interface(slot.interface);
     let module = super::interface_module(library, slot.interface);
-    let receives = matches!(slot.role, Role::Implements | Role::SubscribesTo);
+    // An interface without operations is a connection, and nothing that anybody could handle or publish.
+    let any = !interface.operations.is_empty();
+    let receives = any && matches!(slot.role, Role::Implements | Role::SubscribesTo);
+    let sends = slot.role == Role::Requires || (any && slot.role == Role::Publishes);
     let base = names::camel(&interface.name.text);
     let same = library
         .interfaces
@@ -174,11 +177,11 @@ fn one(
         _ => format!("{path}{base}Client"),
     };
     let field = names::snake(&slot.name);
-    let type_name = names::ty(&slot.name);
+    let type_name = trait_name(&slot.name);
     let operations: Vec<Handler> = interface
         .operations
         .iter()
-        .map(|o| handler(library, slot.role, &module, &type_name, exports, o))
+        .map(|o| handler(library, slot, &module, &type_name, exports, o))
         .collect();
     let mut uses = super::interfaces::uses(library, &interface.operations);
     uses.retain(|path| {
@@ -187,7 +190,7 @@ fn one(
     });
     uses.push(format!("crate::interfaces::{module}"));
     uses.push("crate::context::Context".to_owned());
-    uses.sort();
+    uses.sort_by(|a, b| layout::order(a, b));
     let role = slot.role;
     let (last, function, arguments) = match role {
         Role::SubscribesTo => (
@@ -229,7 +232,7 @@ fn one(
         role: format!("{role:?}"),
         role_word: role.word().to_owned(),
         receives,
-        sends: !receives,
+        sends,
         interface: interface.name.text.clone(),
         interface_module: module,
         end,
@@ -248,7 +251,6 @@ fn one(
         doc: interface.doc.clone(),
         queries: operations.iter().any(|o| o.two_way),
         operations,
-        mentioned: mentioned(library, exports, &interface.operations),
     }
 }
 
@@ -299,20 +301,26 @@ fn qos(role: Role, qos: &Qos) -> Vec<String> {
     lines
 }
 
-fn mentioned(library: &Library, exports: &Exports, operations: &[Operation]) -> Vec<String> {
+/// What the user's handler mentions; `result` is the type of its answer, as it is written there.
+fn mentioned(
+    library: &Library,
+    exports: &Exports,
+    operation: &Operation,
+    result: &str,
+) -> Vec<String> {
     let mut names = Vec::new();
-    for operation in operations {
-        let members = operation
-            .inputs
-            .iter()
-            .chain(&operation.outputs)
-            .map(|m| &m.ty);
-        members
-            .chain(&operation.result)
-            .for_each(|ty| named(library, ty, &mut names));
-        if !operation.throws.is_empty() {
-            names.push(error_name(operation));
-        }
+    let inputs = operation.inputs.iter().map(|m| &m.ty);
+    inputs.for_each(|ty| named(library, ty, &mut names));
+    let alias = answer_name(operation);
+    if result == alias {
+        names.push(alias);
+    } else {
+        let outputs = operation.outputs.iter().map(|m| &m.ty);
+        let outputs = outputs.chain(&operation.result);
+        outputs.for_each(|ty| named(library, ty, &mut names));
+    }
+    if !operation.throws.is_empty() {
+        names.push(error_name(operation));
     }
     names.retain(|name| exports.is_unique(name));
     names
@@ -337,17 +345,17 @@ fn bare(library: &Library, exports: &Exports, ty: &Type) -> String {
 
 fn handler(
     library: &Library,
-    role: Role,
+    slot: &rc_cdsl::model::Slot,
     module: &str,
     type_name: &str,
     exports: &Exports,
     operation: &Operation,
 ) -> Handler {
-    let method = names::snake(&operation.name.text);
+    let method = names::method(&operation.name.text);
     let plain = names::shout(&operation.name.text).to_lowercase();
     let function = format!("answer_{plain}");
-    let constant = format!("{module}::{}", names::shout(&operation.name.text));
-    let two_way = super::two_way(role, operation);
+    let constant = format!("{module}::{}", operation_constant(operation));
+    let two_way = super::two_way(slot.role, operation);
     let throws = !operation.throws.is_empty();
     let error = format!("{module}::{}", error_name(operation));
     let params = |ty: &dyn Fn(&rc_idsl::model::Member) -> String| -> Vec<String> {
@@ -391,20 +399,17 @@ fn handler(
     } else {
         bare_tuple
     };
+    let mentioned = mentioned(library, exports, operation, &user_result);
     let user_returns = returns(
         user_result,
         exports.of_interface(module, &error_name(operation)),
     );
     let bound = |indent: usize, head: &str, args: &[String]| match names.as_slice() {
         [] => layout::call(indent, head, args, "?;"),
-        many => layout::binding(indent, &tuple(many), head, args, "?;"),
+        many => layout::binding(indent, many, head, args, "?;"),
     };
     let read = format!("{module}::read_{plain}");
-    let answer = if two_way && (throws || !bare_result.is_empty()) {
-        "let answer = "
-    } else {
-        ""
-    };
+    let answers = two_way && (throws || !bare_result.is_empty());
     let mut parts: Vec<String> = Vec::new();
     if operation.result.is_some() {
         parts.push("result".to_owned());
@@ -414,16 +419,17 @@ fn handler(
     if two_way && write.is_empty() {
         write.push("writer.put(&0_u8);".to_owned());
     }
+    let trait_returns = returns(
+        answer_type(library, operation, &format!("{module}::")),
+        error.clone(),
+    );
     Handler {
         doc: super::doc(&operation_doc(operation), None, None),
         signature: layout::signature(
             4,
             &format!("fn {method}"),
             &params(&|m| owned(library, m)),
-            &returns(
-                answer_type(library, operation, &format!("{module}::")),
-                error.clone(),
-            ),
+            &format!("{trait_returns};"),
         ),
         user_signature: layout::signature(
             4,
@@ -454,7 +460,12 @@ fn handler(
             "request.arguments",
             &[format!("&{constant}"), read.clone()],
         ),
-        call: layout::call(4, &format!("{answer}worker.{method}"), &worker_args, ";"),
+        call: if answers {
+            let answer = ["answer".to_owned()];
+            layout::binding(4, &answer, &format!("worker.{method}"), &worker_args, ";")
+        } else {
+            layout::call(4, &format!("worker.{method}"), &worker_args, ";")
+        },
         take_call: layout::call(12, &format!("worker.{method}"), &worker_args, ";"),
         take: bound(12, &read, &["reader".to_owned()]),
         two_way,
@@ -463,9 +474,10 @@ fn handler(
             .iter()
             .map(|t| {
                 let name = &library.ty(*t).name.text;
+                let interface = library.interface(slot.interface);
                 (
-                    format!("{error}::{}", names::camel(name)),
-                    format!("{module}::{}", names::shout(name)),
+                    format!("{error}::{}", variant(name)),
+                    format!("{module}::{}", exception_constant(interface, name)),
                 )
             })
             .collect(),
@@ -476,6 +488,7 @@ fn handler(
             format!("let {} = answer;", tuple(&parts))
         },
         write,
+        mentioned,
         constant,
         function,
         method,
@@ -484,21 +497,17 @@ fn handler(
 
 fn write_answer(library: &Library, operation: &Operation, module: &str) -> Vec<String> {
     let mut lines = Vec::new();
-    for member in &operation.outputs {
-        let name = names::local(&member.name.text);
+    for (name, member) in what_comes_back(operation) {
         let what = format!("{module}.{}.{}", operation.name.text, member.name.text);
         lines.extend(super::checks::lines_at(
             library,
-            member,
+            &member,
             &what,
             &name,
             super::checks::Side::Write,
             4,
         ));
         lines.push(format!("writer.put(&{name});"));
-    }
-    if operation.result.is_some() {
-        lines.push("writer.put(&result);".to_owned());
     }
     lines
 }

@@ -1,7 +1,7 @@
 //! The types of a module, in Rust.
 
 use super::checks;
-use crate::names;
+use crate::{layout, names};
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 use rc_idsl::model::{Member, ModuleId, Primitive, Type, TypeDecl, TypeDeclKind, TypeId};
@@ -112,7 +112,7 @@ fn module(library: &Library, id: ModuleId, found: &mut Diagnostics) -> Module {
         .filter(|other| **other != id)
         .map(|other| format!("super::{}", super::type_module(library, *other)))
         .collect();
-    uses.sort();
+    uses.sort_by(|a, b| layout::order(a, b));
     uses.dedup();
     Module {
         module: super::type_module(library, id),

@@ -69,19 +69,19 @@ where
     }
 
     fn compute(&mut self) -> Result<(), WorkerError> {
-        self.worker.compute(&mut self.ctx)
+        Worker::compute(&mut self.worker, &mut self.ctx)
     }
 
     fn emergency(&mut self) {
-        self.worker.emergency(&mut self.ctx);
+        Worker::emergency(&mut self.worker, &mut self.ctx);
     }
 
     fn restore(&mut self) {
-        self.worker.restore(&mut self.ctx);
+        Worker::restore(&mut self.worker, &mut self.ctx);
     }
 
     fn finalize(&mut self) {
-        self.worker.finalize(&mut self.ctx);
+        Worker::finalize(&mut self.worker, &mut self.ctx);
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {

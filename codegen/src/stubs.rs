@@ -1,0 +1,295 @@
+//! Handlers that a component's `src/` lacks, as the template of a new worker writes them.
+//!
+//! Only reads: what is the user's is written once, and never again. Implementations that a macro writes, and
+//! those inside of functions, are not seen.
+
+mod fits;
+mod source;
+
+use crate::generate::{Printer, TemplateError};
+use crate::layout;
+use crate::project::Project;
+use crate::view::{self, Slot, View, WORKER};
+use fits::Types;
+use rc_cdsl::model::Backend;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use serde_json::{Value, json};
+use source::{Block, Code, Method};
+use std::collections::BTreeSet;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why handlers could not be told.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The system did not give the user's files.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// A fault of this program.
+    #[error(transparent)]
+    Template(#[from] TemplateError),
+}
+
+/// The handlers that are not there.
+pub struct Missing {
+    view: View,
+    worker: String,
+    pieces: Vec<Piece>,
+}
+
+/// What is to be pasted at one place.
+struct Piece {
+    /// The file.
+    path: PathBuf,
+    /// The `impl` that it belongs into, else what stands near to where a new one belongs.
+    span: Span,
+    /// The line of this `impl`; none where all of it is missing.
+    line: Option<usize>,
+    /// An index of the view's slots.
+    slot: usize,
+    /// Indices of its operations.
+    operations: Vec<usize>,
+    /// What it mentions and the file does not import.
+    uses: Vec<String>,
+}
+
+/// Compares the handlers of a component with what stands in `folder`/src. Nothing is said about handlers where
+/// one of the findings is an error.
+pub fn of(
+    project: &Project,
+    folder: &Path,
+    sources: &mut SourceMap,
+) -> Result<(Option<Missing>, Diagnostics), Error> {
+    // No handler depends on the middleware.
+    let (view, mut found) = view::of(project, Backend::Iceoryx2);
+    let src = folder.join("src");
+    if !src.is_dir() {
+        let message = format!("there is no {} yet", src.display());
+        let help = format!(
+            "`rcgen {}` writes it, with all handlers",
+            project.path.display()
+        );
+        let span = project.component.name.span;
+        found.push(Diagnostic::error("no-worker", span, message).help(help));
+    }
+    if found.has_errors() {
+        return Ok((None, found));
+    }
+    let krate = format!("{}_generated", view.package);
+    let code = source::read(&src, &krate, sources, &mut found)?;
+    if found.has_errors() {
+        return Ok((None, found));
+    }
+    let worker = worker(&code);
+    let nowhere = (
+        src.join("specific_worker.rs"),
+        project.component.name.span,
+        None,
+    );
+    let home = code
+        .blocks
+        .iter()
+        .find(|b| b.name == "Worker" && b.worker == worker);
+    let home = home.map_or(nowhere, |block| {
+        let path = sources.path(block.span.source).to_path_buf();
+        (path, block.span, Some(block.scope))
+    });
+    let mut pieces = Vec::new();
+    for (index, slot) in view.slots.iter().enumerate().filter(|(_, s)| s.receives) {
+        let blocks: Vec<&Block> = blocks(&code, &worker, slot).collect();
+        let there = |method: &str| {
+            let mut methods = blocks.iter().flat_map(|b| &b.methods);
+            methods.any(|m| m.name == method)
+        };
+        let all = slot.operations.iter().enumerate();
+        let operations: Vec<usize> = all
+            .filter(|(_, o)| !there(&o.method))
+            .map(|(at, _)| at)
+            .collect();
+        let block = blocks.first();
+        if operations.is_empty() && block.is_some() {
+            continue;
+        }
+        let (path, span, scope) = match block {
+            Some(block) => (
+                sources.path(block.span.source).to_path_buf(),
+                block.span,
+                Some(block.scope),
+            ),
+            None => home.clone(),
+        };
+        let mut names: BTreeSet<&str> = BTreeSet::new();
+        for operation in &operations {
+            names.insert("Context");
+            let mentioned = &slot.operations[*operation].mentioned;
+            names.extend(mentioned.iter().map(String::as_str));
+        }
+        if block.is_none() {
+            names.insert(&slot.type_name);
+        }
+        names.retain(|name| scope.is_none_or(|scope| !code.scopes[scope].has(name)));
+        pieces.push(Piece {
+            line: block.map(|b| sources.position(b.span.source, b.span.start).line),
+            uses: names.into_iter().map(str::to_owned).collect(),
+            path,
+            span,
+            slot: index,
+            operations,
+        });
+    }
+    strangers(&view, &code, &worker, &pieces, &mut found);
+    let missing = Missing {
+        view,
+        worker,
+        pieces,
+    };
+    Ok((Some(missing), found))
+}
+
+/// The name of the type that the component runs. Tests may have workers of their own.
+fn worker(code: &Code) -> String {
+    let mut workers = code.blocks.iter().filter(|b| b.name == "Worker");
+    let usual = |b: &Block| b.worker == WORKER;
+    match workers.next() {
+        Some(first) if !usual(first) && !workers.any(usual) => first.worker.clone(),
+        _ => WORKER.to_owned(),
+    }
+}
+
+/// The blocks that implement a slot: two where one is for a feature, and one for the lack of it.
+fn blocks<'a>(code: &'a Code, worker: &'a str, slot: &'a Slot) -> impl Iterator<Item = &'a Block> {
+    code.blocks
+        .iter()
+        .filter(move |b| b.name == slot.type_name && b.worker == worker)
+}
+
+/// Tells what stands there and does not fit any more.
+fn strangers(view: &View, code: &Code, worker: &str, pieces: &[Piece], found: &mut Diagnostics) {
+    let types = Types::of(view, code);
+    for slot in view.slots.iter().filter(|s| s.receives) {
+        let index = slot.index;
+        let missing = pieces.iter().filter(|p| p.slot == index);
+        let missing: Vec<&str> = missing
+            .flat_map(|p| &p.operations)
+            .map(|o| slot.operations[*o].method.as_str())
+            .collect();
+        for method in blocks(code, worker, slot).flat_map(|b| &b.methods) {
+            let operation = slot.operations.iter().find(|o| o.method == method.name);
+            if let Some(operation) = operation {
+                signature(slot, &operation.user_signature, method, &types, found);
+                continue;
+            }
+            let message = format!(
+                "`{}` does not declare `{}` any more: error E0407 of rustc",
+                slot.type_name, method.name
+            );
+            let near = rc_diagnostics::nearest(&method.name, missing.iter().copied());
+            let help = near.map_or("remove it".to_owned(), |near| {
+                format!("remove it, or is it `{near}` now?")
+            });
+            found.push(Diagnostic::note("stale-handler", method.span, message).help(help));
+        }
+    }
+    for block in code.blocks.iter().filter(|b| b.generated) {
+        if block.name != "Worker" && !view.traits.contains(&block.name) {
+            let message = format!("no slot `{}` receives anything any more", block.name);
+            found.push(
+                Diagnostic::note("stale-handler", block.span, message)
+                    .help("remove this `impl`, and the trait where it is imported"),
+            );
+        }
+    }
+}
+
+fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &mut Diagnostics) {
+    let needed = needed.trim_end_matches('{').trim_end();
+    if types.fit(needed, &method.signature) {
+        return;
+    }
+    let message = format!(
+        "`{}` is declared by `{}` with another signature",
+        method.name, slot.type_name
+    );
+    let one_line = needed.split_whitespace().collect::<Vec<_>>().join(" ");
+    let one_line = one_line.replace("( ", "(").replace(", )", ")");
+    found.push(
+        Diagnostic::warning("handler-signature", method.span, message)
+            .help(format!("needed now: `{one_line}`")),
+    );
+}
+
+impl Missing {
+    /// How many handlers the component has.
+    pub fn total(&self) -> usize {
+        let slots = self.view.slots.iter().filter(|s| s.receives);
+        slots.map(|s| s.operations.len()).sum()
+    }
+
+    /// Whether everything is there.
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// What is to be pasted, each piece below a comment that says where.
+    pub fn text(&self) -> Result<String, Error> {
+        let mut files: Vec<Value> = Vec::new();
+        let mut paths: Vec<&Path> = self.pieces.iter().map(|p| p.path.as_path()).collect();
+        paths.sort_unstable();
+        paths.dedup();
+        for path in paths {
+            let pieces: Vec<&Piece> = self.pieces.iter().filter(|p| p.path == path).collect();
+            let mut uses: Vec<String> = pieces.iter().flat_map(|p| p.uses.clone()).collect();
+            uses.sort_by(|a, b| layout::order(a, b));
+            uses.dedup();
+            let use_line = if uses.is_empty() {
+                String::new()
+            } else {
+                layout::imports(&format!("{}_generated", self.view.package), &uses)
+            };
+            let blocks = pieces.iter().filter_map(|piece| {
+                let line = piece.line?;
+                let slot = &self.view.slots[piece.slot];
+                let operations = piece.operations.iter().map(|at| &slot.operations[*at]);
+                let operations: Vec<_> = operations.collect();
+                Some(json!({ "line": line, "slot": slot, "operations": operations }))
+            });
+            let blocks: Vec<Value> = blocks.collect();
+            let slots = pieces.iter().filter(|p| p.line.is_none());
+            let slots: Vec<&Slot> = slots.map(|p| &self.view.slots[p.slot]).collect();
+            files.push(json!({
+                "path": path.display().to_string(),
+                "use_line": use_line,
+                "blocks": blocks,
+                "slots": slots,
+            }));
+        }
+        let mut printer = Printer::new(&self.view)?;
+        let more = [
+            ("files", Value::from(files)),
+            ("worker", self.worker.as_str().into()),
+        ];
+        Ok(printer.print("stubs.rs", &more)?)
+    }
+
+    /// One note a slot that lacks something.
+    pub fn notes(&self, project: &Project) -> Diagnostics {
+        let mut found = Diagnostics::new();
+        for piece in &self.pieces {
+            let slot = &self.view.slots[piece.slot];
+            let methods = piece.operations.iter().map(|at| &slot.operations[*at]);
+            let methods: Vec<String> = methods.map(|o| format!("`{}`", o.method)).collect();
+            let message = match piece.line {
+                Some(_) => format!(
+                    "`{}` lacks the handlers of `{}`: {}",
+                    self.worker,
+                    slot.type_name,
+                    methods.join(", ")
+                ),
+                None => format!("`{}` lacks `impl {}`", self.worker, slot.type_name),
+            };
+            let help = format!("`rcgen stubs {}` prints them", project.path.display());
+            found.push(Diagnostic::note("missing-handlers", piece.span, message).help(help));
+        }
+        found
+    }
+}

@@ -1,0 +1,276 @@
+//! What stands in a component's `src/`: who implements which trait, and which names mean what.
+
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::path::{Path, PathBuf};
+use syn::{ImplItem, Item, UseTree};
+
+/// The code of a component's user.
+#[derive(Default)]
+pub(super) struct Code {
+    /// All `impl TRAIT for TYPE` outside of functions, in the order of the files.
+    pub(super) blocks: Vec<Block>,
+    /// Files and modules: what their `use` lines say.
+    pub(super) scopes: Vec<Scope>,
+    /// Names of types that stand for something of the user's own.
+    pub(super) own: BTreeSet<String>,
+}
+
+/// One `impl TRAIT for TYPE`.
+pub(super) struct Block {
+    /// The trait's name in its own crate.
+    pub(super) name: String,
+    /// The last name of the type.
+    pub(super) worker: String,
+    /// Whether the trait is one of the generated crate for sure.
+    pub(super) generated: bool,
+    /// The trait, where it is named.
+    pub(super) span: Span,
+    /// Where it stands, an index of [`Code::scopes`].
+    pub(super) scope: usize,
+    /// Its functions.
+    pub(super) methods: Vec<Method>,
+}
+
+/// One function of a block.
+pub(super) struct Method {
+    /// Its name.
+    pub(super) name: String,
+    /// The name, where it stands.
+    pub(super) span: Span,
+    /// All of it but its body.
+    pub(super) signature: syn::Signature,
+}
+
+/// A file or a module in it.
+#[derive(Default)]
+pub(super) struct Scope {
+    /// Names that `use` brings in, and what they are called at home.
+    names: BTreeMap<String, String>,
+    /// Those that come from the generated crate.
+    generated: BTreeSet<String>,
+    /// Whether everything of the generated crate is brought in.
+    everything: bool,
+}
+
+impl Scope {
+    /// Whether a name of the generated crate may be used here.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.everything || self.names.contains_key(name)
+    }
+}
+
+/// Reads all of `src`. Files that are no Rust are told, and left out; an error is the system's.
+pub(super) fn read(
+    src: &Path,
+    krate: &str,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> io::Result<Code> {
+    let mut paths = Vec::new();
+    list(src, &mut paths)?;
+    paths.sort();
+    let mut code = Code::default();
+    for path in paths {
+        let bytes = std::fs::read(&path).map_err(|e| named(&path, &e))?;
+        let Ok(text) = String::from_utf8(bytes) else {
+            let source = sources.add(&path, "");
+            let message = "this file is not UTF-8";
+            found.push(Diagnostic::error(
+                "not-utf8",
+                Span::new(source, 0, 0),
+                message,
+            ));
+            continue;
+        };
+        let source = sources.add(&path, text);
+        let text = sources.text(source);
+        match syn::parse_file(text) {
+            Ok(file) => {
+                let before = file.shebang.as_ref().map_or(0, String::len);
+                let mut visitor = Visitor {
+                    source,
+                    before,
+                    krate,
+                    code: &mut code,
+                };
+                visitor.scope(&file.items);
+                visitor.blocks(file.items);
+            }
+            Err(error) => found.push(unreadable(source, text, &error)),
+        }
+    }
+    Ok(code)
+}
+
+fn unreadable(source: SourceId, text: &str, error: &syn::Error) -> Diagnostic {
+    let (range, why) = (error.span().byte_range(), error.to_string());
+    let end = text.trim_end().len();
+    // An error at the end of the text has no place of its own.
+    let range = if range == (0..0) && why.starts_with("unexpected end") {
+        end..end
+    } else {
+        range.start.min(end)..range.end.min(end)
+    };
+    let message = if why.contains("token stream") {
+        "this cannot be read as Rust from here on".to_owned()
+    } else {
+        format!("this cannot be read as Rust: {why}")
+    };
+    Diagnostic::error(
+        "not-rust",
+        Span::new(source, range.start, range.end),
+        message,
+    )
+    .help("`cargo check` says more")
+}
+
+fn list(folder: &Path, out: &mut Vec<PathBuf>) -> io::Result<()> {
+    for entry in std::fs::read_dir(folder).map_err(|e| named(folder, &e))? {
+        let entry = entry?;
+        let path = entry.path();
+        if entry.file_type()?.is_dir() {
+            list(&path, out)?;
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+struct Visitor<'a> {
+    source: SourceId,
+    /// Bytes of a first line `#!…`, which `syn` does not count.
+    before: usize,
+    krate: &'a str,
+    code: &'a mut Code,
+}
+
+impl Visitor<'_> {
+    /// Opens the scope of a file or a module: `use` lines may stand below what uses them.
+    fn scope(&mut self, items: &[Item]) {
+        let mut scope = Scope::default();
+        for item in items {
+            let own = match item {
+                Item::Use(item) => {
+                    self.imports(&item.tree, None, &mut scope);
+                    continue;
+                }
+                Item::Struct(item) => &item.ident,
+                Item::Enum(item) => &item.ident,
+                Item::Type(item) => &item.ident,
+                Item::Union(item) => &item.ident,
+                _ => continue,
+            };
+            self.code.own.insert(name(own));
+        }
+        self.code.scopes.push(scope);
+    }
+
+    /// `from` says whether the path began with the generated crate.
+    fn imports(&mut self, tree: &UseTree, from: Option<bool>, scope: &mut Scope) {
+        match tree {
+            UseTree::Path(path) => {
+                let generated = from.unwrap_or_else(|| path.ident == self.krate);
+                self.imports(&path.tree, Some(generated), scope);
+            }
+            UseTree::Group(group) => {
+                let trees = group.items.iter();
+                trees.for_each(|tree| self.imports(tree, from, scope));
+            }
+            UseTree::Glob(_) => scope.everything |= from == Some(true),
+            UseTree::Name(tree) => {
+                let local = name(&tree.ident);
+                if from == Some(true) {
+                    scope.generated.insert(local.clone());
+                }
+                scope.names.insert(local.clone(), local);
+            }
+            UseTree::Rename(tree) => {
+                let local = name(&tree.rename);
+                if from == Some(true) {
+                    scope.generated.insert(local.clone());
+                }
+                self.code.own.insert(local.clone());
+                scope.names.insert(local, name(&tree.ident));
+            }
+        }
+    }
+
+    fn blocks(&mut self, items: Vec<Item>) {
+        let scope = self.code.scopes.len() - 1;
+        for item in items {
+            match item {
+                Item::Impl(item) => self.block(item, scope),
+                Item::Mod(item) => {
+                    if let Some((_, items)) = item.content {
+                        self.scope(&items);
+                        self.blocks(items);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn block(&mut self, item: syn::ItemImpl, scope: usize) {
+        let (Some((_, path, _)), syn::Type::Path(worker)) = (&item.trait_, &*item.self_ty) else {
+            return;
+        };
+        let (Some(first), Some(last), Some(worker)) = (
+            path.segments.first(),
+            path.segments.last(),
+            worker.path.segments.last(),
+        ) else {
+            return;
+        };
+        let imports = &self.code.scopes[scope];
+        let local = name(&last.ident);
+        let alone = path.segments.len() == 1;
+        let home = imports.names.get(&local).filter(|_| alone);
+        let generated = if alone {
+            imports.generated.contains(&local)
+        } else {
+            first.ident == self.krate
+        };
+        let (trait_name, span) = (home.unwrap_or(&local).clone(), self.span(&last.ident));
+        let worker = name(&worker.ident);
+        let methods = item.items.into_iter().filter_map(|item| match item {
+            ImplItem::Fn(function) => Some(Method {
+                name: name(&function.sig.ident),
+                span: self.span(&function.sig.ident),
+                signature: function.sig,
+            }),
+            _ => None,
+        });
+        let methods = methods.collect();
+        self.code.blocks.push(Block {
+            name: trait_name,
+            worker,
+            generated,
+            span,
+            scope,
+            methods,
+        });
+    }
+
+    fn span(&self, ident: &syn::Ident) -> Span {
+        let range = ident.span().byte_range();
+        Span::new(
+            self.source,
+            self.before + range.start,
+            self.before + range.end,
+        )
+    }
+}
+
+/// `r#match` is the name `match`.
+fn name(ident: &syn::Ident) -> String {
+    let text = ident.to_string();
+    text.strip_prefix("r#").unwrap_or(&text).to_owned()
+}
