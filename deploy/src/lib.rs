@@ -6,7 +6,8 @@
 //!          └─ guard     a second process, which cleans up when the first one is gone
 //! ```
 //!
-//! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked.
+//! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked; with `addresses`,
+//!   what all of that is called when it runs, and `unsupported`, what it cannot do yet.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
@@ -16,6 +17,7 @@
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
 //! that no stranger who got a pid for the second time is ever hit.
 
+mod addresses;
 pub mod client;
 mod control;
 pub mod detach;
@@ -38,6 +40,7 @@ mod signals;
 pub mod status;
 mod supervise;
 mod unit;
+mod unsupported;
 pub mod up;
 
 pub use client::{down, status};
