@@ -80,29 +80,23 @@ impl Network {
             }
         }
         for (subscribers, publishers) in topics.values() {
-            for subscriber in subscribers {
-                let strange = publishers
-                    .iter()
-                    .find(|p| !joined.contains(&(*subscriber, **p)));
-                let Some(strange) = strange else { continue };
-                let message = format!(
-                    "`{}` would hear `{}` as well, to which it is not connected: in this version, publishers that have a subscriber in common share all their subscribers",
-                    self.full_name(*subscriber),
-                    self.full_name(*strange)
-                );
-                let instances = &self.deployment.instances;
-                let error = Diagnostic::error(
-                    "mixed-topics",
-                    instances[subscriber.instance].name.span,
-                    message,
-                );
-                let other = instances[strange.instance].name.span;
-                found.push(
-                    error
-                        .label(other, "the other publisher")
-                        .help("connect subscribers that hear more than one of these publishers to fewer of them, by `bind`"),
-                );
-            }
+            let mut pairs = subscribers
+                .iter()
+                .flat_map(|s| publishers.iter().map(move |p| (*s, *p)));
+            // One such pair says enough of an address.
+            let Some((subscriber, strange)) = pairs.find(|pair| !joined.contains(pair)) else {
+                continue;
+            };
+            let message = format!(
+                "`{}` would hear `{}` as well, to which it is not connected: in this version, publishers that have a subscriber in common share all their subscribers",
+                self.full_name(subscriber),
+                self.full_name(strange)
+            );
+            let name = |end: Endpoint| self.deployment.instances[end.instance].name.span;
+            let error = Diagnostic::error("mixed-topics", name(subscriber), message)
+                .label(name(strange), "the other publisher")
+                .help("by `bind`, let no subscriber hear publishers that others must not hear");
+            found.push(error);
         }
     }
 

@@ -170,9 +170,10 @@ fn configuration(
     }
 }
 
-/// Checks one executable by the note in it.
+/// Checks one executable by the note that was read from it.
 fn check_executable(
     path: &Path,
+    note: &io::Result<Option<Note>>,
     place: Span,
     instance: &Instance,
     project: &Project,
@@ -180,7 +181,7 @@ fn check_executable(
 ) {
     let name = &instance.path;
     let build = "build it: `rcdeploy up --build`";
-    let (code, message) = match Note::read(path) {
+    let (code, message) = match note {
         Err(error) if error.kind() == io::ErrorKind::NotFound => (
             "missing-executable",
             format!(
@@ -337,6 +338,8 @@ impl Network {
 
     /// Checks that every executable is there, and of the present model and middleware.
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
+        // Executables are large, and instances of one component share one.
+        let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
                 continue;
@@ -349,7 +352,10 @@ impl Network {
                 found.push(Diagnostic::error("missing-executable", place, message).help(help));
                 continue;
             };
-            check_executable(&path, place, instance, project, found);
+            let note = notes
+                .entry(path.clone())
+                .or_insert_with(|| Note::read(&path));
+            check_executable(&path, note, place, instance, project, found);
         }
     }
 
