@@ -75,7 +75,7 @@ pub fn file(
         }
         Some("ddsl") => {
             let source = sources.add(path, std::fs::read_to_string(path)?);
-            found.extend(rc_ddsl::parse(sources, source).1);
+            found.extend(rc_ddsl::load(sources, loader, source).1);
         }
         Some("toml") => configuration(path, sources, loader, found)?,
         _ => {

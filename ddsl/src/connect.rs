@@ -1,16 +1,18 @@
 //! Who talks to whom, and what is wrong with it, before anything starts.
 
-use crate::model::{Bind, Deployment, SlotPath};
+use crate::agree::Agreement;
+use crate::exports::{Exports, provides};
+use crate::graph::circles;
+use crate::model::{Bind, Deployment, Instance, Place, SlotPath};
 use rc_cdsl::Component;
-use rc_cdsl::model::{Backend, Role, Slot};
-use rc_diagnostics::{Diagnostic, Diagnostics};
-use rc_idsl::canonical::operation_text;
-use std::collections::BTreeSet;
+use rc_cdsl::model::{Role, Slot};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// One end of a connection: the numbers of an instance and of its slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Endpoint {
-    /// Index into [`Deployment::components`].
+    /// Index into [`Deployment::instances`].
     pub instance: usize,
     /// Index into [`Component::slots`].
     pub slot: usize,
@@ -30,82 +32,88 @@ pub struct Connection {
 pub struct Network {
     /// Each consumer with its provider; a subscriber of several publishers stands several times.
     pub connections: Vec<Connection>,
+    /// For each instance, those that it requires.
+    pub required: Vec<BTreeSet<usize>>,
 }
 
-impl Network {
-    /// The instances that `instance` requires.
-    pub fn required_by(
-        &self,
-        instance: usize,
-        components: &[Option<&Component>],
-    ) -> BTreeSet<usize> {
-        let of = |c: &&Connection| {
-            let component = components.get(instance).copied().flatten();
-            let role = component
-                .and_then(|k| k.slots.get(c.consumer.slot))
-                .map(|s| s.role);
-            c.consumer.instance == instance
-                && c.provider.instance != instance
-                && role == Some(Role::Requires)
-        };
-        self.connections
-            .iter()
-            .filter(of)
-            .map(|c| c.provider.instance)
-            .collect()
-    }
-}
-
-/// Connects every slot: as `bind` says, else to the only component that provides its interface. `components`
-/// has one entry for each instance, none where its files could not be read; `middleware` is that of slots
-/// which do not choose one.
+/// Connects every slot: as `bind` says, else to the only component in sight that provides its interface.
+/// `components` has one entry for each instance, none where its files could not be read.
 pub fn connect(
     deployment: &Deployment,
     components: &[Option<&Component>],
-    middleware: Backend,
 ) -> (Network, Diagnostics) {
+    let mut found = Diagnostics::new();
+    let exports = Exports::new(deployment, components, &mut found);
     let mut connector = Connector {
         deployment,
         components,
-        middleware,
-        network: Network::default(),
-        found: Diagnostics::new(),
+        exports,
+        agreement: Agreement::new(deployment, components),
+        connections: Vec::new(),
+        found,
     };
     let bound = connector.binds();
     connector.unbound(&bound);
-    connector.cycles();
-    connector.network.connections.sort();
-    connector.network.connections.dedup();
-    (connector.network, connector.found)
+    let mut network = connector.network();
+    connector.cycles(&network);
+    network.connections.sort();
+    network.connections.dedup();
+    (network, connector.found)
 }
+
+/// The slot of one end, where its component could be read.
+pub(crate) fn slot<'a>(components: &[Option<&'a Component>], end: Endpoint) -> Option<&'a Slot> {
+    let component = components.get(end.instance).copied().flatten()?;
+    component.slots.get(end.slot)
+}
+
+/// How many names a message lists.
+const LISTED: usize = 8;
 
 struct Connector<'a> {
     deployment: &'a Deployment,
     components: &'a [Option<&'a Component>],
-    middleware: Backend,
-    network: Network,
+    exports: Exports<'a>,
+    agreement: Agreement<'a>,
+    connections: Vec<Connection>,
     found: Diagnostics,
+}
+
+/// The providers of one interface.
+#[derive(Debug, Default)]
+struct Providers {
+    /// By the group in which they are seen.
+    seen_in: HashMap<Option<usize>, Vec<Endpoint>>,
+    /// One of them.
+    any: Option<Endpoint>,
 }
 
 impl<'a> Connector<'a> {
     fn slot(&self, end: Endpoint) -> Option<&'a Slot> {
-        self.components
-            .get(end.instance)
-            .copied()
-            .flatten()?
-            .slots
-            .get(end.slot)
+        slot(self.components, end)
     }
 
+    fn instance(&self, end: Endpoint) -> &'a Instance {
+        &self.deployment.instances[end.instance]
+    }
+
+    /// The whole name of a slot.
     fn name(&self, end: Endpoint) -> String {
         let slot = self.slot(end).map_or("?", |s| s.name.as_str());
-        format!(
-            "{}.{slot}",
-            self.deployment.components[end.instance].name.text
-        )
+        format!("{}.{slot}", self.instance(end).path)
     }
 
-    fn path(&self, end: Endpoint) -> String {
+    /// What a `bind` beside the instance `from` calls a slot that it can see.
+    fn name_beside(&self, from: Endpoint, end: Endpoint) -> String {
+        let own = self.deployment.enclosing(self.instance(from).group);
+        let common = own.map(|group| &self.deployment.groups[group].path);
+        let name = self.name(end);
+        let mut within =
+            common.filter_map(|path| name.strip_prefix(path.as_str())?.strip_prefix('.'));
+        within.next().map_or_else(|| name.clone(), str::to_owned)
+    }
+
+    fn interface(&self, end: Endpoint) -> String {
         let component = self.components.get(end.instance).copied().flatten();
         let path = component
             .zip(self.slot(end))
@@ -115,61 +123,58 @@ impl<'a> Connector<'a> {
 
     /// The slot that a path names; says so where there is none.
     fn find(&mut self, path: &SlotPath) -> Option<Endpoint> {
-        let instance = self
-            .deployment
-            .components
-            .iter()
-            .position(|c| c.name.text == path.instance.text)?;
+        let instance = match path.place {
+            // What an export means has been told, or reported, already.
+            Place::Group(group) => return self.exports.get(group, &path.slot.text),
+            Place::Instance(instance) => instance,
+        };
         let component = self.components.get(instance).copied().flatten()?;
-        if let Some(slot) = component
-            .slots
-            .iter()
-            .position(|s| s.name == path.slot.text)
-        {
+        let mut slots = component.slots.iter();
+        if let Some(slot) = slots.position(|s| s.name == path.slot.text) {
             return Some(Endpoint { instance, slot });
         }
-        let message = format!("`{}` has no slot `{}`", path.instance.text, path.slot.text);
+        let name = &self.deployment.instances[instance].path;
+        let message = format!("`{name}` has no slot `{}`", path.slot.text);
         let known = component.slots.iter().map(|s| s.name.as_str());
-        self.found.push(
-            Diagnostic::error("unknown-slot", path.slot.span, message)
-                .suggest(&path.slot.text, known),
-        );
+        let error = Diagnostic::error("unknown-slot", path.slot.span, message)
+            .label(component.name.span, "its component")
+            .suggest(&path.slot.text, known);
+        self.found.push(error);
         None
     }
 
-    fn binds(&mut self) -> Vec<Endpoint> {
-        let mut bound = Vec::new();
+    /// Makes the connections that the files name; gives the consumers of all of them.
+    fn binds(&mut self) -> HashSet<Endpoint> {
+        let mut bound: HashMap<Endpoint, Span> = HashMap::new();
+        let mut pairs: HashSet<(Endpoint, Endpoint)> = HashSet::new();
         for bind in &self.deployment.binds {
             let (consumer, provider) = (self.find(&bind.consumer), self.find(&bind.provider));
             let (Some(consumer), Some(provider)) = (consumer, provider) else {
+                // It is bound, if not to what was meant.
+                bound.extend(consumer.map(|end| (end, bind.consumer.span)));
                 continue;
             };
-            if let Some((first, _)) = bound.iter().find(|(end, b): &&(Endpoint, &Bind)| {
-                *end == consumer
-                    && self
-                        .slot(consumer)
-                        .is_some_and(|s| s.role == Role::Requires)
-                    && b.provider.span() != bind.provider.span()
-            }) {
-                let message = format!(
-                    "`{}` is bound twice; a required slot has one provider",
-                    self.name(*first)
-                );
-                self.found.push(Diagnostic::error(
-                    "bound-twice",
-                    bind.consumer.span(),
-                    message,
-                ));
+            let calls = self
+                .slot(consumer)
+                .is_some_and(|s| s.role == Role::Requires);
+            let new = pairs.insert((consumer, provider));
+            if let Some(first) = bound.get(&consumer).filter(|_| calls || !new) {
+                let name = self.name(consumer);
+                let message = if new {
+                    format!("`{name}` is bound twice; a required slot has one provider")
+                } else {
+                    format!("`{name}` is bound twice to `{}`", self.name(provider))
+                };
+                let error = Diagnostic::error("bound-twice", bind.consumer.span, message);
+                self.found.push(error.label(*first, "the first time"));
                 continue;
             }
-            bound.push((consumer, bind));
+            bound.entry(consumer).or_insert(bind.consumer.span);
             if self.fits(bind, consumer, provider) {
-                self.network
-                    .connections
-                    .push(Connection { consumer, provider });
+                self.connections.push(Connection { consumer, provider });
             }
         }
-        bound.into_iter().map(|(end, _)| end).collect()
+        bound.into_keys().collect()
     }
 
     /// Whether a bind joins two ends that belong together; says so where it does not.
@@ -177,22 +182,17 @@ impl<'a> Connector<'a> {
         let (Some(one), Some(other)) = (self.slot(consumer), self.slot(provider)) else {
             return false;
         };
-        let wanted = match one.role {
-            Role::Requires => Role::Implements,
-            Role::SubscribesTo => Role::Publishes,
-            Role::Implements | Role::Publishes => {
-                let message = format!(
-                    "`{}` {} its interface; the consumer stands left of `->`",
-                    self.name(consumer),
-                    one.role.word()
-                );
-                let diagnostic =
-                    Diagnostic::error("wrong-direction", bind.consumer.span(), message);
-                self.found.push(diagnostic.help(
-                    "a consumer requires or subscribesTo, a provider implements or publishes",
-                ));
-                return false;
-            }
+        let Some(wanted) = provider_of(one.role) else {
+            let message = format!(
+                "`{}` {} its interface; the consumer stands left of `->`",
+                self.name(consumer),
+                one.role.word()
+            );
+            let error = Diagnostic::error("wrong-direction", bind.consumer.span, message)
+                .label(one.span, "described here")
+                .help("a consumer requires or subscribesTo, a provider implements or publishes");
+            self.found.push(error);
+            return false;
         };
         if other.role != wanted {
             let message = format!(
@@ -202,251 +202,199 @@ impl<'a> Connector<'a> {
                 self.name(consumer),
                 wanted.word()
             );
-            self.found.push(Diagnostic::error(
-                "wrong-direction",
-                bind.provider.span(),
-                message,
-            ));
+            let error = Diagnostic::error("wrong-direction", bind.provider.span, message);
+            self.found.push(error.label(other.span, "described here"));
             return false;
         }
-        if self.path(consumer) != self.path(provider) {
+        let (ours, theirs) = (self.interface(consumer), self.interface(provider));
+        if ours != theirs {
             let message = format!(
-                "`{}` speaks {}, `{}` speaks {}",
+                "`{}` speaks {ours}, `{}` speaks {theirs}",
                 self.name(consumer),
-                self.path(consumer),
-                self.name(provider),
-                self.path(provider)
+                self.name(provider)
             );
-            self.found.push(Diagnostic::error(
-                "different-interfaces",
-                bind.consumer.span().to(bind.provider.span()),
-                message,
-            ));
+            let span = bind.consumer.span.to(bind.provider.span);
+            let error = Diagnostic::error("different-interfaces", span, message)
+                .label(one.span, "one end")
+                .label(other.span, "the other one");
+            self.found.push(error);
             return false;
         }
-        self.agree(bind.consumer.span(), consumer, provider)
+        self.agreement
+            .check(bind.consumer.span, consumer, provider, &mut self.found)
     }
 
-    /// Whether two ends of one interface have the same types, the same middleware and a quality of service
-    /// that goes together.
-    fn agree(
-        &mut self,
-        span: rc_diagnostics::Span,
-        consumer: Endpoint,
-        provider: Endpoint,
-    ) -> bool {
-        let (Some(one), Some(other)) = (self.slot(consumer), self.slot(provider)) else {
-            return false;
-        };
-        let (Some(a), Some(b)) = (
-            self.components[consumer.instance],
-            self.components[provider.instance],
-        ) else {
-            return false;
-        };
-        let texts = |c: &Component, s: &Slot| -> Vec<String> {
-            let operations = &c.library.interface(s.interface).operations;
-            operations
-                .iter()
-                .map(|o| operation_text(&c.library, s.interface, o))
-                .collect()
-        };
-        let (ours, theirs) = (texts(a, one), texts(b, other));
-        let ends = format!("`{}` and `{}`", self.name(consumer), self.name(provider));
-        let before = self.found.iter().count();
-        if ours != theirs {
-            let differing = ours
-                .iter()
-                .find(|t| !theirs.contains(t))
-                .or_else(|| theirs.iter().find(|t| !ours.contains(t)));
-            let operation = differing
-                .and_then(|t| t.split('(').next())
-                .unwrap_or("the order of operations");
-            let message = format!(
-                "{ends} have different definitions of {}: {operation} differs",
-                self.path(consumer)
-            );
-            let declared = a.library.interface(one.interface).name.span;
-            let diagnostic =
-                Diagnostic::error("type-mismatch", span, message).label(declared, "one definition");
-            let declared = b.library.interface(other.interface).name.span;
-            self.found.push(diagnostic.label(declared, "the other one"));
-        }
-        let (here, there) = (
-            one.backend.unwrap_or(self.middleware),
-            other.backend.unwrap_or(self.middleware),
-        );
-        if here != there {
-            let message = format!(
-                "{ends} use different middleware: {} and {}",
-                here.word(),
-                there.word()
-            );
-            self.found
-                .push(Diagnostic::error("middleware-mismatch", span, message));
-        }
-        let weak_reliability = one.qos.reliable == Some(true) && other.qos.reliable == Some(false);
-        let weak_durability =
-            one.qos.transient_local == Some(true) && other.qos.transient_local != Some(true);
-        for (wrong, asked, offered) in [
-            (weak_reliability, "reliability reliable", "best_effort"),
-            (weak_durability, "durability transient_local", "volatile"),
-        ] {
-            if wrong {
-                let message = format!(
-                    "`{}` asks for {asked}, `{}` offers {offered}",
-                    self.name(consumer),
-                    self.name(provider)
-                );
-                self.found
-                    .push(Diagnostic::error("qos-mismatch", span, message));
+    /// All slots of all components.
+    fn ends(&self) -> Vec<Endpoint> {
+        let components = self.components.iter().enumerate();
+        components
+            .filter_map(|(instance, component)| Some((instance, (*component)?.slots.len())))
+            .flat_map(|(instance, count)| (0..count).map(move |slot| Endpoint { instance, slot }))
+            .collect()
+    }
+
+    /// Slots that no bind names meet the only provider of their interface in sight, topics every publisher.
+    fn unbound(&mut self, bound: &HashSet<Endpoint>) {
+        let ends = self.ends();
+        let mut providers: HashMap<(Role, String), Providers> = HashMap::new();
+        for end in ends.iter().copied() {
+            if let Some(slot) = self.slot(end).filter(|s| provides(s.role)) {
+                let seen_in = self.exports.reach(self.deployment, end, &slot.name);
+                let same = providers
+                    .entry((slot.role, self.interface(end)))
+                    .or_default();
+                same.seen_in.entry(seen_in).or_default().push(end);
+                same.any.get_or_insert(end);
             }
         }
-        self.found.iter().count() == before
-    }
-
-    /// Slots that no bind names meet the only provider of their interface, topics every publisher.
-    fn unbound(&mut self, bound: &[Endpoint]) {
-        let ends: Vec<Endpoint> = self
-            .components
-            .iter()
-            .enumerate()
-            .filter_map(|(instance, component)| component.map(|c| (instance, c.slots.len())))
-            .flat_map(|(instance, count)| (0..count).map(move |slot| Endpoint { instance, slot }))
-            .collect();
-        let mut read = BTreeSet::new();
-        read.extend(self.network.connections.iter().map(|c| c.provider));
+        let mut read: HashSet<Endpoint> = self.connections.iter().map(|c| c.provider).collect();
         for consumer in ends.iter().copied().filter(|end| !bound.contains(end)) {
             let Some(slot) = self.slot(consumer) else {
                 continue;
             };
-            let wanted = match slot.role {
-                Role::Requires => Role::Implements,
-                Role::SubscribesTo => Role::Publishes,
-                Role::Implements | Role::Publishes => continue,
+            let Some(wanted) = provider_of(slot.role) else {
+                continue;
             };
-            let path = self.path(consumer);
-            let providers: Vec<Endpoint> = ends
-                .iter()
-                .copied()
-                .filter(|end| {
-                    self.slot(*end).is_some_and(|s| s.role == wanted) && self.path(*end) == path
-                })
-                .collect();
-            let name = &self.deployment.components[consumer.instance].name;
-            match (slot.role, providers.as_slice()) {
-                (Role::Requires, []) => {
-                    let message = format!(
-                        "`{}` requires {path}, and no component implements it",
-                        self.name(consumer)
-                    );
-                    let diagnostic = Diagnostic::error("no-provider", name.span, message);
-                    self.found
-                        .push(diagnostic.label(slot.span, "required here"));
-                }
-                (Role::Requires, [first, _, ..]) => {
-                    let names: Vec<String> = providers
-                        .iter()
-                        .map(|p| format!("`{}`", self.name(*p)))
-                        .collect();
-                    let message = format!(
-                        "`{}` could be served by {}",
-                        self.name(consumer),
-                        names.join(", ")
-                    );
-                    let help = format!(
-                        "choose one: `bind {} -> {};`",
-                        self.name(consumer),
-                        self.name(*first)
-                    );
-                    self.found.push(
-                        Diagnostic::error("several-providers", name.span, message).help(help),
-                    );
-                }
+            let interface = self.interface(consumer);
+            let all = providers.get(&(wanted, interface.clone()));
+            let mut seen: Vec<Endpoint> = Vec::new();
+            if let Some(all) = all {
+                let own = self.deployment.enclosing(self.instance(consumer).group);
+                let groups = own.map(Some).chain([None]);
+                seen.extend(groups.filter_map(|g| all.seen_in.get(&g)).flatten());
+                seen.sort_unstable();
+            }
+            match (slot.role, seen.as_slice()) {
                 (_, []) => {
-                    let message = format!(
-                        "`{}` subscribes to {path}, and nobody publishes it",
-                        self.name(consumer)
-                    );
-                    self.found.push(
-                        Diagnostic::warning("no-publisher", name.span, message)
-                            .label(slot.span, "subscribed here"),
-                    );
+                    let hidden = all.and_then(|all| all.any);
+                    self.nobody(consumer, &interface, hidden);
                 }
-                (_, all) => {
-                    for provider in all.iter().copied() {
-                        read.insert(provider);
-                        if self.agree(name.span, consumer, provider) {
-                            self.network
-                                .connections
-                                .push(Connection { consumer, provider });
+                (Role::Requires, [_, _, ..]) => self.several(consumer, &seen),
+                _ => {
+                    read.extend(seen.iter().copied());
+                    let span = self.instance(consumer).name.span;
+                    for provider in seen {
+                        if self
+                            .agreement
+                            .check(span, consumer, provider, &mut self.found)
+                        {
+                            self.connections.push(Connection { consumer, provider });
                         }
                     }
                 }
             }
         }
-        for provider in ends {
-            if self
-                .slot(provider)
-                .is_some_and(|s| s.role == Role::Publishes)
-                && !read.contains(&provider)
-            {
-                let message = format!("nobody reads what `{}` publishes", self.name(provider));
-                let span = self.deployment.components[provider.instance].name.span;
+        for end in ends {
+            let slot = self.slot(end);
+            if slot.is_some_and(|s| s.role == Role::Publishes) && !read.contains(&end) {
+                let message = format!("nobody reads what `{}` publishes", self.name(end));
+                let span = self.instance(end).name.span;
                 self.found
                     .push(Diagnostic::note("no-subscriber", span, message));
             }
         }
     }
 
-    /// Two components that query each other at the same moment time out.
-    fn cycles(&mut self) {
-        let count = self.deployment.components.len();
-        let next: Vec<BTreeSet<usize>> = (0..count)
-            .map(|i| self.network.required_by(i, self.components))
-            .collect();
-        let mut reported = vec![false; count];
-        for start in 0..count {
-            let mut path = vec![start];
-            if let Some(cycle) = circle(&next, &mut path, &mut vec![false; count])
-                && !cycle.iter().any(|i| reported[*i])
-            {
-                cycle.iter().for_each(|i| reported[*i] = true);
-                let names: Vec<&str> = cycle
-                    .iter()
-                    .chain(cycle.first())
-                    .map(|i| self.deployment.components[*i].name.text.as_str())
-                    .collect();
-                let message = format!(
-                    "these components require each other: {}; calls that they make at the same moment time out",
-                    names.join(" → ")
-                );
-                let span = self.deployment.components[start].name.span;
-                self.found
-                    .push(Diagnostic::warning("requires-cycle", span, message));
+    /// There is no provider in sight of `consumer`; perhaps there is one that is `hidden` in a group.
+    fn nobody(&mut self, consumer: Endpoint, interface: &str, hidden: Option<Endpoint>) {
+        let (Some(slot), name) = (self.slot(consumer), self.name(consumer)) else {
+            return;
+        };
+        let span = self.instance(consumer).name.span;
+        let diagnostic = if slot.role == Role::Requires {
+            let message = format!("`{name}` requires {interface}, and no component implements it");
+            Diagnostic::error("no-provider", span, message).label(slot.span, "required here")
+        } else {
+            let message = format!("`{name}` subscribes to {interface}, and nobody publishes it");
+            Diagnostic::warning("no-publisher", span, message).label(slot.span, "subscribed here")
+        };
+        let help = hidden.and_then(|end| {
+            let slot = self.slot(end)?;
+            let group = self.exports.reach(self.deployment, end, &slot.name)?;
+            let group = &self.deployment.groups[group];
+            // It may be named there already, with something wrong about it.
+            let named = group.exports.iter().any(|e| e.text == slot.name);
+            let export = (!named).then(|| group.export_with(&slot.name))?;
+            Some(format!(
+                "`{}` {} it; {export}",
+                self.name(end),
+                slot.role.word()
+            ))
+        });
+        self.found.push(match help {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic,
+        });
+    }
+
+    fn several(&mut self, consumer: Endpoint, seen: &[Endpoint]) {
+        let listed = seen.iter().take(LISTED);
+        let mut names: Vec<String> = listed.map(|p| format!("`{}`", self.name(*p))).collect();
+        if seen.len() > LISTED {
+            names.push(format!("{} more", seen.len() - LISTED));
+        }
+        let message = format!(
+            "`{}` could be served by {}",
+            self.name(consumer),
+            names.join(", ")
+        );
+        let bind = format!(
+            "`bind {} -> {};`",
+            self.name_beside(consumer, consumer),
+            self.name_beside(consumer, seen[0])
+        );
+        let instance = self.instance(consumer);
+        let help = match instance.group {
+            Some(group) => format!(
+                "choose one, in group `{}`: {bind}",
+                self.deployment.groups[group].path
+            ),
+            None => format!("choose one: {bind}"),
+        };
+        let span = instance.name.span;
+        self.found
+            .push(Diagnostic::error("several-providers", span, message).help(help));
+    }
+
+    fn network(&mut self) -> Network {
+        let mut required = vec![BTreeSet::new(); self.deployment.instances.len()];
+        for Connection { consumer, provider } in &self.connections {
+            let calls = self
+                .slot(*consumer)
+                .is_some_and(|s| s.role == Role::Requires);
+            if calls && consumer.instance != provider.instance {
+                required[consumer.instance].insert(provider.instance);
             }
+        }
+        Network {
+            connections: std::mem::take(&mut self.connections),
+            required,
+        }
+    }
+
+    /// Two components that query each other at the same moment time out.
+    fn cycles(&mut self, network: &Network) {
+        let next = network.required.iter();
+        let next: Vec<Vec<usize>> = next.map(|all| all.iter().copied().collect()).collect();
+        for circle in circles(&next) {
+            let names = circle.iter().chain(circle.first());
+            let names = names.map(|i| self.deployment.instances[*i].path.as_str());
+            let message = format!(
+                "these components require each other: {}; calls that they make at the same moment time out",
+                names.collect::<Vec<_>>().join(" → ")
+            );
+            let span = self.deployment.instances[circle[0]].name.span;
+            let warning = Diagnostic::warning("requires-cycle", span, message);
+            self.found.push(warning);
         }
     }
 }
 
-fn circle(
-    next: &[BTreeSet<usize>],
-    path: &mut Vec<usize>,
-    seen: &mut Vec<bool>,
-) -> Option<Vec<usize>> {
-    let last = *path.last()?;
-    for step in &next[last] {
-        if *step == path[0] {
-            return Some(path.clone());
-        }
-        if !seen[*step] {
-            seen[*step] = true;
-            path.push(*step);
-            if let Some(found) = circle(next, path, seen) {
-                return Some(found);
-            }
-            path.pop();
-        }
+/// The end that a consumer of this role needs; none for a provider.
+fn provider_of(role: Role) -> Option<Role> {
+    match role {
+        Role::Requires => Some(Role::Implements),
+        Role::SubscribesTo => Some(Role::Publishes),
+        Role::Implements | Role::Publishes => None,
     }
-    None
 }

@@ -1,14 +1,24 @@
 //! DDSL: a network of components.
 //!
-//! [`parse`] turns one text into a [`model::Deployment`], checked in itself; [`connect`] checks it against its
-//! components and says who talks to whom.
+//! [`parse`] turns one text into a tree ([`ast`]); [`load`] also reads what it imports and resolves all of it into
+//! the [`model`]; [`connect`] checks that against its components and says who talks to whom.
 
+mod agree;
+pub mod ast;
+mod check;
 mod connect;
+mod exports;
+mod fields;
+mod graph;
+mod imports;
 pub mod model;
 mod parse;
+mod resolve;
 
 pub use connect::{Connection, Endpoint, Network, connect};
+pub use model::Deployment;
 pub use parse::parse;
+pub use resolve::load;
 
 /// The layout of a `.ddsl`.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {

@@ -1,11 +1,9 @@
-//! From text to model. Never stops: what could not be read is a diagnostic, and the rest is read.
+//! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
 
-use crate::model::{Bind, Deployment, Instance, READY, STOP, SlotPath};
+use crate::ast::{Bind, Component, Decl, Deployment, Field, File, Group, Host, Restart, SlotPath};
 use pest::iterators::Pair;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_syntax::{Language, Leaf, Literal, Name, Reader};
-use std::collections::HashMap;
-use std::time::Duration;
 
 #[allow(
     unreachable_pub,
@@ -16,375 +14,270 @@ use std::time::Duration;
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
-const DECLS: [&str; 6] = ["Component", "Host", "Group", "bind", "middleware", "domain"];
-const FIELDS: [&str; 13] = [
-    "cdsl",
-    "executable",
-    "config",
-    "host",
-    "endpoint",
-    "after",
-    "restart",
-    "ready",
-    "stop",
-    "env",
-    "args",
-    "cpu",
-    "priority",
+/// The words that begin something, each with the rule that reads it.
+type Words = [(&'static str, Rule)];
+
+const GROUP: [(&str, Rule); 7] = [
+    ("Component", Rule::component),
+    ("Host", Rule::host),
+    ("Group", Rule::group),
+    ("bind", Rule::bind),
+    ("middleware", Rule::middleware),
+    ("domain", Rule::domain),
+    ("export", Rule::export),
+];
+/// A deployment has all that a group has, but nobody to export to.
+const DEPLOYMENT: &Words = GROUP.split_at(6).0;
+const COMPONENT: [(&str, Rule); 13] = [
+    ("cdsl", Rule::text_field),
+    ("executable", Rule::text_field),
+    ("config", Rule::text_field),
+    ("host", Rule::host_ref),
+    ("endpoint", Rule::text_field),
+    ("after", Rule::after),
+    ("restart", Rule::restart),
+    ("ready", Rule::time_field),
+    ("stop", Rule::time_field),
+    ("env", Rule::env),
+    ("args", Rule::args),
+    ("cpu", Rule::cpu),
+    ("priority", Rule::priority),
+];
+const HOST: [(&str, Rule); 3] = [
+    ("address", Rule::host_field),
+    ("user", Rule::host_field),
+    ("workspace", Rule::host_field),
 ];
 
-/// Reads one `.ddsl` text and checks it in itself.
-pub fn parse(sources: &SourceMap, source: SourceId) -> (Option<Deployment>, Diagnostics) {
+/// Reads one `.ddsl` text.
+pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = Reader::new(sources, source);
-    let deployment = file(&mut reader);
-    if let Some(deployment) = &deployment {
-        check(deployment, &mut reader.found);
-    }
-    (deployment, reader.found)
+    let file = file(&mut reader);
+    (file, reader.found)
 }
 
-fn file(r: &mut Reader<'_>) -> Option<Deployment> {
-    let mut found = None;
+fn file(r: &mut Reader<'_>) -> File {
+    let mut file = File::default();
     for pair in r.file::<Rule>().into_iter().flatten() {
         match pair.as_rule() {
-            Rule::import => later(r, &pair, "`import`"),
-            Rule::deployment => found = Some(deployment(r, pair)),
+            Rule::import => file.imports.extend(r.texts(pair)),
+            Rule::deployment => file.deployment = Some(deployment(r, pair)),
             Rule::trailing => r.trailing(&pair),
             _ => {}
         }
     }
-    found
-}
-
-fn later(r: &mut Reader<'_>, pair: &Pair<'_, Rule>, what: &str) {
-    let span = r.first_word(pair).span;
-    let message =
-        format!("{what} is read, but this version does not support it yet; it has no effect");
-    r.found
-        .push(Diagnostic::warning("not-supported-yet", span, message));
-}
-
-fn unknown(
-    r: &mut Reader<'_>,
-    pair: &Pair<'_, Rule>,
-    rules: &[(&str, Rule)],
-    allowed: &[&'static str],
-    what: &str,
-) {
-    let first = r.first_word(pair);
-    let rule = rules
-        .iter()
-        .find(|(word, _)| word.eq_ignore_ascii_case(&first.text));
-    if let Some((_, rule)) = rule {
-        return r.unread(pair, *rule);
-    }
-    let message = format!("`{}` does not begin {what}", first.text);
-    let diagnostic = Diagnostic::error("unknown-field", first.span, message);
-    r.found
-        .push(diagnostic.suggest(&first.text, allowed.iter().copied()));
+    file
 }
 
 fn deployment(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Deployment {
     let mut deployment = Deployment {
         name: Name::new("", r.span(&pair)),
-        middleware: None,
-        components: Vec::new(),
-        binds: Vec::new(),
+        doc: r.doc(&pair),
+        decls: Vec::new(),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => deployment.name = r.name(&part),
-            Rule::decl => part.into_inner().for_each(|p| decl(r, p, &mut deployment)),
+            Rule::decl => {
+                let what = "a declaration of a deployment";
+                deployment.decls.extend(decl(r, part, DEPLOYMENT, what));
+            }
             _ => {}
         }
     }
     deployment
 }
 
-fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>, deployment: &mut Deployment) {
-    match pair.as_rule() {
-        Rule::component => {
-            let instance = instance(r, pair);
-            deployment.components.push(instance);
-        }
+fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>, words: &Words, what: &str) -> Option<Decl> {
+    let pair = pair.into_inner().next()?;
+    Some(match pair.as_rule() {
+        Rule::host => Decl::Host(host(r, pair)),
+        Rule::component => Decl::Component(component(r, pair)),
+        Rule::group => Decl::Group(group(r, pair)),
         Rule::bind => {
-            let paths: Vec<Pair<'_, Rule>> = pair
-                .clone()
-                .into_inner()
-                .filter(|p| p.as_rule() == Rule::slot_path)
-                .collect();
+            let paths = pair.clone().into_inner();
+            let paths = paths.filter(|p| p.as_rule() == Rule::slot_path);
+            let mut paths = paths.filter_map(|p| slot_path(r, p));
+            let (consumer, provider) = (paths.next(), paths.next());
+            drop(paths);
             r.texts(pair);
-            let mut paths = paths.into_iter().map(|p| slot_path(r, p));
-            if let (Some(Some(consumer)), Some(Some(provider))) = (paths.next(), paths.next()) {
-                deployment.binds.push(Bind { consumer, provider });
-            }
+            Decl::Bind(Bind {
+                consumer: consumer?,
+                provider: provider?,
+            })
         }
-        Rule::middleware => {
-            let name = r.texts(pair).into_iter().next();
-            if let (Some(name), Some(first)) = (&name, &deployment.middleware) {
-                let diagnostic = Diagnostic::error(
-                    "repeated-clause",
-                    name.span,
-                    "the middleware is named twice",
-                );
-                r.found.push(diagnostic.label(first.span, "the first one"));
-            }
-            deployment.middleware = name;
-        }
-        Rule::host => later(r, &pair, "`Host`"),
-        Rule::group => {
-            let span = r.first_word(&pair).span;
-            let message =
-                "`Group` is not supported yet; put its components directly into the deployment";
-            r.found
-                .push(Diagnostic::error("not-supported-yet", span, message));
-        }
-        Rule::domain => later(r, &pair, "`domain`"),
+        Rule::middleware => Decl::Middleware(r.texts(pair).into_iter().next()?),
+        Rule::domain => Decl::Domain(values(r, pair).into_iter().next()?),
         _ => {
-            let rules = [
-                ("component", Rule::component),
-                ("host", Rule::host),
-                ("group", Rule::group),
-                ("bind", Rule::bind),
-                ("middleware", Rule::middleware),
-                ("domain", Rule::domain),
-            ];
-            unknown(r, &pair, &rules, &DECLS, "a declaration of a deployment");
+            unread(r, &pair, words, what);
+            return None;
         }
-    }
+    })
 }
 
-/// `instance.slot`; groups, which would make it longer, are not supported yet.
 fn slot_path(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath> {
-    let span = r.span(&pair);
-    let names = pair.into_inner().filter(|p| p.as_rule() == Rule::name);
-    let names: Vec<Name> = names.map(|p| r.name(&p)).collect();
-    if let Ok([instance, slot]) = <[Name; 2]>::try_from(names) {
-        Some(SlotPath { instance, slot })
-    } else {
-        let message = "a slot is `instance.slot`; paths through groups are not supported yet";
-        r.found
-            .push(Diagnostic::error("not-supported-yet", span, message));
-        None
-    }
+    let mut path = r.texts(pair);
+    let slot = path.pop()?;
+    Some(SlotPath { path, slot })
 }
 
-fn instance(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Instance {
-    let mut instance = Instance {
+fn host(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Host {
+    let mut host = Host {
         name: Name::new("", r.span(&pair)),
-        cdsl: None,
-        executable: None,
-        config: None,
-        after: Vec::new(),
-        ready: READY,
-        stop: STOP,
-        env: Vec::new(),
-        args: Vec::new(),
+        doc: r.doc(&pair),
+        fields: Vec::new(),
+        incomplete: false,
     };
-    let mut seen: HashMap<String, Span> = HashMap::new();
-    let mut unread = false;
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::name => instance.name = r.name(&part),
-            Rule::field => {
-                let first = r.first_word(&part);
-                if let Some(before) = seen.insert(first.text.to_lowercase(), first.span) {
-                    let message = format!("`{}` is repeated; each field stands once", first.text);
-                    let diagnostic = Diagnostic::error("repeated-clause", first.span, message);
-                    r.found.push(diagnostic.label(before, "the first one"));
-                }
-                part.into_inner()
-                    .for_each(|p| field(r, p, &first, &mut instance));
+            Rule::name => host.name = r.name(&part),
+            Rule::host_field => {
+                let word = r.first_word(&part);
+                let text = r.texts(part).into_iter().next();
+                host.fields.extend(text.map(|text| (word, text)));
             }
             Rule::unread => {
-                unread = true;
-                let rules = [
-                    ("cdsl", Rule::text_field),
-                    ("executable", Rule::text_field),
-                    ("config", Rule::text_field),
-                    ("endpoint", Rule::text_field),
-                    ("host", Rule::host_ref),
-                    ("after", Rule::after),
-                    ("restart", Rule::restart),
-                    ("ready", Rule::time_field),
-                    ("stop", Rule::time_field),
-                    ("env", Rule::env),
-                    ("args", Rule::args),
-                    ("cpu", Rule::cpu),
-                    ("priority", Rule::priority),
-                ];
-                unknown(r, &part, &rules, &FIELDS, "a field of a component");
+                host.incomplete = true;
+                unread(r, &part, &HOST, "a field of a host");
             }
             _ => {}
         }
     }
-    // A field that is there, but could not be read, has been reported.
-    if instance.cdsl.is_none() && !unread {
-        let message = format!("component `{}` does not say what it is", instance.name.text);
-        let help = "add `cdsl \"PATH/NAME.cdsl\";`, relative to this file";
-        r.found
-            .push(Diagnostic::error("missing-clause", instance.name.span, message).help(help));
-    }
-    instance
+    host
 }
 
-fn field(r: &mut Reader<'_>, pair: Pair<'_, Rule>, first: &Name, instance: &mut Instance) {
-    let word = first.text.to_lowercase();
-    match pair.as_rule() {
+fn group(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Group {
+    let mut group = Group {
+        name: Name::new("", r.span(&pair)),
+        doc: r.doc(&pair),
+        decls: Vec::new(),
+        exports: Vec::new(),
+        incomplete: false,
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => group.name = r.name(&part),
+            Rule::export => {
+                let word = r.first_word(&part);
+                group.exports.push((word, r.texts(part)));
+            }
+            Rule::decl => match decl(r, part, &GROUP, "a declaration of a group") {
+                Some(decl) => group.decls.push(decl),
+                None => group.incomplete = true,
+            },
+            _ => {}
+        }
+    }
+    group
+}
+
+fn component(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Component {
+    let mut component = Component {
+        name: Name::new("", r.span(&pair)),
+        doc: r.doc(&pair),
+        fields: Vec::new(),
+        incomplete: false,
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => component.name = r.name(&part),
+            Rule::field => {
+                let word = r.first_word(&part);
+                for pair in part.into_inner() {
+                    let field = field(r, pair, &word);
+                    component.fields.extend(field.map(|f| (word.clone(), f)));
+                }
+            }
+            Rule::unread => {
+                component.incomplete = true;
+                unread(r, &part, &COMPONENT, "a field of a component");
+            }
+            _ => {}
+        }
+    }
+    component
+}
+
+fn field(r: &mut Reader<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<Field> {
+    let word = word.text.to_lowercase();
+    Some(match pair.as_rule() {
         Rule::text_field => {
-            let kept = pair.clone();
-            let text = r.texts(pair).into_iter().next();
+            let text = r.texts(pair).into_iter().next()?;
             match word.as_str() {
-                "cdsl" => instance.cdsl = text,
-                "executable" => instance.executable = text,
-                "config" => instance.config = text,
-                _ => later(r, &kept, "`endpoint`"),
+                "cdsl" => Field::Cdsl(text),
+                "executable" => Field::Executable(text),
+                "config" => Field::Config(text),
+                _ => Field::Endpoint(text),
             }
         }
-        Rule::after => instance.after = r.texts(pair),
-        Rule::args => instance.args = r.texts(pair),
+        Rule::host_ref => Field::Host(r.texts(pair).into_iter().next()?),
+        Rule::after => Field::After(r.texts(pair)),
+        Rule::args => Field::Args(r.texts(pair)),
+        Rule::restart => Field::Restart(restart(r, pair)?),
+        Rule::time_field => {
+            let time = values(r, pair).into_iter().next()?;
+            match word.as_str() {
+                "ready" => Field::Ready(time),
+                _ => Field::Stop(time),
+            }
+        }
         Rule::env => {
             let variables = pair.into_inner().filter(|p| p.as_rule() == Rule::variable);
-            for variable in variables.collect::<Vec<_>>() {
-                if let Ok([name, value]) = <[Name; 2]>::try_from(r.texts(variable)) {
-                    instance.env.push((name, value));
-                }
-            }
+            let variables = variables.filter_map(|v| <[Name; 2]>::try_from(r.texts(v)).ok());
+            Field::Env(variables.map(|[name, value]| (name, value)).collect())
         }
-        Rule::time_field => {
-            let time = pair
-                .clone()
-                .into_inner()
-                .find(|p| p.as_rule() == Rule::time);
-            r.texts(pair);
-            let Some(time) = time else { return };
-            let span = r.span(&time);
-            let literal = Literal::parse(time.as_str(), span);
-            match literal.as_nanoseconds().filter(|ns| *ns > 0) {
-                Some(ns) if word == "ready" => instance.ready = Duration::from_nanos(ns),
-                Some(ns) => instance.stop = Duration::from_nanos(ns),
-                None => {
-                    let message = format!("`{word}` takes a time such as `5s`");
-                    r.found.push(Diagnostic::error("bad-time", span, message));
-                }
-            }
-        }
-        _ => {
-            later(r, &pair, &format!("`{word}`"));
-            r.texts(pair);
-        }
-    }
+        Rule::cpu => Field::Cpu(values(r, pair)),
+        _ => Field::Priority(values(r, pair).into_iter().next()?),
+    })
 }
 
-/// Names that nobody has, names that two have, and circles of `after`.
-fn check(deployment: &Deployment, found: &mut Diagnostics) {
-    let names: Vec<&str> = deployment
-        .components
+fn restart(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
+    let (mut policy, mut limit, mut backoff) = (None, None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => policy = Some(r.name(&part)),
+            Rule::limit => {
+                let mut values = values(r, part).into_iter();
+                limit = values.next().zip(values.next());
+            }
+            Rule::backoff => backoff = values(r, part).into_iter().next(),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    Some(Restart {
+        policy: policy?,
+        limit,
+        backoff,
+    })
+}
+
+/// The numbers and times directly inside a pair, its `;` checked.
+fn values(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
+    let mut values = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::number | Rule::time => values.push(r.literal(&part)),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    values
+}
+
+/// Says what is wrong with a piece that should begin with one of `words`.
+fn unread(r: &mut Reader<'_>, pair: &Pair<'_, Rule>, words: &Words, what: &str) {
+    let first = r.first_word(pair);
+    let meant = words
         .iter()
-        .map(|c| c.name.text.as_str())
-        .collect();
-    for (at, instance) in deployment.components.iter().enumerate() {
-        let earlier = deployment.components[..at]
-            .iter()
-            .find(|c| c.name.text.eq_ignore_ascii_case(&instance.name.text));
-        if let Some(first) = earlier {
-            let message = format!("component `{}` is there twice", instance.name.text);
-            let diagnostic = Diagnostic::error("duplicate-name", instance.name.span, message);
-            found.push(diagnostic.label(first.name.span, "first declared here"));
-        }
-        if instance.name.text.eq_ignore_ascii_case("rcdeploy") {
-            let message = "`rcdeploy` is the deployer's own name in every network";
-            found.push(Diagnostic::error(
-                "reserved-name",
-                instance.name.span,
-                message,
-            ));
-        }
-        for after in instance
-            .after
-            .iter()
-            .filter(|a| !names.contains(&a.text.as_str()))
-        {
-            found.push(unknown_instance(after, &names));
-        }
+        .find(|(word, _)| word.eq_ignore_ascii_case(&first.text));
+    if let Some((_, rule)) = meant {
+        return r.unread(pair, *rule);
     }
-    for bind in &deployment.binds {
-        for end in [&bind.consumer, &bind.provider] {
-            if !names.contains(&end.instance.text.as_str()) {
-                found.push(unknown_instance(&end.instance, &names));
-            }
-        }
-    }
-    if let Some(middleware) = &deployment.middleware {
-        let words = rc_cdsl::model::Backend::WORDS.map(|(word, _)| word);
-        if !words
-            .iter()
-            .any(|w| w.eq_ignore_ascii_case(&middleware.text))
-        {
-            let message = format!("unknown middleware `{}`", middleware.text);
-            let known = ["iceoryx2", "dds", "ros2"];
-            found.push(
-                Diagnostic::error("unknown-middleware", middleware.span, message)
-                    .suggest(&middleware.text, known),
-            );
-        }
-    }
-    cycles(deployment, found);
-}
-
-fn unknown_instance(name: &Name, names: &[&str]) -> Diagnostic {
-    let message = format!("there is no component `{}` in this deployment", name.text);
-    Diagnostic::error("unknown-instance", name.span, message)
-        .suggest(&name.text, names.iter().copied())
-}
-
-fn cycles(deployment: &Deployment, found: &mut Diagnostics) {
-    let index = |name: &str| {
-        deployment
-            .components
-            .iter()
-            .position(|c| c.name.text == name)
-    };
-    let mut done = vec![false; deployment.components.len()];
-    for start in 0..deployment.components.len() {
-        let mut path = vec![start];
-        walk(deployment, &index, &mut path, &mut done, found);
-    }
-}
-
-fn walk(
-    deployment: &Deployment,
-    index: &dyn Fn(&str) -> Option<usize>,
-    path: &mut Vec<usize>,
-    done: &mut [bool],
-    found: &mut Diagnostics,
-) {
-    let Some(&last) = path.last() else { return };
-    if done[last] {
-        return;
-    }
-    for after in &deployment.components[last].after {
-        let Some(next) = index(&after.text) else {
-            continue;
-        };
-        if let Some(at) = path.iter().position(|p| *p == next) {
-            let names: Vec<&str> = path[at..]
-                .iter()
-                .chain([&next])
-                .map(|p| deployment.components[*p].name.text.as_str())
-                .collect();
-            let message = format!(
-                "these components wait for each other: {}",
-                names.join(" after ")
-            );
-            found.push(Diagnostic::error("after-cycle", after.span, message));
-        } else {
-            path.push(next);
-            walk(deployment, index, path, done, found);
-            path.pop();
-        }
-    }
-    done[last] = true;
+    let message = format!("`{}` does not begin {what}", first.text);
+    let diagnostic = Diagnostic::error("unknown-field", first.span, message);
+    r.found
+        .push(diagnostic.suggest(&first.text, words.iter().map(|(word, _)| *word)));
 }
 
 impl Language for Rule {

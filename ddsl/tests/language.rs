@@ -1,87 +1,33 @@
-//! What is said about `.ddsl` texts, and about the networks that they describe.
+//! What is said about `.ddsl` texts, before their components are looked at.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use expect_test::{Expect, expect};
-use rc_cdsl::Component;
-use rc_cdsl::model::Backend;
+use rc_ddsl::Deployment;
+use rc_ddsl::model::{Place, Restart};
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_syntax::MemoryLoader;
+use rc_syntax::{MemoryLoader, Name};
+
+/// What is found in `n.ddsl`, which may import the other files.
+fn check_files(text: &str, others: &[(&str, &str)], expected: &Expect) -> Option<Deployment> {
+    let mut sources = SourceMap::new();
+    let source = sources.add("n.ddsl", text);
+    let all = others.iter().copied().chain([("n.ddsl", text)]);
+    let loader = MemoryLoader::new(all);
+    let (deployment, found) = rc_ddsl::load(&mut sources, &loader, source);
+    expected.assert_eq(&render(&sources, &found, Format::Short));
+    deployment
+}
 
 /// What is found in a whole file `n.ddsl`.
 fn check_file(text: &str, expected: &Expect) {
-    let mut sources = SourceMap::new();
-    let source = sources.add("n.ddsl", text);
-    let (_, found) = rc_ddsl::parse(&sources, source);
-    expected.assert_eq(&render(&sources, &found, Format::Short));
+    check_files(text, &[], expected);
 }
 
 /// What is found in `body`, which stands in a deployment from line 2 on.
-fn check(body: &str, expected: &Expect) {
-    check_file(&format!("Deployment n {{\n{body}\n}};\n"), expected);
-}
-
-/// Every interface that the components of [`connect`] know.
-const INTERFACES: [(&str, &str); 2] = [
-    (
-        "Laser.idsl",
-        "module L { struct D { int a; }; interface Laser { D get(); }; };",
-    ),
-    (
-        "Pub.idsl",
-        "module P { interface Pub { void push(int x); }; };",
-    ),
-];
-
-/// The connections of a deployment whose components `(instance, communications)` are given, and what is found
-/// in it; `binds` begins line 2. An instance whose communications begin with `old` has another definition of
-/// `Laser`.
-fn connect(instances: &[(&str, &str)], binds: &str, expected: &Expect) -> Vec<String> {
-    let mut sources = SourceMap::new();
-    let mut text = format!("Deployment n {{\n{binds}\n");
-    let mut components: Vec<Component> = Vec::new();
-    for (name, communications) in instances {
-        text.push_str(&format!("Component {name} {{ cdsl \"{name}.cdsl\"; }};\n"));
-        let mut interfaces = INTERFACES;
-        let communications = match communications.strip_prefix("old") {
-            Some(rest) => {
-                interfaces[0].1 =
-                    "module L { struct D { long a; }; interface Laser { D get(); }; };";
-                rest
-            }
-            None => communications,
-        };
-        let imports = ["Laser", "Pub"]
-            .into_iter()
-            .filter(|i| communications.contains(i));
-        let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();
-        let cdsl = format!(
-            "{imports}\nComponent {name} {{ Communications {{ {communications} }}; language rust; }};"
-        );
-        let source = sources.add(format!("{name}.cdsl"), cdsl);
-        let loader = MemoryLoader::new(interfaces);
-        let (component, found) = rc_cdsl::load(&mut sources, &loader, source);
-        assert_eq!(render(&sources, &found, Format::Short), "");
-        components.extend(component);
-    }
-    text.push_str("};");
-    let source = sources.add("n.ddsl", text);
-    let (deployment, found) = rc_ddsl::parse(&sources, source);
-    assert_eq!(render(&sources, &found, Format::Short), "");
-    let deployment = deployment.expect("a deployment");
-    let parts: Vec<Option<&Component>> = components.iter().map(Some).collect();
-    let (network, found) = rc_ddsl::connect(&deployment, &parts, Backend::Iceoryx2);
-    expected.assert_eq(&render(&sources, &found, Format::Short));
-    let name = |end: rc_ddsl::Endpoint| {
-        format!(
-            "{}.{}",
-            instances[end.instance].0, components[end.instance].slots[end.slot].name
-        )
-    };
-    let connections = network.connections.iter();
-    connections
-        .map(|c| format!("{} -> {}", name(c.consumer), name(c.provider)))
-        .collect()
+fn check(body: &str, expected: &Expect) -> Deployment {
+    let text = format!("Deployment n {{\n{body}\n}};\n");
+    check_files(&text, &[], expected).expect("a deployment")
 }
 
 #[test]
@@ -156,7 +102,7 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
             n.ddsl:2:49: error[syntax-error]: expected a name, found `;`
             n.ddsl:2:57: error[syntax-error]: expected a name, found `"`
             n.ddsl:2:68: error[syntax-error]: expected a time such as `5s`, found `soon`
-            n.ddsl:2:79: error[bad-time]: `stop` takes a time such as `5s`
+            n.ddsl:2:79: error[bad-time]: `stop` takes a time such as `5s`, at most a day
             n.ddsl:2:87: error[syntax-error]: expected `{`, found `A`
             n.ddsl:2:102: error[syntax-error]: expected a text in quotes, found `=`
             n.ddsl:2:117: error[syntax-error]: expected a text in quotes, found `x`
@@ -180,15 +126,16 @@ fn names_are_known_and_unique() {
         "middleware iceoryx2; middleware dds;\nComponent a { cdsl \"a\"; cdsl \"b\"; after bb, c; };\nComponent A { cdsl \"a\"; };\nComponent bbb { };\n\
          Component rcdeploy { cdsl \"a\"; };\nbind a.Laser -> bb.Laser;\nbind x.Laser -> a.b.Laser;",
         &expect![[r#"
-            n.ddsl:2:33: error[repeated-clause]: the middleware is named twice; the first one at n.ddsl:2:12
-            n.ddsl:3:25: error[repeated-clause]: `cdsl` is repeated; each field stands once; the first one at n.ddsl:3:15
-            n.ddsl:3:41: error[unknown-instance]: there is no component `bb` in this deployment (did you mean `bbb`?)
-            n.ddsl:3:45: error[unknown-instance]: there is no component `c` in this deployment (allowed here: `a`, `A`, `bbb`, `rcdeploy`)
-            n.ddsl:4:11: error[duplicate-name]: component `A` is there twice; first declared here at n.ddsl:3:11
+            n.ddsl:2:33: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:2:12
+            n.ddsl:3:25: error[repeated-clause]: field `cdsl` is repeated; each stands once; the first one at n.ddsl:3:15
+            n.ddsl:3:41: error[unknown-instance]: there is no component or group `bb` here (did you mean `bbb`?)
+            n.ddsl:3:45: error[unknown-instance]: there is no component or group `c` here (allowed here: `A`, `a`, `bbb`, `rcdeploy`)
+            n.ddsl:4:11: error[duplicate-name]: the name `A` is there twice; first declared here at n.ddsl:3:11 (names that differ only in case count as equal)
             n.ddsl:5:11: error[missing-clause]: component `bbb` does not say what it is (add `cdsl "PATH/NAME.cdsl";`, relative to this file)
             n.ddsl:6:11: error[reserved-name]: `rcdeploy` is the deployer's own name in every network
-            n.ddsl:7:17: error[unknown-instance]: there is no component `bb` in this deployment (did you mean `bbb`?)
-            n.ddsl:8:17: error[not-supported-yet]: a slot is `instance.slot`; paths through groups are not supported yet
+            n.ddsl:7:17: error[unknown-instance]: there is no component or group `bb` here (did you mean `bbb`?)
+            n.ddsl:8:6: error[unknown-instance]: there is no component or group `x` here (allowed here: `A`, `a`, `bbb`, `rcdeploy`)
+            n.ddsl:8:19: error[not-a-group]: `a` is a component; a slot of it is `a.SLOT`, and there is nothing else in it
         "#]],
     );
 }
@@ -198,163 +145,301 @@ fn circles_of_after() {
     check(
         "Component a { cdsl \"a\"; after b; };\nComponent b { cdsl \"b\"; after c; };\nComponent c { cdsl \"c\"; after a; };\nComponent d { cdsl \"d\"; after d; };\nComponent e { cdsl \"d\"; after a; };",
         &expect![[r#"
-            n.ddsl:4:31: error[after-cycle]: these components wait for each other: a after b after c after a
+            n.ddsl:4:31: error[after-cycle]: these components wait for each other: a after b after c after a; and here at n.ddsl:2:31; and here at n.ddsl:3:31
             n.ddsl:5:31: error[after-cycle]: these components wait for each other: d after d
         "#]],
     );
 }
 
 #[test]
-fn what_comes_later_says_so() {
-    check(
-        "Host h { address \"10.0.0.1\"; };\nComponent a { cdsl \"a\"; host h; endpoint \"x:1\"; restart always; cpu 1; priority 3; };\ndomain 3;\nGroup g { Component b { cdsl \"b\"; }; };",
-        &expect![[r#"
-            n.ddsl:2:1: warning[not-supported-yet]: `Host` is read, but this version does not support it yet; it has no effect
-            n.ddsl:3:25: warning[not-supported-yet]: `host` is read, but this version does not support it yet; it has no effect
-            n.ddsl:3:33: warning[not-supported-yet]: `endpoint` is read, but this version does not support it yet; it has no effect
-            n.ddsl:3:49: warning[not-supported-yet]: `restart` is read, but this version does not support it yet; it has no effect
-            n.ddsl:3:65: warning[not-supported-yet]: `cpu` is read, but this version does not support it yet; it has no effect
-            n.ddsl:3:72: warning[not-supported-yet]: `priority` is read, but this version does not support it yet; it has no effect
-            n.ddsl:4:1: warning[not-supported-yet]: `domain` is read, but this version does not support it yet; it has no effect
-            n.ddsl:5:1: error[not-supported-yet]: `Group` is not supported yet; put its components directly into the deployment
-        "#]],
-    );
-}
-
-#[test]
-fn slots_find_each_other() {
-    let connections = connect(
-        &[
-            ("a", "requires Laser; subscribesTo Pub;"),
-            ("b", "implements Laser; publishes Pub;"),
-            ("c", "publishes Pub;"),
-        ],
-        "",
+fn every_construct_reaches_the_model() {
+    let deployment = check(
+        "middleware dds; domain 7;\n\
+         /// The robot's computer.\nHost robot { address \"10.0.0.2\"; user \"pi\"; workspace \"/home/pi\"; };\n\
+         /// Moves.\nComponent base { cdsl \"a/b.cdsl\"; executable \"bin/b\"; config \"b.toml\"; host robot; endpoint \"10.0.0.2:7000\"; after arm;\n\
+         restart on_failure max 3 within 1min backoff 250ms; ready 5s; stop 1500; env { A \"1\"; a \"2\"; }; args \"--x\", \"y\"; cpu 0, 3; priority 99; };\n\
+         Component idle { cdsl \"i\"; host localhost; restart always; };\n\
+         Group arm { middleware iceoryx2; Group left { domain 8; Component motor { cdsl \"m\"; after other; }; export Motor; }; Component other { cdsl \"o\"; }; };",
         &expect![[""]],
     );
+    let text = |name: &Option<Name>| name.as_ref().map(|n| n.text.clone()).unwrap_or_default();
+    let host = &deployment.hosts[0];
+    assert_eq!(host.doc, ["The robot's computer."]);
+    assert_eq!(host.address.text, "10.0.0.2");
+    assert_eq!(
+        (text(&host.user), text(&host.workspace)),
+        ("pi".into(), "/home/pi".into())
+    );
+    assert!(!host.is_local());
+
+    let base = &deployment.instances[0];
+    assert_eq!(base.doc, ["Moves."]);
+    let files = [&base.cdsl, &base.executable, &base.config].map(text);
+    assert_eq!(files, ["a/b.cdsl", "bin/b", "b.toml"]);
+    assert_eq!(base.host.map(|(host, _)| host), Some(0));
+    let endpoint = base.endpoint.map(|(address, _)| address.to_string());
+    assert_eq!(endpoint.as_deref(), Some("10.0.0.2:7000"));
+    assert_eq!(base.after[0].0, Place::Group(0));
+    assert_eq!(
+        (base.ready.as_millis(), base.stop.as_millis()),
+        (5000, 1500)
+    );
+    let env = base
+        .env
+        .iter()
+        .map(|(name, value)| (name.text.as_str(), value.text.as_str()));
+    assert_eq!(env.collect::<Vec<_>>(), [("A", "1"), ("a", "2")]);
+    let args = base.args.iter().map(|a| a.text.as_str());
+    assert_eq!(args.collect::<Vec<_>>(), ["--x", "y"]);
+    assert_eq!(
+        (base.cpu.as_slice(), base.priority.map(|(p, _)| p)),
+        (&[0, 3][..], Some(99))
+    );
+
+    let flat = deployment.instances.iter().map(|i| {
+        let Restart {
+            policy,
+            limit,
+            backoff,
+        } = i.restart;
+        format!(
+            "{} {:?} {:?} {:?}, restart {policy:?} {limit:?} {backoff:?}",
+            i.path, i.middleware, i.domain, i.group
+        )
+    });
     expect![[r#"
-        a.Laser -> b.Laser
-        a.Pub -> b.Pub
-        a.Pub -> c.Pub"#]]
-    .assert_eq(&connections.join("\n"));
+        base Dds Some(7) None, restart OnFailure Some((3, 60s)) 250ms
+        idle Dds Some(7) None, restart Always None 500ms
+        arm.left.motor Iceoryx2 Some(8) Some(1), restart Never None 500ms
+        arm.other Iceoryx2 Some(7) Some(0), restart Never None 500ms"#]]
+    .assert_eq(&flat.collect::<Vec<_>>().join("\n"));
+    let groups = deployment.groups.iter().map(|g| {
+        let exports: Vec<&str> = g.exports.iter().map(|e| e.text.as_str()).collect();
+        format!(
+            "{} in {:?}: {:?}, exports {exports:?}",
+            g.path, g.parent, g.instances
+        )
+    });
+    expect![[r#"
+        arm in None: 2..4, exports []
+        arm.left in Some(0): 2..3, exports ["Motor"]"#]]
+    .assert_eq(&groups.collect::<Vec<_>>().join("\n"));
 }
 
 #[test]
-fn providers_that_are_missing_or_too_many() {
-    connect(
-        &[("a", "requires Laser; subscribesTo Pub;")],
-        "",
+fn a_name_stands_once_in_a_block() {
+    check(
+        "Component a { cdsl \"a\"; };\nGroup A { Component a { cdsl \"a\"; }; };\nComponent a { cdsl \"a\"; };\n\
+         Host h { address \"h\"; };\nHost H { address \"h\"; };\nHost a { address \"h\"; };\nHost localhost { address \"x\"; };\n\
+         Group g { Component a { cdsl \"a\"; }; Component a { cdsl \"a\"; }; export X, Y, X; export Z; };\n\
+         Group rcdeploy { Component rcdeploy { cdsl \"a\"; }; };",
         &expect![[r#"
-            n.ddsl:3:11: error[no-provider]: `a.Laser` requires L::Laser, and no component implements it; required here at a.cdsl:2:41
-            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at a.cdsl:2:61
+            n.ddsl:3:7: error[duplicate-name]: the name `A` is there twice; first declared here at n.ddsl:2:11 (names that differ only in case count as equal)
+            n.ddsl:4:11: error[duplicate-name]: the name `a` is there twice; first declared here at n.ddsl:2:11
+            n.ddsl:6:6: error[duplicate-name]: the name `H` is there twice; first declared here at n.ddsl:5:6 (names that differ only in case count as equal)
+            n.ddsl:8:6: error[reserved-name]: `localhost` is this machine in every network, and needs no declaration
+            n.ddsl:9:48: error[duplicate-name]: the name `a` is there twice; first declared here at n.ddsl:9:21
+            n.ddsl:9:78: error[duplicate-name]: `X` is exported twice; the first time at n.ddsl:9:72
+            n.ddsl:9:81: error[repeated-clause]: clause `export` is repeated; each stands once; the first one at n.ddsl:9:65
+            n.ddsl:10:7: error[reserved-name]: `rcdeploy` is the deployer's own name in every network
         "#]],
     );
-    connect(
-        &[
-            ("a", "requires Laser;"),
-            ("b", "implements Laser, Laser;"),
-            ("c", "implements Laser; publishes Pub;"),
-        ],
-        "",
+}
+
+#[test]
+fn names_are_not_too_long() {
+    let long = "a".repeat(40);
+    check_file(
+        &format!(
+            "Deployment {long}{long} {{ Group {long} {{ Component {long} {{ cdsl \"a\"; }}; }}; }};"
+        ),
         &expect![[r#"
-            n.ddsl:3:11: error[several-providers]: `a.Laser` could be served by `b.Laser`, `b.Laser1`, `c.Laser` (choose one: `bind a.Laser -> b.Laser;`)
-            n.ddsl:5:11: note[no-subscriber]: nobody reads what `c.Pub` publishes
+            n.ddsl:1:12: error[name-too-long]: the name of this network, `aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa`, has 80 characters; at most 64 are possible, since files and sockets are called by it
+            n.ddsl:1:154: error[name-too-long]: the name of this component, `aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa.aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa`, has 81 characters; at most 64 are possible, since files and sockets are called by it
         "#]],
     );
-    let connections = connect(
-        &[("a", "requires Laser;"), ("b", "implements Laser, Laser;")],
-        "bind a.Laser -> b.Laser1;",
+}
+
+#[test]
+fn hosts_are_known_and_complete() {
+    check(
+        "Host h { };\nHost robot { address \"10.0.0.2\"; address \"10.0.0.3\"; usr \"pi\"; };\nHost bad { address \"10 0 0 2\"; };\nHost open { user \"pi\" };\n\
+         Component a { cdsl \"a\"; host robt; };\nComponent b { cdsl \"b\"; host g; };\nComponent c { cdsl \"c\"; host bad; };\n\
+         Group g { Host robot { address \"x\"; }; Component a { cdsl \"a\"; host robot; }; Component b { cdsl \"b\"; host open; }; };\n\
+         Component d { cdsl \"d\"; host inner; };\nGroup i { Host inner { address \"i\"; }; Component a { cdsl \"a\"; host localhst; }; };",
+        &expect![[r#"
+            n.ddsl:2:6: error[missing-clause]: host `h` does not say where it is (add `address "10.0.0.2";`)
+            n.ddsl:3:34: error[repeated-clause]: field `address` is repeated; each stands once; the first one at n.ddsl:3:14
+            n.ddsl:3:54: error[unknown-field]: `usr` does not begin a field of a host (did you mean `user`?)
+            n.ddsl:4:20: error[bad-host-address]: `10 0 0 2` is not the address of a machine (an address is a name or an IP address, as in `robot.local` or `10.0.0.2`)
+            n.ddsl:5:6: error[missing-clause]: host `open` does not say where it is (add `address "10.0.0.2";`)
+            n.ddsl:5:22: error[missing-semicolon]: `;` expected here
+            n.ddsl:6:30: error[unknown-host]: there is no host `robt` (did you mean `robot`?)
+            n.ddsl:7:30: error[unknown-host]: there is no host `g` (allowed here: `bad`, `h`, `localhost`, `open`, `robot`)
+            n.ddsl:10:30: error[unknown-host]: there is no host `inner` (allowed here: `bad`, `h`, `localhost`, `open`, `robot`)
+            n.ddsl:11:69: error[unknown-host]: there is no host `localhst` (did you mean `localhost`?)
+        "#]],
+    );
+    check(
+        "Host used { address \"u\"; };\nHost h { address \"h\"; };\nComponent a { cdsl \"a\"; host used; };",
+        &expect![[r#"
+            n.ddsl:3:6: warning[unused-host]: no component runs on host `h`
+        "#]],
+    );
+    // A file that only declares machines is for others.
+    check("Host h { address \"h\"; };", &expect![[""]]);
+}
+
+#[test]
+fn endpoints_are_addresses_and_a_machine_has_each_port_once() {
+    check(
+        "Host one { address \"10.0.0.2\"; };\nHost same { address \"10.0.0.2\"; };\nHost here { address \"127.0.0.1\"; };\n\
+         Component a { cdsl \"a\"; endpoint \"0.0.0.0:7000\"; };\nComponent b { cdsl \"a\"; endpoint \"[::1]:7000\"; host here; };\n\
+         Component c { cdsl \"a\"; endpoint \"10.0.0.2:7000\"; host one; };\nGroup g { Component d { cdsl \"a\"; endpoint \"10.0.0.2:7000\"; host same; }; };\n\
+         Component e { cdsl \"a\"; endpoint \"robot:7000\"; };\nComponent f { cdsl \"a\"; endpoint \"10.0.0.2\"; };\nComponent g1 { cdsl \"a\"; endpoint \"10.0.0.2:70000\"; };\nComponent h { cdsl \"a\"; endpoint \"10.0.0.2:0\"; };",
+        &expect![[r#"
+            n.ddsl:6:34: error[port-used-twice]: port 7000 is used twice on localhost; the first time at n.ddsl:5:34
+            n.ddsl:8:44: error[port-used-twice]: port 7000 is used twice on 10.0.0.2; the first time at n.ddsl:7:34
+            n.ddsl:9:34: error[bad-endpoint]: `robot:7000` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
+            n.ddsl:10:34: error[bad-endpoint]: `10.0.0.2` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
+            n.ddsl:11:35: error[bad-endpoint]: `10.0.0.2:70000` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
+            n.ddsl:12:34: error[bad-endpoint]: `10.0.0.2:0` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
+        "#]],
+    );
+}
+
+#[test]
+fn numbers_times_and_words_are_what_they_can_be() {
+    check(
+        "domain 233;\nComponent a { cdsl \"a\"; cpu 1, 1024, -1, 1.5; priority 0; restart allways; ready 2min; stop 1441min; };\n\
+         Component b { cdsl \"b\"; priority 100; restart on_failure max 0 within 0s backoff 0; env { A \"1\"; B \"2\"; A \"3\"; }; };\n\
+         Component c { cdsl \"c\"; restart never max 3 within 1s; priority 1; priority 2; };\nComponent d { cdsl \"d\"; restart NEVER backoff 1s; };\n\
+         Group g { domain 1; domain 2; middleware ros; middleware rso2; Component e { cdsl \"e\"; }; };",
+        &expect![[r#"
+            n.ddsl:2:8: error[out-of-range]: the number 233 is not a domain; allowed are whole numbers from 0 to 232
+            n.ddsl:3:32: error[out-of-range]: the number 1024 is not a processor; allowed are whole numbers from 0 to 1023
+            n.ddsl:3:38: error[out-of-range]: the number -1 is not a processor; allowed are whole numbers from 0 to 1023
+            n.ddsl:3:42: error[out-of-range]: the number 1.5 is not a processor; allowed are whole numbers from 0 to 1023
+            n.ddsl:3:56: error[out-of-range]: the number 0 is not a priority; allowed are whole numbers from 1 to 99
+            n.ddsl:3:67: error[unknown-restart]: unknown restart policy `allways` (did you mean `always`?)
+            n.ddsl:3:93: error[bad-time]: `stop` takes a time such as `5s`, at most a day
+            n.ddsl:4:34: error[out-of-range]: the number 100 is not a priority; allowed are whole numbers from 1 to 99
+            n.ddsl:4:62: error[out-of-range]: the number 0 is not a number of restarts; allowed are whole numbers from 1 to 1000
+            n.ddsl:4:71: error[bad-time]: `within` takes a time such as `5s`, at most a day
+            n.ddsl:4:82: error[bad-time]: `backoff` takes a time such as `5s`, at most a day
+            n.ddsl:4:105: error[repeated-clause]: variable `A` is repeated; each stands once; the first one at n.ddsl:4:91
+            n.ddsl:5:33: warning[restart-without-effect]: a component that is never started again needs no `max` and no `backoff`
+            n.ddsl:5:68: error[repeated-clause]: field `priority` is repeated; each stands once; the first one at n.ddsl:5:56
+            n.ddsl:6:33: warning[restart-without-effect]: a component that is never started again needs no `max` and no `backoff`
+            n.ddsl:7:28: error[repeated-clause]: clause `domain` is repeated; each stands once; the first one at n.ddsl:7:18
+            n.ddsl:7:58: error[unknown-middleware]: unknown middleware `rso2` (did you mean `ros2`?)
+            n.ddsl:7:58: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:7:42
+        "#]],
+    );
+}
+
+#[test]
+fn an_empty_group_is_suspicious() {
+    check(
+        "Group g { };\nGroup h { Group i { }; };\nGroup j { Component a { cdsl \"a\"; }; };\nGroup k { Componnt a { cdsl \"a\"; }; };",
+        &expect![[r#"
+            n.ddsl:2:7: warning[empty-group]: there is no component in group `g`
+            n.ddsl:3:7: warning[empty-group]: there is no component in group `h`
+            n.ddsl:3:17: warning[empty-group]: there is no component in group `i`
+            n.ddsl:5:11: error[unknown-field]: `Componnt` does not begin a declaration of a group (did you mean `Component`?)
+        "#]],
+    );
+}
+
+#[test]
+fn paths_lead_through_groups_as_far_as_these_export() {
+    check(
+        "Component out { cdsl \"a\"; };\nGroup arm { export Goal;\n\
+         Group left { export Goal, Pose; Component motor { cdsl \"m\"; }; bind motor.Goal -> out.Goal; bind motor.Goal -> twin.Goal; bind arm.left.motor.Hidden -> left.Goal; };\n\
+         Component twin { cdsl \"m\"; }; bind twin.Goal -> left.Pose; bind twin.Goal -> left.motor.Hidden; };\n\
+         bind out.Goal -> arm.Goal;\nbind out.Goal -> arm.left.motor.Goal;\n\
+         bind out.Pose -> arm.left.motor.Pose;\nbind out.Pose -> arm.left.Pose;\nbind out.Pose -> arm.Pose;\nbind out.Pose -> arm.Gaol;\n\
+         bind out.Goal -> arm.lft.Goal;\nbind out.Goal -> out.motor.Goal;\nbind motor.Goal -> left.Goal;\nGroup none { Component x { cdsl \"x\"; }; };\nbind out.Goal -> none.Goal;",
+        &expect![[r#"
+            n.ddsl:5:83: error[not-exported]: `motor` is inside group `arm.left`, which does not export `Hidden`; the group at n.ddsl:4:7 (`export Goal, Pose, Hidden;` in group `arm.left` would let it out)
+            n.ddsl:8:22: error[not-exported]: `left` is inside group `arm`, which does not export `Pose`; the group at n.ddsl:3:7 (`export Goal, Pose;` in group `arm` would let it out)
+            n.ddsl:9:22: error[not-exported]: `left` is inside group `arm`, which does not export `Pose`; the group at n.ddsl:3:7 (`export Goal, Pose;` in group `arm` would let it out)
+            n.ddsl:10:22: error[not-exported]: group `arm` does not export `Pose`; the group at n.ddsl:3:7 (`export Goal, Pose;` in group `arm` would let it out)
+            n.ddsl:11:22: error[not-exported]: group `arm` does not export `Gaol`; the group at n.ddsl:3:7 (did you mean `Goal`?)
+            n.ddsl:12:22: error[unknown-instance]: there is no component or group `lft` in group `arm` (did you mean `left`?)
+            n.ddsl:13:22: error[not-a-group]: `out` is a component; a slot of it is `out.SLOT`, and there is nothing else in it
+            n.ddsl:14:6: error[unknown-instance]: there is no component or group `motor` here (allowed here: `arm`, `none`, `out`)
+            n.ddsl:14:20: error[unknown-instance]: there is no component or group `left` here (allowed here: `arm`, `none`, `out`)
+            n.ddsl:16:23: error[not-exported]: group `none` does not export `Goal`; the group at n.ddsl:15:7 (`export Goal;` in group `none` would let it out)
+        "#]],
+    );
+}
+
+#[test]
+fn after_a_group_is_after_all_of_it() {
+    let deployment = check(
+        "Component a { cdsl \"a\"; after g; };\nGroup g { Component b { cdsl \"b\"; after c, h; }; Group h { Component d { cdsl \"d\"; }; }; };\nComponent c { cdsl \"c\"; after d; };",
+        &expect![[r#"
+            n.ddsl:4:31: error[unknown-instance]: there is no component or group `d` here (allowed here: `a`, `c`, `g`)
+        "#]],
+    );
+    let (place, _) = deployment.instances[0].after[0];
+    assert_eq!(deployment.instances_of(place), 1..3);
+    check(
+        "Component a { cdsl \"a\"; after g; };\nGroup g { Component b { cdsl \"b\"; }; Group h { Component c { cdsl \"c\"; after a; }; }; };\nGroup own { Component x { cdsl \"x\"; after own; }; };",
+        &expect![[r#"
+            n.ddsl:3:78: error[after-cycle]: these components wait for each other: a after g with g.h with g.h.c after a; and here at n.ddsl:2:31
+            n.ddsl:4:43: error[after-cycle]: these components wait for each other: own.x after own with own.x
+        "#]],
+    );
+}
+
+#[test]
+fn imports_are_merged() {
+    let robots = "Deployment robots {\n Host robot { address \"10.0.0.2\"; }; Host spare { address \"10.0.0.3\"; };\n Component base { cdsl \"b\"; host robot; };\n middleware ros2;\n};";
+    let arms = "import \"robots.ddsl\";\nDeployment arms { Group arm { export Goal; Component motor { cdsl \"m\"; host robot; after base; }; }; };";
+    let deployment = check_files(
+        "import \"lib/robots\";\nimport \"arms.ddsl\";\nDeployment n { Component a { cdsl \"a\"; host robot; after arm; }; bind a.Goal -> arm.Goal; domain 3; };",
+        &[("robots.ddsl", robots), ("arms.ddsl", arms)],
         &expect![[""]],
-    );
-    expect!["a.Laser -> b.Laser1"].assert_eq(&connections.join("\n"));
-}
-
-#[test]
-fn binds_join_what_belongs_together() {
-    let three = [
-        ("a", "requires Laser; subscribesTo Pub;"),
-        ("b", "implements Laser; publishes Pub;"),
-    ];
-    connect(
-        &three,
-        "bind a.laser -> b.Lasre;",
+    )
+    .expect("a deployment");
+    let flat: Vec<String> = deployment
+        .instances
+        .iter()
+        .map(|i| format!("{} {:?} {:?}", i.path, i.middleware, i.domain))
+        .collect();
+    expect![[r#"
+        base Ros2 Some(3)
+        arm.motor Iceoryx2 Some(3)
+        a Iceoryx2 Some(3)"#]]
+    .assert_eq(&flat.join("\n"));
+    check_files(
+        "import \"robots.ddsl\";\nimport \"robts.ddsl\";\nDeployment n { Component Base { cdsl \"a\"; }; Host robot { address \"x\"; }; };",
+        &[("robots.ddsl", robots)],
         &expect![[r#"
-        n.ddsl:2:8: error[unknown-slot]: `a` has no slot `laser` (did you mean `Laser`?)
-        n.ddsl:2:19: error[unknown-slot]: `b` has no slot `Lasre` (did you mean `Laser`?)
-    "#]],
-    );
-    connect(
-        &three,
-        "bind b.Laser -> a.Laser;",
-        &expect![[r#"
-        n.ddsl:2:6: error[wrong-direction]: `b.Laser` implements its interface; the consumer stands left of `->` (a consumer requires or subscribesTo, a provider implements or publishes)
-    "#]],
-    );
-    connect(
-        &three,
-        "bind a.Laser -> a.Pub;",
-        &expect![[r#"
-        n.ddsl:2:17: error[wrong-direction]: `a.Pub` subscribesTo its interface; `a.Laser` needs a slot that implements
-    "#]],
-    );
-    connect(
-        &three,
-        "bind a.Laser -> b.Pub;",
-        &expect![[r#"
-        n.ddsl:2:17: error[wrong-direction]: `b.Pub` publishes its interface; `a.Laser` needs a slot that implements
-    "#]],
-    );
-    connect(
-        &three,
-        "bind a.Laser -> b.Laser;\nbind a.Laser -> b.Laser;",
-        &expect![[r#"
-            n.ddsl:3:6: error[bound-twice]: `a.Laser` is bound twice; a required slot has one provider
+            n.ddsl:2:8: error[import-not-found]: `robts.ddsl` was not found (did you mean `robots.ddsl`?)
+            n.ddsl:3:26: error[duplicate-name]: the name `Base` is there twice; first declared here at robots.ddsl:3:12 (names that differ only in case count as equal)
+            n.ddsl:3:51: error[duplicate-name]: the name `robot` is there twice; first declared here at robots.ddsl:2:7
         "#]],
     );
 }
 
 #[test]
-fn both_ends_agree() {
-    connect(
-        &[("a", "requires Laser;"), ("b", "oldimplements Laser;")],
-        "",
-        &expect![[r#"
-            n.ddsl:3:11: error[type-mismatch]: `a.Laser` and `b.Laser` have different definitions of L::Laser: L::Laser/get differs; one definition at Laser.idsl:1:43; the other one at Laser.idsl:1:44
-        "#]],
-    );
-    connect(
+fn circles_of_imports() {
+    check_files(
+        "import \"b.ddsl\";\nDeployment n { Component a { cdsl \"a\"; }; };",
         &[
+            ("b.ddsl", "import \"c.ddsl\";\nDeployment b { };"),
             (
-                "a",
-                "subscribesTo Pub { reliability reliable; durability transient_local; };",
+                "c.ddsl",
+                "import \"n.ddsl\";\nimport \"c.ddsl\";\nDeployment c { cmponent };",
             ),
-            ("b", "publishes Pub { reliability best_effort; };"),
         ],
-        "",
         &expect![[r#"
-            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for reliability reliable, `b.Pub` offers best_effort
-            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for durability transient_local, `b.Pub` offers volatile
-        "#]],
-    );
-    connect(
-        &[("a", "requires Laser(dds);"), ("b", "implements Laser;")],
-        "bind a.Laser -> b.Laser;",
-        &expect![[r#"
-            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: dds and iceoryx2
-        "#]],
-    );
-}
-
-#[test]
-fn circles_of_requires() {
-    connect(
-        &[
-            ("a", "requires Laser as other; implements Laser;"),
-            ("b", "requires Laser as other; implements Laser;"),
-        ],
-        "bind a.other -> b.Laser;\nbind b.other -> a.Laser;",
-        &expect![[r#"
-            n.ddsl:4:11: warning[requires-cycle]: these components require each other: a → b → a; calls that they make at the same moment time out
+            c.ddsl:1:8: error[import-cycle]: these files import each other in a circle: n.ddsl → b.ddsl → c.ddsl → n.ddsl
+            c.ddsl:2:8: error[import-cycle]: these files import each other in a circle: c.ddsl → c.ddsl
+            c.ddsl:3:16: error[unknown-field]: `cmponent` does not begin a declaration of a deployment (did you mean `Component`?)
         "#]],
     );
 }

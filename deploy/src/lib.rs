@@ -6,7 +6,8 @@
 //!          └─ guard     a second process, which cleans up when the first one is gone
 //! ```
 //!
-//! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked.
+//! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked; with `addresses`,
+//!   what all of that is called when it runs, and `unsupported`, what it cannot do yet.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
@@ -16,6 +17,7 @@
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
 //! that no stranger who got a pid for the second time is ever hit.
 
+mod addresses;
 pub mod client;
 mod control;
 pub mod detach;
@@ -32,11 +34,13 @@ pub mod plan;
 pub mod process;
 mod relay;
 pub mod report;
+mod restart;
 pub mod services;
 mod signals;
 pub mod status;
 mod supervise;
 mod unit;
+mod unsupported;
 pub mod up;
 
 pub use client::{down, status};
@@ -45,7 +49,7 @@ pub use error::Error;
 pub use events::{Event, Severity};
 pub use guard::{GuardCommand, guard};
 pub use held::recover;
-pub use plan::{Component, Plan};
+pub use plan::{Component, Plan, Policy, Restart};
 pub use report::Format;
 pub use status::{ComponentStatus, State, Status};
 pub use up::{Options, Outcome, up};

@@ -1,15 +1,16 @@
 //! A `.ddsl` with everything that it names: loaded, checked, and made into a plan.
 
-use crate::plan::{Component, Plan};
-use rc_cdsl::model::{Backend, Role};
+use crate::addresses::process_name;
+use crate::plan::{Component, Plan, Policy, Restart};
 use rc_codegen::note::Note;
 use rc_codegen::{FileLoader, Project, names};
 use rc_ddsl::model::{Deployment, Instance};
-use rc_ddsl::{Connection, Endpoint, Network as Connections};
+use rc_ddsl::{Endpoint, Network as Connections};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// A network, as far as it could be read.
 #[derive(Debug)]
@@ -18,12 +19,10 @@ pub struct Network {
     pub path: PathBuf,
     /// What it says.
     pub deployment: Deployment,
-    /// One entry for each component, none where its files could not be read.
-    pub projects: Vec<Option<Project>>,
+    /// One entry for each instance, none where its files could not be read. Instances of one component share it.
+    pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
-    /// The middleware of all slots that do not choose one.
-    pub middleware: Backend,
 }
 
 /// What `cargo build` makes of a workspace.
@@ -75,61 +74,61 @@ pub fn load(
     loader: &FileLoader,
 ) -> io::Result<(Option<Network>, Diagnostics)> {
     let source = sources.add(path, std::fs::read_to_string(path)?);
-    let (deployment, mut found) = rc_ddsl::parse(sources, source);
+    let (deployment, mut found) = rc_ddsl::load(sources, loader, source);
     let Some(deployment) = deployment else {
         return Ok((None, found));
     };
-    let mut projects = Vec::new();
-    for instance in &deployment.components {
-        projects.push(project(path, instance, sources, loader, &mut found));
-    }
-    let middleware = match &deployment.middleware {
-        Some(name) => Backend::WORDS
-            .iter()
-            .find(|(word, _)| word.eq_ignore_ascii_case(&name.text))
-            .map(|(_, b)| *b),
-        None => None,
-    };
-    let middleware = middleware.unwrap_or(Backend::Iceoryx2);
+    let projects = projects(&deployment, sources, loader, &mut found);
     let components: Vec<_> = projects
         .iter()
-        .map(|p| p.as_ref().map(|p: &Project| &p.component))
+        .map(|p| p.as_ref().map(|p| &p.component))
         .collect();
-    let (connections, more) = rc_ddsl::connect(&deployment, &components, middleware);
+    let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
     let network = Network {
         path: path.to_path_buf(),
         deployment,
         projects,
         connections,
-        middleware,
     };
+    network.check_topics(&mut found);
+    network.warn_of_what_has_no_effect(&mut found);
     network.configurations(sources, &mut found);
     Ok((Some(network), found))
 }
 
-fn project(
-    ddsl: &Path,
-    instance: &Instance,
+/// The component of each instance; one that several instances share is read, and complained of, once.
+fn projects(
+    deployment: &Deployment,
     sources: &mut SourceMap,
     loader: &FileLoader,
     found: &mut Diagnostics,
-) -> Option<Project> {
-    let named = instance.cdsl.as_ref()?;
-    let path = beside(ddsl, &named.text);
-    match Project::load(&path, sources, loader) {
-        Ok((project, more)) => {
-            let broken = more.has_errors();
-            found.extend(more);
-            project.filter(|_| !broken)
-        }
-        Err(error) => {
-            let message = format!("`{}` cannot be read: {error}", named.text);
-            let help = "the path is relative to this file";
-            found.push(Diagnostic::error("component-not-found", named.span, message).help(help));
-            None
-        }
-    }
+) -> Vec<Option<Rc<Project>>> {
+    let mut known: HashMap<PathBuf, Option<Rc<Project>>> = HashMap::new();
+    let instances = deployment.instances.iter();
+    instances
+        .map(|instance| {
+            let named = instance.cdsl.as_ref()?;
+            let path = instance.folder.join(&named.text);
+            if let Some(project) = known.get(&path) {
+                return project.clone();
+            }
+            match Project::load(&path, sources, loader) {
+                Ok((project, more)) => {
+                    let project = project.filter(|_| !more.has_errors()).map(Rc::new);
+                    found.extend(more);
+                    known.insert(path, project.clone());
+                    project
+                }
+                Err(error) => {
+                    let message = format!("`{}` cannot be read: {error}", named.text);
+                    let error = Diagnostic::error("component-not-found", named.span, message);
+                    found.push(error.help("the path is relative to this file"));
+                    None
+                }
+            }
+        })
+        .collect()
 }
 
 /// Checks one configuration against the component's parameters and slots.
@@ -171,8 +170,63 @@ fn configuration(
     }
 }
 
-fn beside(ddsl: &Path, relative: &str) -> PathBuf {
-    ddsl.parent().unwrap_or(Path::new("")).join(relative)
+/// Checks one executable by the note that was read from it.
+fn check_executable(
+    path: &Path,
+    note: &io::Result<Option<Note>>,
+    place: Span,
+    instance: &Instance,
+    project: &Project,
+    found: &mut Diagnostics,
+) {
+    let name = &instance.path;
+    let build = "build it: `rcdeploy up --build`";
+    let (code, message) = match note {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => (
+            "missing-executable",
+            format!(
+                "the executable of `{name}`, {}, does not exist",
+                path.display()
+            ),
+        ),
+        Err(error) => (
+            "missing-executable",
+            format!("{} cannot be read: {error}", path.display()),
+        ),
+        Ok(None) => (
+            "no-component",
+            format!(
+                "{} is not a component: it has no note of its model",
+                path.display()
+            ),
+        ),
+        Ok(Some(note)) if note.component != project.component.name.text => (
+            "other-component",
+            format!(
+                "{} is the component `{}`, not `{}`",
+                path.display(),
+                note.component,
+                project.component.name.text
+            ),
+        ),
+        Ok(Some(note)) if note.model != format!("{:016x}", project.hash) => (
+            "stale-executable",
+            format!(
+                "the executable of `{name}` was generated from another version of {}",
+                project.path.display()
+            ),
+        ),
+        Ok(Some(note)) if note.middleware != instance.middleware.word() => (
+            "middleware-mismatch",
+            format!(
+                "the executable of `{name}` uses {}, the network {}",
+                note.middleware,
+                instance.middleware.word()
+            ),
+        ),
+        Ok(Some(_)) => return,
+    };
+    found.push(Diagnostic::error(code, place, message).help(build));
 }
 
 impl Network {
@@ -183,16 +237,17 @@ impl Network {
 
     /// The configuration of an instance, if it has one.
     fn config(&self, at: usize) -> Option<PathBuf> {
-        if let Some(config) = &self.deployment.components[at].config {
-            return Some(beside(&self.path, &config.text));
+        let instance = &self.deployment.instances[at];
+        if let Some(config) = &instance.config {
+            return Some(instance.folder.join(&config.text));
         }
         let project = self.projects.get(at)?.as_ref()?;
         Some(project.folder().join("etc/config.toml")).filter(|path| path.exists())
     }
 
     fn configurations(&self, sources: &mut SourceMap, found: &mut Diagnostics) {
-        let mut checked: Vec<(PathBuf, u64)> = Vec::new();
-        for (at, instance) in self.deployment.components.iter().enumerate() {
+        let mut checked: HashSet<(PathBuf, u64)> = HashSet::new();
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(Some(project)) = self.projects.get(at) else {
                 continue;
             };
@@ -204,17 +259,16 @@ impl Network {
                 if let Err(missing) = rc_pdsl::config::defaults(project.parameters.as_ref()) {
                     let message = format!(
                         "`{}` has no configuration, and these parameters have no default: {}",
-                        instance.name.text,
+                        instance.path,
                         missing.join(", ")
                     );
                     found.push(Diagnostic::error("missing-configuration", place, message));
                 }
                 continue;
             };
-            if checked.contains(&(path.clone(), project.hash)) {
+            if !checked.insert((path.clone(), project.hash)) {
                 continue;
             }
-            checked.push((path.clone(), project.hash));
             match std::fs::read_to_string(&path) {
                 Ok(text) => {
                     let source = sources.add(path, text);
@@ -233,8 +287,9 @@ impl Network {
 
     /// The program of an instance.
     pub fn executable(&self, at: usize, profile: Profile) -> Option<PathBuf> {
-        if let Some(executable) = &self.deployment.components[at].executable {
-            return Some(beside(&self.path, &executable.text));
+        let instance = &self.deployment.instances[at];
+        if let Some(executable) = &instance.executable {
+            return Some(instance.folder.join(&executable.text));
         }
         let project = self.projects.get(at)?.as_ref()?;
         let target = match std::env::var_os("CARGO_TARGET_DIR").filter(|dir| !dir.is_empty()) {
@@ -251,7 +306,7 @@ impl Network {
 
     /// Checks that generated code is of the present model, where it is to be built.
     pub fn check_generated(&self, found: &mut Diagnostics) {
-        for (instance, project) in self.deployment.components.iter().zip(&self.projects) {
+        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
             let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
                 continue;
             };
@@ -267,12 +322,12 @@ impl Network {
                 Ok(_) => {
                     let message = format!(
                         "the generated code of `{}` is of an older model",
-                        instance.name.text
+                        instance.path
                     );
                     found.push(Diagnostic::error("stale-generated", place, message).help(generate));
                 }
                 Err(_) => {
-                    let message = format!("`{}` has no generated code", instance.name.text);
+                    let message = format!("`{}` has no generated code", instance.path);
                     found.push(
                         Diagnostic::error("missing-generated", place, message).help(generate),
                     );
@@ -283,7 +338,9 @@ impl Network {
 
     /// Checks that every executable is there, and of the present model and middleware.
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
-        for (at, instance) in self.deployment.components.iter().enumerate() {
+        // Executables are large, and instances of one component share one.
+        let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
                 continue;
             };
@@ -295,93 +352,37 @@ impl Network {
                 found.push(Diagnostic::error("missing-executable", place, message).help(help));
                 continue;
             };
-            self.check_executable(&path, place, instance, project, found);
+            let note = notes
+                .entry(path.clone())
+                .or_insert_with(|| Note::read(&path));
+            check_executable(&path, note, place, instance, project, found);
         }
-    }
-
-    fn check_executable(
-        &self,
-        path: &Path,
-        place: Span,
-        instance: &Instance,
-        project: &Project,
-        found: &mut Diagnostics,
-    ) {
-        let name = &instance.name.text;
-        let build = "build it: `rcdeploy up --build`";
-        let (code, message) = match Note::read(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => (
-                "missing-executable",
-                format!(
-                    "the executable of `{name}`, {}, does not exist",
-                    path.display()
-                ),
-            ),
-            Err(error) => (
-                "missing-executable",
-                format!("{} cannot be read: {error}", path.display()),
-            ),
-            Ok(None) => (
-                "no-component",
-                format!(
-                    "{} is not a component: it has no note of its model",
-                    path.display()
-                ),
-            ),
-            Ok(Some(note)) if note.component != project.component.name.text => (
-                "other-component",
-                format!(
-                    "{} is the component `{}`, not `{}`",
-                    path.display(),
-                    note.component,
-                    project.component.name.text
-                ),
-            ),
-            Ok(Some(note)) if note.model != format!("{:016x}", project.hash) => (
-                "stale-executable",
-                format!(
-                    "the executable of `{name}` was generated from another version of {}",
-                    project.path.display()
-                ),
-            ),
-            Ok(Some(note)) if note.middleware != self.middleware.word() => (
-                "middleware-mismatch",
-                format!(
-                    "the executable of `{name}` uses {}, the network {}",
-                    note.middleware,
-                    self.middleware.word()
-                ),
-            ),
-            Ok(Some(_)) => return,
-        };
-        found.push(Diagnostic::error(code, place, message).help(build));
     }
 
     /// What is to be started, where no diagnostic is an error. Paths are absolute.
     pub fn plan(&self, profile: Profile) -> io::Result<Plan> {
-        let ddsl = self.path.canonicalize()?;
-        let directory = ddsl.parent().map(Path::to_path_buf).unwrap_or_default();
         let addresses = self.addresses();
-        let components: Vec<_> = self
-            .projects
-            .iter()
-            .map(|p| p.as_ref().map(|p| &p.component))
-            .collect();
+        let instances = &self.deployment.instances;
         let mut out = Vec::new();
-        for (at, instance) in self.deployment.components.iter().enumerate() {
+        for (at, instance) in instances.iter().enumerate() {
             let executable = self.executable(at, profile).unwrap_or_default();
             let executable = std::path::absolute(executable)?;
+            let directory = match instance.folder.as_path() {
+                here if here.as_os_str().is_empty() => Path::new(".").canonicalize()?,
+                folder => folder.canonicalize()?,
+            };
             let mut args: Vec<String> = Vec::new();
             let mut option = |name: &str, value: String| args.extend([name.to_owned(), value]);
             option("--network", self.name().to_owned());
-            option("--name", instance.name.text.clone());
+            option("--name", process_name(&instance.path));
             if let Some(config) = self.config(at) {
                 option(
                     "--config",
                     std::path::absolute(config)?.to_string_lossy().into_owned(),
                 );
             }
-            for (slot, index) in components[at].iter().flat_map(|c| c.slots.iter().zip(0..)) {
+            let component = self.projects[at].as_ref().map(|p| &p.component);
+            for (slot, index) in component.iter().flat_map(|c| c.slots.iter().zip(0..)) {
                 let end = Endpoint {
                     instance: at,
                     slot: index,
@@ -389,16 +390,13 @@ impl Network {
                 option("--bind", format!("{}={}", slot.name, addresses[&end]));
             }
             args.extend(instance.args.iter().map(|a| a.text.clone()));
-            let mut after: Vec<String> = instance.after.iter().map(|a| a.text.clone()).collect();
-            for required in self.connections.required_by(at, &components) {
-                let name = self.deployment.components[required].name.text.clone();
-                if !after.contains(&name) {
-                    after.push(name);
-                }
-            }
+            let after = instance.after.iter();
+            let after = after.flat_map(|(place, _)| self.deployment.instances_of(*place));
+            let required = self.connections.required[at].iter().copied();
+            let after: BTreeSet<usize> = after.chain(required).collect();
             out.push(Component {
                 args,
-                after,
+                after: after.iter().map(|i| instances[*i].path.clone()).collect(),
                 env: instance
                     .env
                     .iter()
@@ -406,70 +404,22 @@ impl Network {
                     .collect(),
                 ready: instance.ready,
                 stop: instance.stop,
-                middleware: self.middleware.word().to_owned(),
-                ..Component::new(instance.name.text.clone(), executable, directory.clone())
+                restart: restart(instance.restart),
+                middleware: instance.middleware.word().to_owned(),
+                ..Component::new(instance.path.clone(), executable, directory)
             });
         }
         Ok(Plan {
             network: self.name().to_owned(),
-            ddsl,
+            ddsl: self.path.canonicalize()?,
             components: out,
         })
-    }
-
-    /// Where each slot meets its other ends: `NETWORK/INSTANCE/SLOT` of the provider. Topics that share a
-    /// subscriber share one address, that of the first of them.
-    pub(crate) fn addresses(&self) -> BTreeMap<Endpoint, String> {
-        let mut leader: BTreeMap<Endpoint, Endpoint> = BTreeMap::new();
-        let ends = self
-            .projects
-            .iter()
-            .enumerate()
-            .filter_map(|(instance, p)| Some((instance, p.as_ref()?)));
-        for (instance, project) in ends {
-            for slot in 0..project.component.slots.len() {
-                let end = Endpoint { instance, slot };
-                leader.insert(end, end);
-            }
-        }
-        for Connection { consumer, provider } in &self.connections.connections {
-            let (from, to) = (leader[consumer], leader[provider]);
-            // A consumer that leads nobody yet follows its provider; two groups follow the first provider.
-            let first = if self.is_provider(from) && from < to {
-                from
-            } else {
-                to
-            };
-            leader
-                .values_mut()
-                .filter(|l| **l == from || **l == to)
-                .for_each(|l| *l = first);
-        }
-        let name = |end: &Endpoint| {
-            let slot = self.projects[end.instance]
-                .as_ref()
-                .map(|p| p.component.slots[end.slot].name.as_str());
-            let instance = &self.deployment.components[end.instance].name.text;
-            format!("{}/{instance}/{}", self.name(), slot.unwrap_or_default())
-        };
-        leader
-            .iter()
-            .map(|(end, leader)| (*end, name(leader)))
-            .collect()
-    }
-
-    fn is_provider(&self, end: Endpoint) -> bool {
-        let slot = self.projects.get(end.instance).and_then(Option::as_ref);
-        let role = slot
-            .and_then(|p| p.component.slots.get(end.slot))
-            .map(|s| s.role);
-        matches!(role, Some(Role::Implements | Role::Publishes))
     }
 
     /// The packages that have to be built, by the folder of their workspace.
     pub fn packages(&self) -> BTreeMap<PathBuf, Vec<String>> {
         let mut packages: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
-        for (instance, project) in self.deployment.components.iter().zip(&self.projects) {
+        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
             let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
                 continue;
             };
@@ -482,6 +432,19 @@ impl Network {
             }
         }
         packages
+    }
+}
+
+fn restart(described: rc_ddsl::model::Restart) -> Restart {
+    use rc_ddsl::model::Policy as Described;
+    Restart {
+        policy: match described.policy {
+            Described::Never => Policy::Never,
+            Described::OnFailure => Policy::OnFailure,
+            Described::Always => Policy::Always,
+        },
+        limit: described.limit,
+        backoff: described.backoff,
     }
 }
 

@@ -47,9 +47,46 @@ pub struct Component {
     /// How long it may take to end when it is asked to.
     #[serde(default = "default_stop")]
     pub stop: Duration,
+    /// Whether it is started again when it has ended by itself.
+    #[serde(default)]
+    pub restart: Restart,
     /// The middleware that it was generated for, for people.
     #[serde(default)]
     pub middleware: String,
+}
+
+/// Whether a component is started again when it has ended by itself. The first start has to succeed all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Restart {
+    /// After which ends.
+    pub policy: Policy,
+    /// How often within which time at most; a further end stops the network.
+    pub limit: Option<(u32, Duration)>,
+    /// How long after its end it is started again; the time doubles from one short run to the next, up to half a
+    /// minute.
+    pub backoff: Duration,
+}
+
+/// After which ends a component is started again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Policy {
+    /// After none.
+    Never,
+    /// After those that are no success.
+    OnFailure,
+    /// After all.
+    Always,
+}
+
+impl Default for Restart {
+    fn default() -> Self {
+        Self {
+            policy: Policy::Never,
+            limit: None,
+            backoff: Duration::from_millis(500),
+        }
+    }
 }
 
 fn default_ready() -> Duration {
@@ -76,6 +113,7 @@ impl Component {
             after: Vec::new(),
             ready: default_ready(),
             stop: default_stop(),
+            restart: Restart::default(),
             middleware: String::new(),
         }
     }
@@ -97,9 +135,10 @@ impl Plan {
             }
         }
         for component in &self.components {
-            if component.ready.max(component.stop) > LONGEST {
+            let times = [component.ready, component.stop, component.restart.backoff];
+            if times.into_iter().any(|time| time > LONGEST) {
                 let message = format!(
-                    "a limit of {} is longer than a day; shorten its `ready` or `stop`",
+                    "a limit of {} is longer than a day; shorten its `ready`, `stop` or `backoff`",
                     component.name
                 );
                 return Err(Error::Plan(message));

@@ -34,7 +34,8 @@ impl Network {
                 continue;
             };
             let (library, slot) = (&project.component.library, &project.component.slots[slot]);
-            if slot.backend.unwrap_or(self.middleware) != Backend::Iceoryx2 {
+            let chosen = self.deployment.instances[instance].middleware;
+            if slot.backend.unwrap_or(chosen) != Backend::Iceoryx2 {
                 continue;
             }
             let path = library.interface_path(slot.interface);

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
-    /// Not started yet: others must be ready first.
+    /// Not started yet, or not yet again: others must be ready first, or a pause must pass.
     Waiting,
     /// It runs, and is not ready yet.
     Starting,
@@ -110,9 +110,13 @@ impl fmt::Display for Status {
                 "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
                 component.name, component.state, component.middleware
             )?;
-            match &component.exit {
-                Some(exit) => writeln!(f, "  {exit}")?,
-                None => writeln!(f)?,
+            if let Some(exit) = &component.exit {
+                write!(f, "  {exit}")?;
+            }
+            match component.restarts {
+                0 => writeln!(f)?,
+                1 => writeln!(f, "  started again once")?,
+                times => writeln!(f, "  started again {times} times")?,
             }
         }
         Ok(())

@@ -12,6 +12,7 @@ use crate::plan::Plan;
 use crate::process::{Identity, Mark};
 use crate::relay::Relay;
 use crate::report::Reporter;
+use crate::restart::Next;
 use crate::signals::Signals;
 use crate::status::Status;
 use crate::unit::{Overdue, Unit, until};
@@ -164,7 +165,7 @@ impl<'p> Supervisor<'p> {
     fn start_what_may(&mut self) {
         for i in 0..self.units.len() {
             let may = self.needs[i].iter().all(|&j| self.units[j].is_ready());
-            if self.ending.is_none() && may && self.units[i].is_waiting() {
+            if self.ending.is_none() && may && self.units[i].is_due() {
                 self.start(i);
             }
         }
@@ -401,20 +402,43 @@ impl<'p> Supervisor<'p> {
         };
         self.forget(i);
         let unit = &self.units[i];
-        // Policies of restart belong here: whether, when and how often `self.start(i)` follows, for a unit that
-        // was not asked to end. `Unit::start` already sets back what belongs to one run.
-        if !asked && !unit.is_ready() && self.ending.is_none() {
+        let goes_on = self.ending.is_none();
+        if goes_on && !unit.is_ready() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
         }
+        // While the network goes on, only a component is asked that did not get ready again.
+        let failed = !end.done || (asked && goes_on);
         let text = format!("ended: {}", end.text);
-        if end.done {
+        if !failed {
             unit.event(self.report, Severity::Info, "exited", text);
         } else if asked {
             unit.event(self.report, Severity::Warning, "exited", text);
         } else {
             let text = unit.failure(&text);
             unit.event(self.report, Severity::Error, "exited", text);
-            self.failed.push(unit.name().to_owned());
+        }
+        let next = if goes_on {
+            self.units[i].follow(&end, failed)
+        } else {
+            Next::Nothing
+        };
+        let unit = &self.units[i];
+        match next {
+            Next::Nothing if failed && (goes_on || !asked) => {
+                self.failed.push(unit.name().to_owned());
+            }
+            Next::Nothing => {}
+            Next::Again(pause) => {
+                let text = format!("is started again in {pause:?}");
+                unit.event(self.report, Severity::Warning, "restarting", text);
+            }
+            Next::GiveUp(why) => {
+                let text = unit.failure(&why);
+                unit.event(self.report, Severity::Error, "gave-up", text.clone());
+                let message = format!("{}: {text}", unit.name());
+                let why = "a component ended more often than it may";
+                self.stop(Ending::Failed(message), why);
+            }
         }
     }
 
@@ -438,8 +462,14 @@ impl<'p> Supervisor<'p> {
             match self.units[i].check(now, self.report) {
                 Overdue::Nothing => {}
                 Overdue::NotReady if self.ending.is_none() => {
-                    let limit = self.units[i].component.ready;
-                    self.fail(i, &format!("was not ready within {limit:?}"));
+                    let unit = &self.units[i];
+                    let text = format!("was not ready within {:?}", unit.component.ready);
+                    if unit.is_restarted() {
+                        unit.event(self.report, Severity::Warning, "not-ready", text);
+                        self.units[i].ask_to_stop();
+                    } else {
+                        self.fail(i, &text);
+                    }
                 }
                 // It is stopped when it is its turn; until then its limit is no news.
                 Overdue::NotReady => self.units[i].ask_to_stop(),

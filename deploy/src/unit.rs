@@ -8,6 +8,7 @@ use crate::logs;
 use crate::plan::Component;
 use crate::process::{self, Identity, KILL_LIMIT, MARK, Mark, kill_group};
 use crate::report::Reporter;
+use crate::restart::{Next, Restarts};
 use crate::status::{ComponentStatus, State};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use std::fs::OpenOptions;
@@ -28,14 +29,16 @@ pub(crate) struct Unit {
     pub(crate) component: Component,
     pub(crate) log: PathBuf,
     phase: Phase,
-    /// Has it ever been ready? It stays so when it ends.
+    /// Has it been ready since its last start? It stays so when it ends, and others that need it may start.
     ready: bool,
     reported: Option<State>,
     hung: bool,
     /// When it was last heard of, or became ready.
     heard: Instant,
     garbage: bool,
-    restarts: u32,
+    restarts: Restarts,
+    /// When it may be started again.
+    due: Option<Instant>,
 }
 
 #[derive(Debug)]
@@ -73,6 +76,8 @@ pub(crate) struct End {
     pub(crate) done: bool,
     /// `exit status: 1`, `signal 11 (SIGSEGV)`.
     pub(crate) text: String,
+    /// How long it ran.
+    ran: Duration,
 }
 
 /// What the passing of time did to a component.
@@ -88,6 +93,8 @@ pub(crate) enum Overdue {
 impl Unit {
     pub(crate) fn new(component: Component, log: PathBuf) -> Self {
         Self {
+            restarts: Restarts::new(component.restart),
+            due: None,
             component,
             log,
             phase: Phase::Waiting,
@@ -96,7 +103,6 @@ impl Unit {
             hung: false,
             heard: Instant::now(),
             garbage: false,
-            restarts: 0,
         }
     }
 
@@ -106,6 +112,16 @@ impl Unit {
 
     pub(crate) fn is_waiting(&self) -> bool {
         matches!(self.phase, Phase::Waiting)
+    }
+
+    /// Whether it may be started as far as its own clock says.
+    pub(crate) fn is_due(&self) -> bool {
+        self.is_waiting() && self.due.is_none()
+    }
+
+    /// Whether it has run before.
+    pub(crate) fn is_restarted(&self) -> bool {
+        self.restarts.count() > 0
     }
 
     pub(crate) fn is_alive(&self) -> bool {
@@ -347,24 +363,39 @@ impl Unit {
         // Before it is reaped: until then nobody else can get its pid as the number of a group.
         kill_group(running.pid);
         let asked = running.stop != Stop::No;
+        let ran = running.started.elapsed();
         let end = match running.child.wait() {
             Ok(status) => End {
                 done: status.success() || (asked && status.signal() == Some(Signal::TERM.as_raw())),
                 text: describe(status),
+                ran,
             },
             Err(error) => End {
                 done: false,
                 text: error.to_string(),
+                ran,
             },
         };
         self.phase = Phase::Ended(end.clone());
         Some(end)
     }
 
+    /// What follows this end, which was not asked for. It waits for its start, where there is to be one.
+    pub(crate) fn follow(&mut self, end: &End, failed: bool) -> Next {
+        let now = Instant::now();
+        let next = self.restarts.after(failed, end.ran, now);
+        if let Next::Again(pause) = next {
+            self.phase = Phase::Waiting;
+            self.ready = false;
+            self.due = Some(now + pause);
+        }
+        next
+    }
+
     /// When the passing of time next matters.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         let Phase::Alive(running) = &self.phase else {
-            return None;
+            return self.due;
         };
         match running.stop {
             Stop::Asked(at) | Stop::Killed(at) => Some(at),
@@ -384,6 +415,7 @@ impl Unit {
             return Overdue::Nothing;
         }
         let Phase::Alive(running) = &self.phase else {
+            self.due = None;
             return Overdue::Nothing;
         };
         match running.stop {
@@ -397,7 +429,12 @@ impl Unit {
             Stop::Killed(_) => {
                 let text = format!("process {} does not even end by SIGKILL", self.pid_text());
                 self.event(report, Severity::Error, "not-killed", text.clone());
-                self.phase = Phase::Ended(End { done: false, text });
+                let ran = running.started.elapsed();
+                self.phase = Phase::Ended(End {
+                    done: false,
+                    text,
+                    ran,
+                });
                 Overdue::NotKilled
             }
             Stop::No if !self.ready => Overdue::NotReady,
@@ -444,7 +481,7 @@ impl Unit {
             middleware: self.component.middleware.clone(),
             executable: self.component.executable.clone(),
             log: self.log.clone(),
-            restarts: self.restarts,
+            restarts: self.restarts.count(),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,

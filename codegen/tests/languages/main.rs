@@ -124,7 +124,7 @@ fn check(
         "cdsl" => rc_cdsl::load(sources, loader, source).1,
         "pdsl" => rc_pdsl::load(sources, loader, source).1,
         "smdsl" => rc_smdsl::load(sources, source).1,
-        _ => (language.parse)(sources, source),
+        _ => rc_ddsl::load(sources, loader, source).1,
     }
 }
 

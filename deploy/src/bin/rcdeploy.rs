@@ -226,16 +226,15 @@ fn network_of(argument: &str) -> Result<String, Failure> {
         std::fs::read_to_string(path).map_err(|e| system(&format!("{}: {e}", path.display())))?;
     let mut sources = SourceMap::new();
     let source = sources.add(path, text);
-    match rc_ddsl::parse(&sources, source) {
-        (Some(deployment), _) => Ok(deployment.name.text),
-        (None, found) => {
-            eprint!(
-                "{}",
-                render(&sources, &found, rc_diagnostics::Format::Human)
-            );
-            Err(Failure(1, String::new()))
-        }
+    let (file, found) = rc_ddsl::parse(&sources, source);
+    if let Some(deployment) = file.deployment {
+        return Ok(deployment.name.text);
     }
+    eprint!(
+        "{}",
+        render(&sources, &found, rc_diagnostics::Format::Human)
+    );
+    Err(Failure(1, String::new()))
 }
 
 /// Reads a network and all that it names; with `built`, looks at its executables, too.
@@ -259,6 +258,7 @@ fn load(
 
 fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
     let network = load(input, format, |network, found| {
+        network.warn_of_remote_hosts(found);
         network.check_generated(found);
         network.check_executables(input.profile, found);
     })?;
@@ -284,7 +284,10 @@ fn up(
 ) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
     let network = if build {
-        let network = load(input, human, Network::check_generated)?;
+        let network = load(input, human, |network, found| {
+            network.refuse_remote_hosts(found);
+            network.check_generated(found);
+        })?;
         cargo_build(&network, input.profile)?;
         let mut found = Diagnostics::new();
         network.check_executables(input.profile, &mut found);
@@ -295,6 +298,7 @@ fn up(
         }
     } else {
         load(input, human, |network, found| {
+            network.refuse_remote_hosts(found);
             network.check_executables(input.profile, found);
         })?
     };

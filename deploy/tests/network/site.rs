@@ -170,28 +170,37 @@ impl Site {
     }
 
     pub(crate) fn await_in_log(&self, component: &str, text: &str) {
+        Self::until(&format!("`{text}` in the log of {component}"), || {
+            self.count_in_log(component, text) > 0
+        });
+    }
+
+    /// How often a component has printed a text.
+    pub(crate) fn count_in_log(&self, component: &str, text: &str) -> usize {
         let log = self
             .path("state/robocomp")
             .join(&self.network)
             .join(format!("{component}.log"));
-        Self::until(&format!("`{text}` in the log of {component}"), || {
-            std::fs::read_to_string(&log).is_ok_and(|log| log.contains(text))
+        let log = std::fs::read_to_string(&log).unwrap_or_default();
+        log.matches(text).count()
+    }
+
+    /// Waits until the status of a component is as it should be.
+    pub(crate) fn await_component(&self, name: &str, so: impl Fn(&Value) -> bool) {
+        Self::until(&format!("the wanted status of {name}"), || {
+            let status = self.status();
+            let components = status["components"].as_array().cloned().unwrap_or_default();
+            components.iter().any(|c| c["name"] == name && so(c))
         });
     }
 
     /// Waits until a component has ended by itself.
     pub(crate) fn await_end_of(&self, name: &str) {
-        Self::until(&format!("the end of {name}"), || {
-            let status = self.status();
-            let components = status["components"].as_array().cloned().unwrap_or_default();
-            components
-                .iter()
-                .any(|c| c["name"] == name && c["state"] == "done")
-        });
+        self.await_component(name, |c| c["state"] == "done");
     }
 
     /// Looks until something is so; the looking has a limit, and a pause that is none of what is tested.
-    fn until(what: &str, so: impl Fn() -> bool) {
+    pub(crate) fn until(what: &str, so: impl Fn() -> bool) {
         let start = Instant::now();
         while !so() {
             assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");

@@ -27,6 +27,14 @@ impl Program {
         let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
     }
 
+    /// How often a program of this name was started.
+    fn starts(&self) -> usize {
+        let path = std::env::var_os("RC_TEST_JOURNAL").unwrap_or_default();
+        let journal = std::fs::read_to_string(path).unwrap_or_default();
+        let own = format!("{} start ", self.name);
+        journal.lines().filter(|l| l.starts_with(&own)).count()
+    }
+
     fn note(&self, what: &str) {
         self.journal(what, std::process::id());
     }
@@ -185,6 +193,24 @@ fn main() -> ExitCode {
             }
             program.live(Some(0), false, None);
         }
+        // CODES: what it does at its first start, its second …; the last one counts for all further ones.
+        "turns" => match number(program.starts().min(numbers.len()) - 1) {
+            0 => {
+                program.ready();
+                program.live(Some(0), false, None);
+            }
+            // It fails once it was ready.
+            1 => {
+                program.ready();
+                println!("{} is about to fail", program.name);
+                status = 7;
+            }
+            // It ends well.
+            2 => program.ready(),
+            3 => program.live(Some(0), false, None),
+            // It fails before it is ready.
+            code => status = code,
+        },
         other => panic!("unknown behaviour {other}"),
     }
     program.note("end");

@@ -1,0 +1,173 @@
+//! Whether two ends of one interface can talk.
+
+use crate::connect::{Endpoint, slot};
+use crate::model::Deployment;
+use rc_cdsl::Component;
+use rc_cdsl::model::Backend;
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_idsl::canonical::operation_text;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// Compares ends; each is spelled out once, however many others it is compared with.
+pub(crate) struct Agreement<'a> {
+    deployment: &'a Deployment,
+    components: &'a [Option<&'a Component>],
+    texts: HashMap<Endpoint, Rc<[String]>>,
+}
+
+impl<'a> Agreement<'a> {
+    pub(crate) fn new(deployment: &'a Deployment, components: &'a [Option<&'a Component>]) -> Self {
+        Self {
+            deployment,
+            components,
+            texts: HashMap::new(),
+        }
+    }
+
+    fn name(&self, end: Endpoint) -> String {
+        let slot = slot(self.components, end).map_or("?", |s| s.name.as_str());
+        format!("{}.{slot}", self.deployment.instances[end.instance].path)
+    }
+
+    /// The canonical texts of the operations of an end.
+    fn texts(&mut self, end: Endpoint) -> Option<Rc<[String]>> {
+        if let Some(known) = self.texts.get(&end) {
+            return Some(Rc::clone(known));
+        }
+        let component = self.components.get(end.instance).copied().flatten()?;
+        let interface = component.slots.get(end.slot)?.interface;
+        let operations = &component.library.interface(interface).operations;
+        let texts: Rc<[String]> = operations
+            .iter()
+            .map(|o| operation_text(&component.library, interface, o))
+            .collect();
+        self.texts.insert(end, Rc::clone(&texts));
+        Some(texts)
+    }
+
+    /// Whether two ends of one interface have the same types, the same middleware and a quality of service that
+    /// goes together; what is wrong is reported at `span`.
+    pub(crate) fn check(
+        &mut self,
+        span: Span,
+        consumer: Endpoint,
+        provider: Endpoint,
+        found: &mut Diagnostics,
+    ) -> bool {
+        let types = self.types(span, consumer, provider, found);
+        let middleware = self.middleware(span, consumer, provider, found);
+        self.qos(span, consumer, provider, found) && types && middleware
+    }
+
+    fn types(
+        &mut self,
+        span: Span,
+        consumer: Endpoint,
+        provider: Endpoint,
+        found: &mut Diagnostics,
+    ) -> bool {
+        let (Some(ours), Some(theirs)) = (self.texts(consumer), self.texts(provider)) else {
+            return false;
+        };
+        if ours == theirs {
+            return true;
+        }
+        let mut differing = ours.iter().filter(|t| !theirs.contains(t));
+        let mut further = theirs.iter().filter(|t| !ours.contains(t));
+        let operation = differing.next().or_else(|| further.next());
+        let operation = operation
+            .and_then(|t| t.split('(').next())
+            .unwrap_or("the order of operations");
+        let declared = |end: Endpoint| {
+            let component = self.components[end.instance]?;
+            let interface = component.slots[end.slot].interface;
+            let path = component.library.interface_path(interface);
+            Some((path, component.library.interface(interface).name.span))
+        };
+        if let (Some((path, one)), Some((_, other))) = (declared(consumer), declared(provider)) {
+            let message = format!(
+                "`{}` and `{}` have different definitions of {path}: {operation} differs",
+                self.name(consumer),
+                self.name(provider)
+            );
+            let error = Diagnostic::error("type-mismatch", span, message)
+                .label(one, "one definition")
+                .label(other, "the other one");
+            found.push(error);
+        }
+        false
+    }
+
+    fn middleware(
+        &self,
+        span: Span,
+        consumer: Endpoint,
+        provider: Endpoint,
+        found: &mut Diagnostics,
+    ) -> bool {
+        let chosen = |end: Endpoint| {
+            let instance = &self.deployment.instances[end.instance];
+            let own = slot(self.components, end).and_then(|s| s.backend);
+            (own.unwrap_or(instance.middleware), instance.domain)
+        };
+        let ((here, domain), (there, other)) = (chosen(consumer), chosen(provider));
+        let ends = format!("`{}` and `{}`", self.name(consumer), self.name(provider));
+        if here != there {
+            let message = format!(
+                "{ends} use different middleware: {} and {}",
+                here.word(),
+                there.word()
+            );
+            found.push(Diagnostic::error("middleware-mismatch", span, message));
+            return false;
+        }
+        // Shared memory knows no domains.
+        if domain == other || here == Backend::Iceoryx2 {
+            return true;
+        }
+        let word = |domain: Option<u8>| domain.map_or("the default".to_owned(), |d| d.to_string());
+        let message = format!(
+            "{ends} are in different domains: {} and {}",
+            word(domain),
+            word(other)
+        );
+        found.push(Diagnostic::error("domain-mismatch", span, message));
+        false
+    }
+
+    fn qos(
+        &self,
+        span: Span,
+        consumer: Endpoint,
+        provider: Endpoint,
+        found: &mut Diagnostics,
+    ) -> bool {
+        let (Some(one), Some(other)) = (
+            slot(self.components, consumer),
+            slot(self.components, provider),
+        ) else {
+            return false;
+        };
+        let reliability = one.qos.reliable == Some(true) && other.qos.reliable == Some(false);
+        let durability =
+            one.qos.transient_local == Some(true) && other.qos.transient_local != Some(true);
+        for (wrong, asked, offered) in [
+            (reliability, "reliability reliable", "best_effort"),
+            (durability, "durability transient_local", "volatile"),
+        ] {
+            if wrong {
+                let message = format!(
+                    "`{}` asks for {asked}, `{}` offers {offered}",
+                    self.name(consumer),
+                    self.name(provider)
+                );
+                let error = Diagnostic::error("qos-mismatch", span, message)
+                    .label(one.span, "asked here")
+                    .label(other.span, "offered here");
+                found.push(error);
+            }
+        }
+        !(reliability || durability)
+    }
+}

@@ -1,0 +1,110 @@
+//! What can be wrong with a deployment as a whole, before its components are looked at.
+
+use crate::graph::circles;
+use crate::model::{Deployment, Place};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, Span};
+use std::collections::HashMap;
+
+/// Checks a deployment whose own file is `main`.
+pub(crate) fn check(deployment: &Deployment, main: SourceId, found: &mut Diagnostics) {
+    ports(deployment, found);
+    waiting(deployment, found);
+    // Where something is wrong, what is unused may be what was meant.
+    if !found.has_errors() {
+        unused_hosts(deployment, main, found);
+    }
+}
+
+/// A machine has each port once, whatever addresses it has.
+fn ports(deployment: &Deployment, found: &mut Diagnostics) {
+    let mut used: HashMap<(String, u16), Span> = HashMap::new();
+    for instance in &deployment.instances {
+        let Some((address, span)) = instance.endpoint else {
+            continue;
+        };
+        let host = deployment.remote_host(instance);
+        let host = host.map_or("localhost", |host| host.address.text.as_str());
+        let port = address.port();
+        if let Some(first) = used.get(&(host.to_lowercase(), port)) {
+            let message = format!("port {port} is used twice on {host}");
+            let diagnostic = Diagnostic::error("port-used-twice", span, message);
+            found.push(diagnostic.label(*first, "the first time"));
+        } else {
+            used.insert((host.to_lowercase(), port), span);
+        }
+    }
+}
+
+/// What is imported is a library, and so is a file without components: others use what it declares.
+fn unused_hosts(deployment: &Deployment, main: SourceId, found: &mut Diagnostics) {
+    let mut used = vec![false; deployment.hosts.len()];
+    let named = deployment.instances.iter().filter_map(|i| i.host);
+    named.for_each(|(host, _)| used[host] = true);
+    let hosts = deployment.hosts.iter().zip(used);
+    for (host, _) in hosts.filter(|(host, used)| !used && host.name.span.source == main) {
+        if !deployment.instances.is_empty() {
+            let message = format!("no component runs on host `{}`", host.name.text);
+            let warning = Diagnostic::warning("unused-host", host.name.span, message);
+            found.push(warning);
+        }
+    }
+}
+
+/// Finds circles of `after`. A group is a node of its own, which waits for all that is in it.
+fn waiting(deployment: &Deployment, found: &mut Diagnostics) {
+    let count = deployment.instances.len();
+    let node = |place: Place| match place {
+        Place::Instance(at) => at,
+        Place::Group(group) => count + group,
+    };
+    let mut next: Vec<Vec<usize>> = deployment
+        .instances
+        .iter()
+        .map(|instance| {
+            instance
+                .after
+                .iter()
+                .map(|(place, _)| node(*place))
+                .collect()
+        })
+        .collect();
+    next.resize(count + deployment.groups.len(), Vec::new());
+    for (at, instance) in deployment.instances.iter().enumerate() {
+        if let Some(group) = instance.group {
+            next[count + group].push(at);
+        }
+    }
+    for (at, group) in deployment.groups.iter().enumerate() {
+        if let Some(parent) = group.parent {
+            next[count + parent].push(count + at);
+        }
+    }
+    let path = |node: usize| match node.checked_sub(count) {
+        None => deployment.instances[node].path.as_str(),
+        Some(group) => deployment.groups[group].path.as_str(),
+    };
+    for circle in circles(&next) {
+        let steps = circle.iter().zip(circle.iter().cycle().skip(1));
+        let mut message = format!("these components wait for each other: {}", path(circle[0]));
+        let mut places: Vec<Span> = Vec::new();
+        for (from, to) in steps {
+            // A step from a group leads to what is in it; it has no place of its own in the text.
+            let Some(instance) = deployment.instances.get(*from) else {
+                message.push_str(&format!(" with {}", path(*to)));
+                continue;
+            };
+            message.push_str(&format!(" after {}", path(*to)));
+            let mut after = instance.after.iter();
+            let step = after.find(|(place, _)| node(*place) == *to);
+            places.extend(step.map(|(_, span)| *span));
+        }
+        // Every circle has at least one component, since groups nest.
+        if let Some((last, others)) = places.split_last() {
+            let mut diagnostic = Diagnostic::error("after-cycle", *last, message);
+            for other in others {
+                diagnostic = diagnostic.label(*other, "and here");
+            }
+            found.push(diagnostic);
+        }
+    }
+}

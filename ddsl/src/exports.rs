@@ -1,0 +1,146 @@
+//! What groups let out: which slot an exported name means, and how far a slot can be seen.
+
+use crate::connect::Endpoint;
+use crate::model::{Deployment, Group};
+use rc_cdsl::Component;
+use rc_cdsl::model::Role;
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_syntax::Name;
+use std::collections::{BTreeMap, HashMap};
+
+/// The slot behind each exported name of each group; none where it could not be told, and why was reported.
+#[derive(Debug, Default)]
+pub(crate) struct Exports<'a>(HashMap<(usize, &'a str), Option<Endpoint>>);
+
+/// A slot inside a group that an export may mean.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    end: Endpoint,
+    provides: bool,
+    /// The component, or the group that exports it in its turn.
+    span: Span,
+}
+
+/// The slots directly in one group, by their names.
+#[derive(Debug, Default)]
+struct Inside<'a> {
+    slots: BTreeMap<&'a str, Vec<Candidate>>,
+    /// Something in it could not be read.
+    incomplete: bool,
+}
+
+/// Whether it is the end that others connect to.
+pub(crate) fn provides(role: Role) -> bool {
+    matches!(role, Role::Implements | Role::Publishes)
+}
+
+impl<'a> Exports<'a> {
+    /// Finds the slots behind all exports. `components` has one entry for each instance, none where its files could
+    /// not be read.
+    pub(crate) fn new(
+        deployment: &'a Deployment,
+        components: &'a [Option<&'a Component>],
+        found: &mut Diagnostics,
+    ) -> Self {
+        let mut exports = Self::default();
+        // What is in each group; those inside come after those around them.
+        let mut inside: Vec<Inside<'_>> = Vec::new();
+        inside.resize_with(deployment.groups.len(), Inside::default);
+        for (at, instance) in deployment.instances.iter().enumerate() {
+            let Some(group) = instance.group else {
+                continue;
+            };
+            let Some(component) = components.get(at).copied().flatten() else {
+                inside[group].incomplete = true;
+                continue;
+            };
+            for (slot, described) in component.slots.iter().enumerate() {
+                let candidate = Candidate {
+                    end: Endpoint { instance: at, slot },
+                    provides: provides(described.role),
+                    span: instance.name.span,
+                };
+                let name = described.name.as_str();
+                inside[group].slots.entry(name).or_default().push(candidate);
+            }
+        }
+        for (number, group) in deployment.groups.iter().enumerate().rev() {
+            let own = std::mem::take(&mut inside[number]);
+            for name in &group.exports {
+                let end = own.find(group, name, found);
+                exports.0.insert((number, &name.text), end);
+                let Some(parent) = group.parent else { continue };
+                match end {
+                    Some(end) => {
+                        let slot = components[end.instance].map(|c| &c.slots[end.slot]);
+                        let candidate = Candidate {
+                            end,
+                            provides: slot.is_some_and(|s| provides(s.role)),
+                            span: name.span,
+                        };
+                        let slots = &mut inside[parent].slots;
+                        slots.entry(&name.text).or_default().push(candidate);
+                    }
+                    None => inside[parent].incomplete = true,
+                }
+            }
+        }
+        exports
+    }
+
+    /// The slot that `group` lets out as `name`.
+    pub(crate) fn get(&self, group: usize, name: &str) -> Option<Endpoint> {
+        self.0.get(&(group, name)).copied().flatten()
+    }
+
+    /// The group in which a slot is seen, with all groups inside it; none is the whole deployment.
+    pub(crate) fn reach(
+        &self,
+        deployment: &Deployment,
+        end: Endpoint,
+        name: &str,
+    ) -> Option<usize> {
+        let own = deployment.instances[end.instance].group;
+        let mut groups = deployment.enclosing(own);
+        groups.find(|group| self.get(*group, name) != Some(end))
+    }
+}
+
+impl Inside<'_> {
+    /// The slot that `name` means: the only one that provides, or else the only one that there is. A consumer of a
+    /// name that is provided inside as well has no need of the outside.
+    fn find(&self, group: &Group, name: &Name, found: &mut Diagnostics) -> Option<Endpoint> {
+        let all = self
+            .slots
+            .get(name.text.as_str())
+            .map_or(&[][..], Vec::as_slice);
+        let providers: Vec<&Candidate> = all.iter().filter(|c| c.provides).collect();
+        let group = &group.path;
+        let text = &name.text;
+        match (providers.as_slice(), all) {
+            ([one], _) => return Some(one.end),
+            ([], [one]) => return Some(one.end),
+            ([], []) if self.incomplete => {}
+            ([], []) => {
+                let message = format!("nothing in group `{group}` has a slot `{text}`");
+                let error = Diagnostic::error("unknown-export", name.span, message);
+                found.push(error.suggest(text, self.slots.keys().copied()));
+            }
+            _ => {
+                let message = format!("several in group `{group}` have a slot `{text}`");
+                let mut error = Diagnostic::error("ambiguous-export", name.span, message)
+                    .help("give one of them another name in its .cdsl, by `as NAME`, or a group of its own");
+                let meant = if providers.is_empty() {
+                    all.iter().collect()
+                } else {
+                    providers
+                };
+                for candidate in meant {
+                    error = error.label(candidate.span, "one of them");
+                }
+                found.push(error);
+            }
+        }
+        None
+    }
+}

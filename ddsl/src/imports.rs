@@ -1,0 +1,127 @@
+//! Which files make up a deployment.
+
+use crate::ast;
+use crate::parse::parse;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_syntax::{Loader, Name};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// One file of a deployment.
+#[derive(Debug)]
+pub(crate) struct File {
+    /// The folder that it lies in.
+    pub(crate) folder: PathBuf,
+    /// What stands in it.
+    pub(crate) tree: ast::Deployment,
+}
+
+/// The files that `source` imports, directly or through others, each once and before those that import it; then,
+/// if it could be read, its own.
+pub(crate) fn files(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    source: SourceId,
+    found: &mut Diagnostics,
+) -> (Vec<File>, Option<File>) {
+    let given = sources.path(source).to_path_buf();
+    // The first file came by another way than the loader's; a file that imports it names it as the loader does.
+    let name = given.file_name().unwrap_or_default().to_string_lossy();
+    let known = loader.find(&given, &name, ENDING);
+    let path = known.map_or_else(|_| given.clone(), |known| known.path);
+    let mut importer = Importer {
+        sources,
+        loader,
+        found,
+        loaded: HashSet::new(),
+        open: Vec::new(),
+        imported: Vec::new(),
+    };
+    let main = importer.file(source, &given, path);
+    (importer.imported, main)
+}
+
+const ENDING: &str = "ddsl";
+
+struct Importer<'a> {
+    sources: &'a mut SourceMap,
+    loader: &'a dyn Loader,
+    found: &'a mut Diagnostics,
+    loaded: HashSet<PathBuf>,
+    /// The files whose imports are being looked at, from the first one on.
+    open: Vec<PathBuf>,
+    imported: Vec<File>,
+}
+
+impl Importer<'_> {
+    /// Reads a text and its imports. `path` is what the loader calls `given`.
+    fn file(&mut self, source: SourceId, given: &Path, path: PathBuf) -> Option<File> {
+        let (file, found) = parse(self.sources, source);
+        if self.found.is_empty() {
+            // Thousands of findings are compared to nothing.
+            *self.found = found;
+        } else {
+            self.found.extend(found);
+        }
+        self.open.push(path.clone());
+        for import in &file.imports {
+            self.import(given, import);
+        }
+        self.open.pop();
+        self.loaded.insert(path);
+        Some(File {
+            folder: given.parent().unwrap_or(Path::new("")).to_path_buf(),
+            tree: file.deployment?,
+        })
+    }
+
+    fn import(&mut self, from: &Path, wanted: &Name) {
+        let Some((path, text)) = self.find(from, wanted) else {
+            return;
+        };
+        if let Some(at) = self.open.iter().position(|open| *open == path) {
+            self.circle(at, wanted.span);
+        } else if !self.loaded.contains(&path) {
+            let source = self.sources.add(path.clone(), text);
+            let file = self.file(source, &path.clone(), path);
+            self.imported.extend(file);
+        }
+    }
+
+    fn circle(&mut self, at: usize, span: Span) {
+        let shown = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or(path.as_os_str());
+            name.to_string_lossy().into_owned()
+        };
+        let ring = self.open[at..].iter().chain([&self.open[at]]);
+        let message = format!(
+            "these files import each other in a circle: {}",
+            ring.map(shown).collect::<Vec<_>>().join(" → ")
+        );
+        self.found
+            .push(Diagnostic::error("import-cycle", span, message));
+    }
+
+    fn find(&mut self, from: &Path, wanted: &Name) -> Option<(PathBuf, String)> {
+        let missing = match self.loader.find(from, &wanted.text, ENDING) {
+            Ok(file) => return Some((file.path, file.text)),
+            Err(missing) => missing,
+        };
+        let message = match &missing.refused {
+            Some(why) => format!("`{}` cannot be read: {why}", wanted.text),
+            None => format!("`{}` was not found", wanted.text),
+        };
+        let diagnostic = Diagnostic::error("import-not-found", wanted.span, message);
+        // The ending that all have in common makes nothing nearer, and other languages' files cannot be meant.
+        let base = wanted.text.rsplit('/').next().unwrap_or_default();
+        let base = base.strip_suffix(".ddsl").unwrap_or(base);
+        let known = missing.known.iter().filter_map(|k| k.strip_suffix(".ddsl"));
+        let near = rc_diagnostics::nearest(base, known);
+        self.found.push(match near {
+            Some(near) => diagnostic.help(format!("did you mean `{near}.ddsl`?")),
+            None => diagnostic
+                .help("the path is relative to this file; `-I DIR` names a further folder"),
+        });
+        None
+    }
+}

@@ -1,0 +1,461 @@
+//! From trees to the model: files are joined, names become references.
+
+use crate::ast::{self, Decl};
+use crate::check::check;
+use crate::fields::{References, Surroundings, instance, once, whole};
+use crate::imports::{File, files};
+use crate::model::{Bind, Deployment, Group, Host, LONGEST_NAME, Place, SlotPath};
+use rc_cdsl::model::Backend;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_syntax::{Loader, Name};
+use std::collections::HashMap;
+
+/// Reads one `.ddsl` text and all that it imports. There is a deployment unless its text could not be read at
+/// all; it may be used only where no diagnostic is an error.
+pub fn load(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    source: SourceId,
+) -> (Option<Deployment>, Diagnostics) {
+    let mut found = Diagnostics::new();
+    let (imported, main) = files(sources, loader, source, &mut found);
+    let Some(main) = main else {
+        return (None, found);
+    };
+    let mut resolver = Resolver {
+        deployment: Deployment {
+            name: main.tree.name.clone(),
+            doc: main.tree.doc.clone(),
+            hosts: Vec::new(),
+            instances: Vec::new(),
+            groups: Vec::new(),
+            binds: Vec::new(),
+            domains: Vec::new(),
+        },
+        scopes: vec![Scope::default()],
+        references: Vec::new(),
+        binds: Vec::new(),
+        compared: 0,
+        found,
+    };
+    resolver.declare(&imported, &main);
+    resolver.refer();
+    let Resolver {
+        deployment,
+        mut found,
+        ..
+    } = resolver;
+    check(&deployment, source, &mut found);
+    (Some(deployment), found)
+}
+
+/// So many names are looked through for near ones, in all; a text with more mistakes needs no more proposals.
+const COMPARED: usize = 200_000;
+
+/// What can be named in one block: the deployment, or a group.
+#[derive(Debug, Default)]
+struct Scope {
+    places: Names<Place>,
+    hosts: Names<usize>,
+}
+
+#[derive(Debug)]
+struct Names<T> {
+    known: HashMap<String, T>,
+    /// The first of all names that differ in nothing but upper and lower case.
+    folded: HashMap<String, Span>,
+}
+
+impl<T> Default for Names<T> {
+    fn default() -> Self {
+        Self {
+            known: HashMap::new(),
+            folded: HashMap::new(),
+        }
+    }
+}
+
+impl<T> Names<T> {
+    /// Takes a name in; of two that are equal, the first one is meant.
+    fn declare(&mut self, name: &Name, what: T, found: &mut Diagnostics) {
+        if let Some(first) = self.folded.get(&name.text.to_lowercase()) {
+            let message = format!("the name `{}` is there twice", name.text);
+            let diagnostic = Diagnostic::error("duplicate-name", name.span, message)
+                .label(*first, "first declared here");
+            found.push(if self.known.contains_key(&name.text) {
+                diagnostic
+            } else {
+                diagnostic.help("names that differ only in case count as equal")
+            });
+            self.known.entry(name.text.clone()).or_insert(what);
+            return;
+        }
+        self.folded.insert(name.text.to_lowercase(), name.span);
+        self.known.insert(name.text.clone(), what);
+    }
+}
+
+struct Resolver<'a> {
+    deployment: Deployment,
+    /// The first one is that of the deployment; that of a group has the group's number, plus one.
+    scopes: Vec<Scope>,
+    /// Those of each instance.
+    references: Vec<References>,
+    /// Each with the group that it stands in.
+    binds: Vec<(Option<usize>, &'a ast::Bind)>,
+    compared: usize,
+    found: Diagnostics,
+}
+
+fn scope_of(group: Option<usize>) -> usize {
+    group.map_or(0, |group| group + 1)
+}
+
+impl<'a> Resolver<'a> {
+    fn declare(&mut self, imported: &'a [File], main: &'a File) {
+        self.length("network", &main.tree.name.text, main.tree.name.span);
+        let around = Surroundings {
+            folder: &main.folder,
+            prefix: String::new(),
+            group: None,
+            middleware: Backend::Iceoryx2,
+            domain: None,
+        };
+        let network = self.settings(&main.tree.decls, &around);
+        for file in imported {
+            let around = Surroundings {
+                folder: &file.folder,
+                ..network.clone()
+            };
+            let around = self.settings(&file.tree.decls, &around);
+            self.block(&file.tree.decls, &around);
+        }
+        self.block(&main.tree.decls, &network);
+    }
+
+    /// What holds for the components in a block, where it says something else than what is around it.
+    fn settings<'b>(&mut self, decls: &[Decl], around: &Surroundings<'b>) -> Surroundings<'b> {
+        let mut inside = around.clone();
+        let mut words: Vec<Name> = Vec::new();
+        for decl in decls {
+            match decl {
+                Decl::Middleware(name) => {
+                    words.push(Name::new("middleware", name.span));
+                    inside.middleware = self.middleware(name).unwrap_or(around.middleware);
+                }
+                Decl::Domain(literal) => {
+                    words.push(Name::new("domain", literal.span));
+                    // DDS counts its ports from the domain's number; with 233 there are none left.
+                    if let Some(n) = whole(literal, "a domain", &(0..=232), &mut self.found) {
+                        inside.domain = Some(n as u8);
+                        self.deployment.domains.push((n as u8, literal.span));
+                    }
+                }
+                _ => {}
+            }
+        }
+        once(&words, "clause", &mut self.found);
+        inside
+    }
+
+    fn middleware(&mut self, name: &Name) -> Option<Backend> {
+        let known = Backend::WORDS
+            .iter()
+            .find(|(word, _)| word.eq_ignore_ascii_case(&name.text));
+        if known.is_none() {
+            let message = format!("unknown middleware `{}`", name.text);
+            let words = ["iceoryx2", "dds", "ros2"];
+            self.found.push(
+                Diagnostic::error("unknown-middleware", name.span, message)
+                    .suggest(&name.text, words),
+            );
+        }
+        known.map(|(_, backend)| *backend)
+    }
+
+    fn block(&mut self, decls: &'a [Decl], around: &Surroundings<'_>) {
+        let scope = scope_of(around.group);
+        for decl in decls {
+            match decl {
+                Decl::Host(tree) => self.host(tree, scope),
+                Decl::Component(tree) => {
+                    self.reserved(&tree.name, around);
+                    let (instance, references) = instance(tree, around, &mut self.found);
+                    self.length("component", &instance.path, instance.name.span);
+                    let place = Place::Instance(self.deployment.instances.len());
+                    let names = &mut self.scopes[scope].places;
+                    names.declare(&tree.name, place, &mut self.found);
+                    self.deployment.instances.push(instance);
+                    self.references.push(references);
+                }
+                Decl::Group(tree) => self.group(tree, around),
+                Decl::Bind(tree) => self.binds.push((around.group, tree)),
+                Decl::Middleware(_) | Decl::Domain(_) => {}
+            }
+        }
+    }
+
+    fn group(&mut self, tree: &'a ast::Group, around: &Surroundings<'_>) {
+        self.reserved(&tree.name, around);
+        let number = self.deployment.groups.len();
+        let place = Place::Group(number);
+        let names = &mut self.scopes[scope_of(around.group)].places;
+        names.declare(&tree.name, place, &mut self.found);
+        self.scopes.push(Scope::default());
+        once(
+            tree.exports.iter().map(|(word, _)| word),
+            "clause",
+            &mut self.found,
+        );
+        let exports: Vec<Name> = tree.exports.iter().flat_map(|(_, e)| e).cloned().collect();
+        let mut seen: HashMap<&str, Span> = HashMap::new();
+        for name in &exports {
+            if let Some(first) = seen.insert(&name.text, name.span) {
+                let message = format!("`{}` is exported twice", name.text);
+                let diagnostic = Diagnostic::error("duplicate-name", name.span, message);
+                self.found.push(diagnostic.label(first, "the first time"));
+            }
+        }
+        let first = self.deployment.instances.len();
+        let path = format!("{}{}", around.prefix, tree.name.text);
+        let mut inside = self.settings(&tree.decls, around);
+        inside.prefix = format!("{path}.");
+        inside.group = Some(number);
+        self.deployment.groups.push(Group {
+            name: tree.name.clone(),
+            path,
+            doc: tree.doc.clone(),
+            parent: around.group,
+            instances: first..first,
+            exports,
+        });
+        self.block(&tree.decls, &inside);
+        let end = self.deployment.instances.len();
+        self.deployment.groups[number].instances.end = end;
+        if first == end && !tree.incomplete {
+            let message = format!("there is no component in group `{}`", tree.name.text);
+            let warning = Diagnostic::warning("empty-group", tree.name.span, message);
+            self.found.push(warning);
+        }
+    }
+
+    fn host(&mut self, tree: &ast::Host, scope: usize) {
+        if tree.name.text.eq_ignore_ascii_case(LOCALHOST) {
+            let message = "`localhost` is this machine in every network, and needs no declaration";
+            let error = Diagnostic::error("reserved-name", tree.name.span, message);
+            self.found.push(error);
+        }
+        once(
+            tree.fields.iter().map(|(word, _)| word),
+            "field",
+            &mut self.found,
+        );
+        let field = |wanted: &str| {
+            let mut fields = tree.fields.iter();
+            fields
+                .find(|(word, _)| word.text.eq_ignore_ascii_case(wanted))
+                .map(|(_, text)| text.clone())
+        };
+        let address = field("address");
+        match &address {
+            Some(address) if !is_address(&address.text) => {
+                let message = format!("`{}` is not the address of a machine", address.text);
+                let help =
+                    "an address is a name or an IP address, as in `robot.local` or `10.0.0.2`";
+                let error = Diagnostic::error("bad-host-address", address.span, message);
+                self.found.push(error.help(help));
+            }
+            None if !tree.incomplete => {
+                let message = format!("host `{}` does not say where it is", tree.name.text);
+                let error = Diagnostic::error("missing-clause", tree.name.span, message);
+                self.found.push(error.help("add `address \"10.0.0.2\";`"));
+            }
+            _ => {}
+        }
+        let number = self.deployment.hosts.len();
+        self.scopes[scope]
+            .hosts
+            .declare(&tree.name, number, &mut self.found);
+        self.deployment.hosts.push(Host {
+            name: tree.name.clone(),
+            doc: tree.doc.clone(),
+            address: address.unwrap_or_else(|| Name::new("", tree.name.span)),
+            user: field("user"),
+            workspace: field("workspace"),
+        });
+    }
+
+    /// The deployer has files beside those of the components: `rcdeploy`, and `rcdeploy-guard`, which would also
+    /// be those of a component in a group `rcdeploy`.
+    fn reserved(&mut self, name: &Name, around: &Surroundings<'_>) {
+        if around.group.is_none() && name.text.eq_ignore_ascii_case("rcdeploy") {
+            let message = "`rcdeploy` is the deployer's own name in every network";
+            let error = Diagnostic::error("reserved-name", name.span, message);
+            self.found.push(error);
+        }
+    }
+
+    fn length(&mut self, what: &str, name: &str, span: Span) {
+        if name.len() > LONGEST_NAME {
+            let message = format!(
+                "the name of this {what}, `{name}`, has {} characters; at most {LONGEST_NAME} are possible, since files and sockets are called by it",
+                name.len()
+            );
+            self.found
+                .push(Diagnostic::error("name-too-long", span, message));
+        }
+    }
+
+    fn refer(&mut self) {
+        for (at, References { host, after }) in
+            std::mem::take(&mut self.references).iter().enumerate()
+        {
+            let group = self.deployment.instances[at].group;
+            if let Some(name) = host {
+                let host = self.host_named(name, group);
+                self.deployment.instances[at].host = host.map(|host| (host, name.span));
+            }
+            let after = after
+                .iter()
+                .filter_map(|name| Some((self.first(name, group)?, name.span)));
+            self.deployment.instances[at].after = after.collect();
+        }
+        for (group, bind) in std::mem::take(&mut self.binds) {
+            let consumer = self.slot_path(&bind.consumer, group);
+            let provider = self.slot_path(&bind.provider, group);
+            if let (Some(consumer), Some(provider)) = (consumer, provider) {
+                self.deployment.binds.push(Bind { consumer, provider });
+            }
+        }
+    }
+
+    /// The blocks whose names can be used in `group`, from inside to outside.
+    fn visible(&self, group: Option<usize>) -> impl Iterator<Item = &Scope> {
+        let groups = self.deployment.enclosing(group).map(|group| group + 1);
+        groups.chain([0]).map(|scope| &self.scopes[scope])
+    }
+
+    fn host_named(&mut self, name: &Name, group: Option<usize>) -> Option<usize> {
+        let host = self
+            .visible(group)
+            .find_map(|s| s.hosts.known.get(&name.text).copied());
+        if host.is_none() && name.text != LOCALHOST {
+            let message = format!("there is no host `{}`", name.text);
+            let mut known = vec![LOCALHOST.to_owned()];
+            known.extend(
+                self.visible(group)
+                    .flat_map(|s| s.hosts.known.keys().cloned()),
+            );
+            let error = Diagnostic::error("unknown-host", name.span, message);
+            self.report_unknown(error, &name.text, known);
+        }
+        host
+    }
+
+    /// What a name by itself, or the first name of a path, stands for in `group`.
+    fn first(&mut self, name: &Name, group: Option<usize>) -> Option<Place> {
+        let place = self
+            .visible(group)
+            .find_map(|s| s.places.known.get(&name.text).copied());
+        if place.is_none() {
+            let message = format!("there is no component or group `{}` here", name.text);
+            let known = self
+                .visible(group)
+                .flat_map(|s| s.places.known.keys().cloned());
+            let known = known.collect();
+            let error = Diagnostic::error("unknown-instance", name.span, message);
+            self.report_unknown(error, &name.text, known);
+        }
+        place
+    }
+
+    fn report_unknown(&mut self, error: Diagnostic, name: &str, mut known: Vec<String>) {
+        self.compared += known.len();
+        if self.compared > COMPARED {
+            return self.found.push(error);
+        }
+        known.sort_unstable();
+        known.dedup();
+        self.found
+            .push(error.suggest(name, known.iter().map(String::as_str)));
+    }
+
+    /// What a path in `group` leads to. Groups are left freely, but entered only as far as they export the slot.
+    fn slot_path(&mut self, tree: &ast::SlotPath, group: Option<usize>) -> Option<SlotPath> {
+        let (first, rest) = tree.path.split_first()?;
+        let mut place = self.first(first, group)?;
+        let mut entered: Vec<(usize, &Name)> = Vec::new();
+        for (name, next) in rest.iter().zip(&tree.path) {
+            let Place::Group(inside) = place else {
+                let message = format!(
+                    "`{}` is a component; a slot of it is `{0}.SLOT`, and there is nothing else in it",
+                    next.text
+                );
+                let error = Diagnostic::error("not-a-group", name.span, message);
+                self.found.push(error);
+                return None;
+            };
+            entered.push((inside, name));
+            let known = &self.scopes[inside + 1].places.known;
+            let Some(found) = known.get(&name.text).copied() else {
+                let message = format!(
+                    "there is no component or group `{}` in group `{}`",
+                    name.text, self.deployment.groups[inside].path
+                );
+                let known = known.keys().cloned().collect();
+                let error = Diagnostic::error("unknown-instance", name.span, message);
+                self.report_unknown(error, &name.text, known);
+                return None;
+            };
+            place = found;
+        }
+        let private = entered.iter().find(|(inside, _)| {
+            let exports = &self.deployment.groups[*inside].exports;
+            // Whoever stands inside a group sees all of it.
+            !self.deployment.is_inside(group, Some(*inside))
+                && !exports.iter().any(|e| e.text == tree.slot.text)
+        });
+        if let Some((inside, name)) = private {
+            let within = &self.deployment.groups[*inside];
+            let message = format!(
+                "`{}` is inside group `{}`, which does not export `{}`",
+                name.text, within.path, tree.slot.text
+            );
+            let span = name.span.to(tree.slot.span);
+            let error = Diagnostic::error("not-exported", span, message)
+                .label(within.name.span, "the group")
+                .help(within.export_with(&tree.slot.text));
+            self.found.push(error);
+            return None;
+        }
+        if let Place::Group(of) = place {
+            let of = &self.deployment.groups[of];
+            if !of.exports.iter().any(|e| e.text == tree.slot.text) {
+                let message = format!("group `{}` does not export `{}`", of.path, tree.slot.text);
+                let error = Diagnostic::error("not-exported", tree.slot.span, message)
+                    .label(of.name.span, "the group");
+                let known = of.exports.iter().map(|e| e.text.as_str());
+                let near = rc_diagnostics::nearest(&tree.slot.text, known);
+                self.found.push(match near {
+                    Some(_) => error.help_nearest(near),
+                    None => error.help(of.export_with(&tree.slot.text)),
+                });
+                return None;
+            }
+        }
+        Some(SlotPath {
+            place,
+            slot: tree.slot.clone(),
+            span: first.span.to(tree.slot.span),
+        })
+    }
+}
+
+/// The machine that runs everything which names no host.
+const LOCALHOST: &str = "localhost";
+
+/// A name of a machine, or an IP address of either kind.
+fn is_address(text: &str) -> bool {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_' | ':' | '%');
+    !text.is_empty() && !text.starts_with('-') && text.chars().all(allowed)
+}

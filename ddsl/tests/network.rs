@@ -1,0 +1,372 @@
+//! What is said about the networks that `.ddsl` texts describe, and who talks to whom in them.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use expect_test::{Expect, expect};
+use rc_cdsl::Component;
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_syntax::MemoryLoader;
+use std::collections::HashMap;
+
+/// Every interface that the components of these tests know.
+const INTERFACES: [(&str, &str); 2] = [
+    (
+        "Laser.idsl",
+        "module L { struct D { int a; }; interface Laser { D get(); }; };",
+    ),
+    (
+        "Pub.idsl",
+        "module P { interface Pub { void push(int x); }; };",
+    ),
+];
+
+/// The component `name`; one whose communications begin with `old` has another definition of `Laser`.
+fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
+    let mut interfaces = INTERFACES;
+    let communications = match communications.strip_prefix("old") {
+        Some(rest) => {
+            interfaces[0].1 = "module L { struct D { long a; }; interface Laser { D get(); }; };";
+            rest
+        }
+        None => communications,
+    };
+    let imports = ["Laser", "Pub"]
+        .into_iter()
+        .filter(|i| communications.contains(i));
+    let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();
+    let cdsl = format!(
+        "{imports}\nComponent {name} {{ Communications {{ {communications} }}; language rust; }};"
+    );
+    let source = sources.add(format!("{name}.cdsl"), cdsl);
+    let loader = MemoryLoader::new(interfaces);
+    let (component, found) = rc_cdsl::load(sources, &loader, source);
+    assert_eq!(render(sources, &found, Format::Short), "");
+    component.expect("a component")
+}
+
+/// The connections of a deployment whose components `(cdsl, communications)` are given, and what is found in it.
+fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<String> {
+    let mut sources = SourceMap::new();
+    let components: HashMap<&str, Component> = described
+        .iter()
+        .map(|(name, communications)| (*name, component(&mut sources, name, communications)))
+        .collect();
+    let source = sources.add("n.ddsl", format!("Deployment n {{\n{body}}};"));
+    let loader = MemoryLoader::default();
+    let (deployment, found) = rc_ddsl::load(&mut sources, &loader, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let deployment = deployment.expect("a deployment");
+    let parts = deployment.instances.iter();
+    let parts = parts.map(|i| components.get(i.cdsl.as_ref()?.text.as_str()));
+    let parts: Vec<Option<&Component>> = parts.collect();
+    let (network, found) = rc_ddsl::connect(&deployment, &parts);
+    expected.assert_eq(&render(&sources, &found, Format::Short));
+    let name = |end: rc_ddsl::Endpoint| {
+        format!(
+            "{}.{}",
+            deployment.instances[end.instance].path,
+            parts[end.instance].expect("connected").slots[end.slot].name
+        )
+    };
+    let connections = network.connections.iter();
+    connections
+        .map(|c| format!("{} -> {}", name(c.consumer), name(c.provider)))
+        .collect()
+}
+
+/// The same for instances `(name, communications)` outside of groups; `binds` begins line 2.
+fn connect(instances: &[(&str, &str)], binds: &str, expected: &Expect) -> Vec<String> {
+    let components = instances
+        .iter()
+        .map(|(name, _)| format!("Component {name} {{ cdsl \"{name}\"; }};\n"));
+    let body = format!("{binds}\n{}", components.collect::<String>());
+    network(&body, instances, expected)
+}
+
+#[test]
+fn slots_find_each_other() {
+    let connections = connect(
+        &[
+            ("a", "requires Laser; subscribesTo Pub;"),
+            ("b", "implements Laser; publishes Pub;"),
+            ("c", "publishes Pub;"),
+        ],
+        "",
+        &expect![[""]],
+    );
+    expect![[r#"
+        a.Laser -> b.Laser
+        a.Pub -> b.Pub
+        a.Pub -> c.Pub"#]]
+    .assert_eq(&connections.join("\n"));
+}
+
+#[test]
+fn providers_that_are_missing_or_too_many() {
+    connect(
+        &[("a", "requires Laser; subscribesTo Pub;")],
+        "",
+        &expect![[r#"
+            n.ddsl:3:11: error[no-provider]: `a.Laser` requires L::Laser, and no component implements it; required here at a.cdsl:2:41
+            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at a.cdsl:2:61
+        "#]],
+    );
+    connect(
+        &[
+            ("a", "requires Laser;"),
+            ("b", "implements Laser, Laser;"),
+            ("c", "implements Laser; publishes Pub;"),
+        ],
+        "",
+        &expect![[r#"
+            n.ddsl:3:11: error[several-providers]: `a.Laser` could be served by `b.Laser`, `b.Laser1`, `c.Laser` (choose one: `bind a.Laser -> b.Laser;`)
+            n.ddsl:5:11: note[no-subscriber]: nobody reads what `c.Pub` publishes
+        "#]],
+    );
+    let connections = connect(
+        &[("a", "requires Laser;"), ("b", "implements Laser, Laser;")],
+        "bind a.Laser -> b.Laser1;",
+        &expect![[""]],
+    );
+    expect!["a.Laser -> b.Laser1"].assert_eq(&connections.join("\n"));
+}
+
+#[test]
+fn binds_join_what_belongs_together() {
+    let three = [
+        ("a", "requires Laser; subscribesTo Pub;"),
+        ("b", "implements Laser; publishes Pub;"),
+    ];
+    connect(
+        &three,
+        "bind a.laser -> b.Lasre;",
+        &expect![[r#"
+            n.ddsl:2:8: error[unknown-slot]: `a` has no slot `laser`; its component at a.cdsl:2:11 (did you mean `Laser`?)
+            n.ddsl:2:19: error[unknown-slot]: `b` has no slot `Lasre`; its component at b.cdsl:2:11 (did you mean `Laser`?)
+        "#]],
+    );
+    connect(
+        &three,
+        "bind b.Laser -> a.Laser;",
+        &expect![[r#"
+            n.ddsl:2:6: error[wrong-direction]: `b.Laser` implements its interface; the consumer stands left of `->`; described here at b.cdsl:2:43 (a consumer requires or subscribesTo, a provider implements or publishes)
+        "#]],
+    );
+    connect(
+        &three,
+        "bind a.Laser -> a.Pub;",
+        &expect![[r#"
+            n.ddsl:2:17: error[wrong-direction]: `a.Pub` subscribesTo its interface; `a.Laser` needs a slot that implements; described here at a.cdsl:2:61
+        "#]],
+    );
+    connect(
+        &three,
+        "bind a.Laser -> b.Pub;",
+        &expect![[r#"
+            n.ddsl:2:17: error[wrong-direction]: `b.Pub` publishes its interface; `a.Laser` needs a slot that implements; described here at b.cdsl:2:60
+        "#]],
+    );
+    connect(
+        &three,
+        "bind a.Laser -> b.Laser;\nbind a.Laser -> b.Laser;",
+        &expect![[r#"
+            n.ddsl:3:6: error[bound-twice]: `a.Laser` is bound twice to `b.Laser`; the first time at n.ddsl:2:6
+        "#]],
+    );
+}
+
+#[test]
+fn both_ends_agree() {
+    connect(
+        &[("a", "requires Laser;"), ("b", "oldimplements Laser;")],
+        "",
+        &expect![[r#"
+            n.ddsl:3:11: error[type-mismatch]: `a.Laser` and `b.Laser` have different definitions of L::Laser: L::Laser/get differs; one definition at Laser.idsl:1:43; the other one at Laser.idsl:1:44
+        "#]],
+    );
+    connect(
+        &[
+            (
+                "a",
+                "subscribesTo Pub { reliability reliable; durability transient_local; };",
+            ),
+            ("b", "publishes Pub { reliability best_effort; };"),
+        ],
+        "",
+        &expect![[r#"
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for reliability reliable, `b.Pub` offers best_effort; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for durability transient_local, `b.Pub` offers volatile; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
+        "#]],
+    );
+    connect(
+        &[("a", "requires Laser(dds);"), ("b", "implements Laser;")],
+        "bind a.Laser -> b.Laser;",
+        &expect![[r#"
+            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: dds and iceoryx2
+        "#]],
+    );
+}
+
+#[test]
+fn circles_of_requires() {
+    connect(
+        &[
+            ("a", "requires Laser as other; implements Laser;"),
+            ("b", "requires Laser as other; implements Laser;"),
+        ],
+        "bind a.other -> b.Laser;\nbind b.other -> a.Laser;",
+        &expect![[r#"
+            n.ddsl:4:11: warning[requires-cycle]: these components require each other: a → b → a; calls that they make at the same moment time out
+        "#]],
+    );
+}
+
+const LIDAR: (&str, &str) = ("lidar", "implements Laser; publishes Pub;");
+const USER: (&str, &str) = ("user", "requires Laser; subscribesTo Pub;");
+
+#[test]
+fn what_a_group_does_not_export_serves_only_inside() {
+    let connections = network(
+        "Group g {\n Component lidar { cdsl \"lidar\"; };\n Component user { cdsl \"user\"; };\n Group h { Component user { cdsl \"user\"; }; };\n};\n",
+        &[LIDAR, USER],
+        &expect![[""]],
+    );
+    expect![[r#"
+        g.user.Laser -> g.lidar.Laser
+        g.user.Pub -> g.lidar.Pub
+        g.h.user.Laser -> g.lidar.Laser
+        g.h.user.Pub -> g.lidar.Pub"#]]
+    .assert_eq(&connections.join("\n"));
+    let connections = network(
+        "Group g { Component lidar { cdsl \"lidar\"; }; };\nComponent user { cdsl \"user\"; };\nGroup h { Component user { cdsl \"user\"; }; };\n",
+        &[LIDAR, USER],
+        &expect![[r#"
+            n.ddsl:2:21: note[no-subscriber]: nobody reads what `g.lidar.Pub` publishes
+            n.ddsl:3:11: error[no-provider]: `user.Laser` requires L::Laser, and no component implements it; required here at user.cdsl:2:44 (`g.lidar.Laser` implements it; `export Laser;` in group `g` would let it out)
+            n.ddsl:3:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`g.lidar.Pub` publishes it; `export Pub;` in group `g` would let it out)
+            n.ddsl:4:21: error[no-provider]: `h.user.Laser` requires L::Laser, and no component implements it; required here at user.cdsl:2:44 (`g.lidar.Laser` implements it; `export Laser;` in group `g` would let it out)
+            n.ddsl:4:21: warning[no-publisher]: `h.user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`g.lidar.Pub` publishes it; `export Pub;` in group `g` would let it out)
+        "#]],
+    );
+    assert!(connections.is_empty());
+}
+
+#[test]
+fn what_a_group_exports_serves_outside_as_far_as_it_is_exported() {
+    let text = "Group g { export Laser, Pub;\n Group h { export Laser; Component lidar { cdsl \"lidar\"; }; };\n Component other { cdsl \"other\"; };\n};\nComponent user { cdsl \"user\"; };\n";
+    let connections = network(
+        text,
+        &[
+            LIDAR,
+            USER,
+            ("other", "publishes Pub; subscribesTo Pub as heard;"),
+        ],
+        &expect![[r#"
+            n.ddsl:3:36: note[no-subscriber]: nobody reads what `g.h.lidar.Pub` publishes
+        "#]],
+    );
+    expect![[r#"
+        g.other.heard -> g.other.Pub
+        user.Laser -> g.h.lidar.Laser
+        user.Pub -> g.other.Pub"#]]
+    .assert_eq(&connections.join("\n"));
+}
+
+#[test]
+fn binds_reach_through_exports() {
+    let text = "Group a { export Laser; Component lidar { cdsl \"lidar\"; }; };\nGroup b { export Laser; Component lidar { cdsl \"lidar\"; }; };\n\
+                Component user { cdsl \"user\"; }; Group c { export Laser; Component user { cdsl \"user\"; }; };\n";
+    network(
+        text,
+        &[LIDAR, USER],
+        &expect![[r#"
+            n.ddsl:2:35: note[no-subscriber]: nobody reads what `a.lidar.Pub` publishes
+            n.ddsl:3:35: note[no-subscriber]: nobody reads what `b.lidar.Pub` publishes
+            n.ddsl:4:11: error[several-providers]: `user.Laser` could be served by `a.lidar.Laser`, `b.lidar.Laser` (choose one: `bind user.Laser -> a.lidar.Laser;`)
+            n.ddsl:4:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
+            n.ddsl:4:68: error[several-providers]: `c.user.Laser` could be served by `a.lidar.Laser`, `b.lidar.Laser` (choose one, in group `c`: `bind user.Laser -> a.lidar.Laser;`)
+            n.ddsl:4:68: warning[no-publisher]: `c.user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
+        "#]],
+    );
+    let bound = format!("{text}bind user.Laser -> a.Laser;\nbind c.Laser -> b.lidar.Laser;\n");
+    let connections = network(
+        &bound,
+        &[LIDAR, USER],
+        &expect![[r#"
+            n.ddsl:2:35: note[no-subscriber]: nobody reads what `a.lidar.Pub` publishes
+            n.ddsl:3:35: note[no-subscriber]: nobody reads what `b.lidar.Pub` publishes
+            n.ddsl:4:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
+            n.ddsl:4:68: warning[no-publisher]: `c.user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
+        "#]],
+    );
+    expect![[r#"
+        user.Laser -> a.lidar.Laser
+        c.user.Laser -> b.lidar.Laser"#]]
+    .assert_eq(&connections.join("\n"));
+}
+
+#[test]
+fn an_exported_name_means_one_slot() {
+    network(
+        "Group g { export Laser, Pub, Lasr;\n Component one { cdsl \"lidar\"; };\n Component two { cdsl \"lidar\"; };\n Group h { export Pub; Component user { cdsl \"user\"; }; };\n};\n\
+         Component user { cdsl \"user\"; };\nbind user.Laser -> g.Laser;\n",
+        &[LIDAR, USER],
+        &expect![[r#"
+            n.ddsl:2:18: error[ambiguous-export]: several in group `g` have a slot `Laser`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (give one of them another name in its .cdsl, by `as NAME`, or a group of its own)
+            n.ddsl:2:25: error[ambiguous-export]: several in group `g` have a slot `Pub`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (give one of them another name in its .cdsl, by `as NAME`, or a group of its own)
+            n.ddsl:2:30: error[unknown-export]: nothing in group `g` has a slot `Lasr` (did you mean `Laser`?)
+            n.ddsl:5:34: error[several-providers]: `g.h.user.Laser` could be served by `g.one.Laser`, `g.two.Laser` (choose one, in group `g.h`: `bind user.Laser -> one.Laser;`)
+            n.ddsl:7:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64
+        "#]],
+    );
+    // A component that could not be read may have the slot.
+    network(
+        "Group g { export Laser; Component one { cdsl \"unread\"; }; };\n",
+        &[],
+        &expect![[""]],
+    );
+    // The one that provides is meant, not those that use it inside.
+    let connections = network(
+        "Group g { export Laser; Component lidar { cdsl \"lidar\"; }; Component user { cdsl \"user\"; }; };\nComponent user { cdsl \"user\"; };\n",
+        &[("lidar", "implements Laser;"), ("user", "requires Laser;")],
+        &expect![[""]],
+    );
+    expect![[r#"
+        g.user.Laser -> g.lidar.Laser
+        user.Laser -> g.lidar.Laser"#]]
+    .assert_eq(&connections.join("\n"));
+}
+
+#[test]
+fn middleware_and_domain_may_differ_from_group_to_group() {
+    let components = [("lidar", "implements Laser;"), ("user", "requires Laser;")];
+    let text = "middleware dds;\nGroup g { domain 3; export Laser; Component lidar { cdsl \"lidar\"; }; };\nComponent user { cdsl \"user\"; };\n";
+    network(
+        text,
+        &components,
+        &expect![[r#"
+        n.ddsl:4:11: error[domain-mismatch]: `user.Laser` and `g.lidar.Laser` are in different domains: the default and 3
+    "#]],
+    );
+    let text = text.replace("domain 3", "middleware ros2");
+    network(
+        &text,
+        &components,
+        &expect![[r#"
+        n.ddsl:4:11: error[middleware-mismatch]: `user.Laser` and `g.lidar.Laser` use different middleware: dds and ros2
+    "#]],
+    );
+}
+
+#[test]
+fn what_is_bound_to_nothing_is_reported_once() {
+    network(
+        "Component a { cdsl \"lidar\"; };\nComponent b { cdsl \"lidar\"; };\nComponent user { cdsl \"user\"; };\nbind user.Laser -> a.Lasre;\nbind user.Pub -> a.Pub;\nbind user.Pub -> a.Pub;\n",
+        &[LIDAR, USER],
+        &expect![[r#"
+            n.ddsl:3:11: note[no-subscriber]: nobody reads what `b.Pub` publishes
+            n.ddsl:5:22: error[unknown-slot]: `a` has no slot `Lasre`; its component at lidar.cdsl:2:11 (did you mean `Laser`?)
+            n.ddsl:7:6: error[bound-twice]: `user.Pub` is bound twice to `a.Pub`; the first time at n.ddsl:6:6
+        "#]],
+    );
+}
