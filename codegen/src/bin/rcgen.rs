@@ -9,7 +9,7 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::languages::Language;
 use rc_codegen::view::BACKENDS;
 use rc_codegen::{FileLoader, Files, Project, generate, languages, stubs, workspace};
-use rc_diagnostics::{Diagnostic, Diagnostics, Format, SourceMap, Span, render};
+use rc_diagnostics::{Diagnostic, Diagnostics, Format, Severity, SourceMap, Span, render};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -67,6 +67,11 @@ enum Command {
         /// How findings are printed: human, short or json (one object a line).
         #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
         format: Format,
+    },
+    /// Explains the code of a finding, with a wrong and a right example; lists all codes where none is given.
+    Explain {
+        /// The code, such as unknown-type.
+        code: Option<String>,
     },
     /// Prints the handlers that src/ still lacks, ready to paste; writes nothing.
     Stubs {
@@ -169,6 +174,7 @@ fn main() -> ExitCode {
             check,
             format,
         }) => fmt(&files, check, format),
+        Some(Command::Explain { code }) => explain(code.as_deref()),
         Some(Command::Stubs { file, common, out }) => print_stubs(&file, &common, out),
         None => generate_component(&cli.generate),
     };
@@ -184,6 +190,25 @@ fn main() -> ExitCode {
             ExitCode::from(3)
         }
     }
+}
+
+fn explain(code: Option<&str>) -> Result<(), Failure> {
+    let pages = rc_codegen::explain::pages();
+    let Some(code) = code else {
+        pages
+            .iter()
+            .for_each(|page| print_line(format_args!("{}", page.code)));
+        return Ok(());
+    };
+    if let Some(page) = pages.iter().find(|page| page.code == code) {
+        print_line(format_args!("{}\n\n{}", page.code, page.text));
+        return Ok(());
+    }
+    let near = rc_diagnostics::nearest(code, pages.iter().map(|page| page.code));
+    let hint = near.map_or("`rcgen explain` lists all codes".to_owned(), |near| {
+        format!("did you mean `{near}`?")
+    });
+    Err(Failure::Usage(format!("there is no code `{code}`; {hint}")))
 }
 
 fn init(dir: &Path, framework: &str) -> Result<(), Failure> {
@@ -279,12 +304,16 @@ fn unreadable(
 
 /// Prints findings; an error among them is a failure.
 fn report(sources: &SourceMap, found: &Diagnostics, format: Format) -> Result<(), Failure> {
-    eprint!("{}", render(sources, found, format));
-    if found.has_errors() {
-        Err(Failure::Input)
-    } else {
-        Ok(())
+    // A reader that has left is no failure.
+    let mut out = std::io::stderr();
+    let _ = out.write_all(render(sources, found, format).as_bytes());
+    let sorted = found.sorted();
+    let error = sorted.iter().find(|d| d.severity == Severity::Error);
+    let Some(error) = error else { return Ok(()) };
+    if format == Format::Human {
+        let _ = writeln!(out, "`rcgen explain {}` tells more", error.code);
     }
+    Err(Failure::Input)
 }
 
 /// Reads a component; an error among the findings is told, and ends the run.

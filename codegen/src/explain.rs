@@ -1,0 +1,38 @@
+//! A page for each code that a finding can have. The texts are in `explain/`, one section a code.
+
+const PAGES: [&str; 7] = [
+    include_str!("../explain/common.md"),
+    include_str!("../explain/idsl.md"),
+    include_str!("../explain/cdsl.md"),
+    include_str!("../explain/pdsl.md"),
+    include_str!("../explain/smdsl.md"),
+    include_str!("../explain/ddsl.md"),
+    include_str!("../explain/rcgen.md"),
+];
+
+/// What there is to say about one code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Page {
+    /// The code.
+    pub code: &'static str,
+    /// Markdown, with a wrong and a right example where a text can show it.
+    pub text: &'static str,
+}
+
+/// All pages, in the order of their codes.
+pub fn pages() -> Vec<Page> {
+    let sections = PAGES.into_iter().flat_map(|text| {
+        let text = text.strip_prefix("## ").unwrap_or(text);
+        text.split("\n## ")
+    });
+    let pages = sections.filter_map(|section| {
+        let (code, text) = section.split_once('\n')?;
+        Some(Page {
+            code: code.trim(),
+            text: text.trim(),
+        })
+    });
+    let mut pages: Vec<Page> = pages.collect();
+    pages.sort_by_key(|page| page.code);
+    pages
+}

@@ -1,0 +1,178 @@
+//! The pages of `rcgen explain`: every code has one, and its examples are what they say.
+
+use rc_cdsl::model::Backend;
+use rc_codegen::explain::{Page, pages};
+use rc_codegen::{FileLoader, Project};
+use rc_deploy::network::{self, Profile};
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Words of the sources that look like codes and are none.
+const NO_CODES: [&str; 5] = [
+    "rc-iceoryx2",
+    "rc-local",
+    "rc-runtime",
+    "rcdeploy-guard",
+    "sweep-test",
+];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Every text of the sources that is made like a code.
+fn codes(folder: &Path, found: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(folder).expect("a folder of sources") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            codes(&path, found);
+            continue;
+        }
+        let text = fs::read_to_string(&path).expect("a source");
+        for quoted in text.split('"').skip(1).step_by(2) {
+            let letters =
+                |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_lowercase());
+            if quoted.contains('-') && quoted.split('-').all(letters) {
+                found.insert(quoted.to_owned());
+            }
+        }
+    }
+}
+
+#[test]
+fn every_code_has_a_page() {
+    let mut made = BTreeSet::new();
+    for part in [
+        "diagnostics",
+        "syntax",
+        "idsl",
+        "cdsl",
+        "pdsl",
+        "smdsl",
+        "ddsl",
+        "codegen",
+        "deploy",
+    ] {
+        codes(&root().join(part).join("src"), &mut made);
+    }
+    let explained: BTreeSet<String> = pages().iter().map(|p| p.code.to_owned()).collect();
+    let missing: Vec<&String> = made
+        .difference(&explained)
+        .filter(|code| !NO_CODES.contains(&code.as_str()))
+        .collect();
+    assert!(missing.is_empty(), "codes without a page: {missing:?}");
+    assert!(made.len() > 100, "{} codes were found", made.len());
+    assert_eq!(pages().len(), explained.len(), "a code has two pages");
+}
+
+/// A fenced block: its language, its name, its text.
+struct Block<'a> {
+    ending: &'a str,
+    name: Option<&'a str>,
+    text: &'a str,
+}
+
+fn blocks(text: &str) -> Vec<Block<'_>> {
+    let mut blocks = Vec::new();
+    let mut rest = text;
+    while let Some((_, after)) = rest.split_once("```") {
+        let (head, after) = after.split_once('\n').expect("a fence with its line");
+        let (text, after) = after.split_once("```").expect("a fence that ends");
+        let mut words = head.split_whitespace();
+        blocks.push(Block {
+            ending: words.next().unwrap_or_default(),
+            name: words.next(),
+            text,
+        });
+        rest = after;
+    }
+    blocks
+}
+
+/// What is found in one example, which stands beside the files of its page.
+fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(&path, text).expect("a file");
+        path
+    };
+    for file in files {
+        write(file.name.expect("a name"), file.text);
+    }
+    let name = match example.ending {
+        "toml" => "etc/config.toml".to_owned(),
+        ending => format!("example.{ending}"),
+    };
+    let path = write(&name, example.text);
+    let mut sources = SourceMap::new();
+    let mut found = Diagnostics::new();
+    let loader = FileLoader::new(&[]);
+    if example.ending == "ddsl" {
+        let (network, more) = network::load(&path, &mut sources, &loader).expect("a file");
+        found.extend(more);
+        if let Some(network) = network {
+            network.check_executables(Profile::Dev, &mut found);
+            network.check_generated(&mut found);
+        }
+    } else {
+        rc_codegen::check::file(&path, &mut sources, &loader, &mut found).expect("a file");
+    }
+    if example.ending == "cdsl" && !found.has_errors() {
+        let (project, _) = Project::load(&path, &mut sources, &loader).expect("a file");
+        let project = project.expect("a component without errors");
+        let (_, more) =
+            rc_codegen::generate::generate(&project, Backend::Iceoryx2).expect("templates");
+        found.extend(more);
+    }
+    let not_built = ["missing-executable", "missing-generated"];
+    let wrong = found
+        .iter()
+        .any(|d| d.severity == rc_diagnostics::Severity::Error && !not_built.contains(&d.code));
+    let told = render(&sources, &found, Format::Short);
+    (found.iter().map(|d| d.code).collect(), wrong, told)
+}
+
+/// What is wrong with one page.
+fn faults(page: &Page) -> Vec<String> {
+    if page.text.contains("No example: ") {
+        return Vec::new();
+    }
+    let (Some((before, rest)), true) =
+        (page.text.split_once("Wrong:"), page.text.contains("Right:"))
+    else {
+        return vec!["has neither examples nor `No example: `".to_owned()];
+    };
+    let (wrong, right) = rest.split_once("Right:").expect("it is there");
+    let files = blocks(before);
+    let (wrong, right) = (blocks(wrong), blocks(right));
+    let ([wrong], [right]) = (&wrong[..], &right[..]) else {
+        return vec!["has not one wrong and one right example".to_owned()];
+    };
+    let mut faults = Vec::new();
+    let (codes, _, told) = check(&files, wrong);
+    if !codes.contains(&page.code) {
+        faults.push(format!("the wrong example gives\n{told}"));
+    }
+    let (codes, errors, told) = check(&files, right);
+    if errors || codes.contains(&page.code) {
+        faults.push(format!("the right example gives\n{told}"));
+    }
+    faults
+}
+
+#[test]
+fn wrong_examples_are_wrong_and_right_ones_are_right() {
+    let all: Vec<String> = pages()
+        .iter()
+        .flat_map(|page| {
+            faults(page)
+                .into_iter()
+                .map(move |f| format!("{}: {f}", page.code))
+        })
+        .collect();
+    assert!(all.is_empty(), "{}", all.join("\n"));
+}
