@@ -213,32 +213,35 @@ fn unread_comm(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
         return r.unread(pair, Rule::comm);
     }
     let message = format!("`{}` does not begin a communication clause", first.text);
+    const ALL: &str = "allowed here: `implements`, `requires`, `publishes`, `subscribesTo`";
     let words = ["implements", "requires", "publishes", "subscribesTo"];
     // What people write who know components by other names.
-    let meant = match first.text.to_lowercase().as_str() {
-        "provides" | "provide" | "offers" | "serves" => "implements",
-        "uses" | "needs" | "calls" => "requires",
-        _ => &first.text,
+    let near = match first.text.to_lowercase().as_str() {
+        "provides" | "provide" | "offers" | "serves" => Some("implements"),
+        "uses" | "needs" | "calls" => Some("requires"),
+        _ => rc_diagnostics::nearest(&first.text, words),
     };
-    r.found.push(
-        Diagnostic::error("unknown-communication", first.span, message).suggest(meant, words),
-    );
+    let help = near.map_or(ALL.to_owned(), |near| {
+        format!("did you mean `{near}`? {ALL}")
+    });
+    r.found
+        .push(Diagnostic::error("unknown-communication", first.span, message).help(help));
 }
 
 /// Eclipse's RoboComp had clauses that are gone; people still have the files.
 fn unknown_clause(first: &Name) -> Diagnostic {
     let today = match first.text.to_lowercase().as_str() {
         "robocompmodules" | "robocompclasses" => {
-            Some("`dependencies { NAME \"VERSION\"; };`, with crates instead of classes")
+            Some("it is `dependencies { NAME \"VERSION\"; };`, with crates instead of classes")
         }
-        "useqt" => Some("`gui Qt (QWidget);`"),
-        "worker" => Some(
-            "nothing: the worker's loop needs no clause; `period 50ms;` sets how often it runs",
-        ),
+        "useqt" => Some("it is `gui Qt (QWidget);`"),
+        "worker" => {
+            Some("the worker's loop needs no clause; `period 50ms;` sets how often it runs")
+        }
         _ => None,
     };
     if let Some(today) = today {
-        let message = format!("`{}` is a clause of old; today it is {today}", first.text);
+        let message = format!("`{}` is a clause of old; today {today}", first.text);
         Diagnostic::error("old-clause", first.span, message)
     } else {
         let message = format!("`{}` does not begin a clause of a component", first.text);

@@ -229,8 +229,8 @@ fn communications_that_cannot_be_read() {
         "provides Laser;\nimplement Laser;\nimplements ;\nrequires Laser LaserPub;\npublishes LaserPub(;\nsubscribesTo LaserPub(iceoryx) { depth 3; };\nLaser;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:1: error[unknown-communication]: `provides` does not begin a communication clause (did you mean `implements`?)
-            c.cdsl:4:1: error[unknown-communication]: `implement` does not begin a communication clause (did you mean `implements`?)
+            c.cdsl:3:1: error[unknown-communication]: `provides` does not begin a communication clause (did you mean `implements`? allowed here: `implements`, `requires`, `publishes`, `subscribesTo`)
+            c.cdsl:4:1: error[unknown-communication]: `implement` does not begin a communication clause (did you mean `implements`? allowed here: `implements`, `requires`, `publishes`, `subscribesTo`)
             c.cdsl:5:12: error[syntax-error]: expected a name, found `;`
             c.cdsl:6:16: error[syntax-error]: expected `(`, `,`, `;` or `{`, found `LaserPub`
             c.cdsl:7:20: error[syntax-error]: expected a name, found `;`
@@ -329,7 +329,7 @@ fn clauses_of_old() {
             c.cdsl:6:1: error[old-clause]: `useQt` is a clause of old; today it is `gui Qt (QWidget);`
             c.cdsl:7:1: error[old-clause]: `RoboCompModules` is a clause of old; today it is `dependencies { NAME "VERSION"; };`, with crates instead of classes
             c.cdsl:8:1: error[old-clause]: `RoboCompClasses` is a clause of old; today it is `dependencies { NAME "VERSION"; };`, with crates instead of classes
-            c.cdsl:9:1: error[old-clause]: `worker` is a clause of old; today it is nothing: the worker's loop needs no clause; `period 50ms;` sets how often it runs
+            c.cdsl:9:1: error[old-clause]: `worker` is a clause of old; today the worker's loop needs no clause; `period 50ms;` sets how often it runs
         "#]],
     );
 }

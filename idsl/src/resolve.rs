@@ -705,7 +705,11 @@ impl Scope<'_, '_> {
                         } else {
                             None
                         };
-                        Diagnostic::error("unknown-type", span, message).help_nearest(near)
+                        let diagnostic = Diagnostic::error("unknown-type", span, message);
+                        match near {
+                            Some(_) => diagnostic.help_nearest(near),
+                            None => diagnostic.help("declare it, or import the file that does"),
+                        }
                     }
                 };
                 self.report(diagnostic);

@@ -279,15 +279,15 @@ fn types_are_known() {
         &expect![[r#"
             m.idsl:2:12: error[unknown-type]: unknown type `itn` (did you mean `int`?)
             m.idsl:2:19: error[unknown-type]: unknown type `Float` (did you mean `float`?)
-            m.idsl:2:28: error[unknown-type]: unknown type `sate`
+            m.idsl:2:28: error[unknown-type]: unknown type `sate` (declare it, or import the file that does)
             m.idsl:2:36: error[void-value]: `void` is only possible as the result of an operation
             m.idsl:2:44: error[exception-as-type]: exception `E` is only possible after `throws`
-            m.idsl:2:49: error[unknown-type]: unknown type `const`
-            m.idsl:2:58: error[unknown-type]: unknown type `unsigned`
+            m.idsl:2:49: error[unknown-type]: unknown type `const` (declare it, or import the file that does)
+            m.idsl:2:58: error[unknown-type]: unknown type `unsigned` (declare it, or import the file that does)
             m.idsl:4:15: error[unknown-type]: unknown type `s` (did you mean `S`?)
             m.idsl:4:29: error[unknown-type]: unknown type `Sq` (did you mean `S`?)
             m.idsl:4:52: error[not-an-exception]: `S` is not an exception; declared here at m.idsl:2:8
-            m.idsl:4:71: error[unknown-type]: unknown type `Nothing`
+            m.idsl:4:71: error[unknown-type]: unknown type `Nothing` (declare it, or import the file that does)
         "#]],
     );
     check_file(
