@@ -133,7 +133,10 @@ impl Resolver<'_> {
         // A clause that is there, but could not be read, has been reported.
         let unread = self.found.iter().any(|d| {
             d.span.source == tree.name.span.source
-                && matches!(d.code, "syntax-error" | "unknown-clause")
+                && matches!(
+                    d.code,
+                    "syntax-error" | "unknown-clause" | "unknown-language"
+                )
         });
         for (missing, help) in [
             (

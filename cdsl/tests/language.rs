@@ -8,7 +8,11 @@ use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
 /// Files that tests import.
-const INTERFACES: [(&str, &str); 7] = [
+const INTERFACES: [(&str, &str); 8] = [
+    (
+        "Second.idsl",
+        "module Second { interface Laser { void other(); }; };",
+    ),
     (
         "Request.idsl",
         "module RoboCompRequest { interface Request { int get(); }; };",
@@ -400,4 +404,31 @@ fn the_habits_of_robocomp_are_accepted() {
         "COMPONENT c { communications {} LANGUAGE Rust; }",
         &expect![[""]],
     );
+}
+
+#[test]
+fn what_real_files_taught() {
+    // A missing file is told once, not at each use of what is in it.
+    check_file(
+        "import \"Camera.idsl\";\nComponent C { Communications { requires Camera, Camera as other; }; language N++; };",
+        &expect![[r#"
+            c.cdsl:1:8: error[import-not-found]: `Camera.idsl` was not found; looked in memory (name its folder with `-I DIR`, or put the file beside this one)
+            c.cdsl:2:78: error[unknown-language]: unknown language `N++` (allowed here: `rust`, `cpp`, `cpp11`, `python`)
+        "#]],
+    );
+    // The first import is taken, as RoboComp does.
+    check_file(
+        "import \"Laser.idsl\"; import \"Second.idsl\";\nComponent C { Communications { requires Laser; }; language cpp; gui qt(qwidget); };",
+        &expect![[r#"
+            c.cdsl:1:29: warning[unused-import]: nothing of `Second` is used here
+            c.cdsl:2:41: warning[ambiguous-interface]: interface `Laser` is in several modules; `RoboCompLaser::Laser` is taken, since it is imported first; this one is taken at Laser.idsl:1:56; this one is not at Second.idsl:1:27
+            c.cdsl:2:65: warning[not-generated-yet]: `gui` is read and checked, but nothing is generated for it yet
+        "#]],
+    );
+    // What a used interface is made of may be imported, too.
+    let slots = check_file(
+        "import \"Laser.idsl\"; import \"Both.idsl\";\nComponent C { Communications { requires Both; };; language rust;; }",
+        &expect![[""]],
+    );
+    assert_eq!(slots, ["requires Both"]);
 }

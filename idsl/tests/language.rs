@@ -448,3 +448,38 @@ fn the_habits_of_robocomp_are_accepted() {
         M::I/match()->(return:sequence<float32>)"#]];
     expected.assert_eq(&operations(&library).join("\n"));
 }
+
+#[test]
+fn what_real_files_taught() {
+    // RoboComp reads any run of `;` as one, and types may be called like patterns.
+    let library = check_file(
+        "import \"Base.idsl\";;\nmodule M {\nstruct query { int a;; int b; };;\nenum E { None, };; sequence<int> L;;\n\
+         interface I { query get();; query again(int x); command stop(); void type(); };\n};;",
+        &expect![[""]],
+    );
+    let text = operations(&library).join("\n");
+    assert!(text.contains("M::I/get()->(return:M::query{"), "{text}");
+    assert!(text.contains("M::I/stop()->()"), "{text}");
+    // One cause, one message.
+    check(
+        "struct S { int a b; unsigned int c; };\nvector<int> V;\nstruct T { Nowhere::X x; };",
+        &expect![[r#"
+            m.idsl:2:18: error[syntax-error]: expected `;`, `=` or `[`, found `b`
+            m.idsl:2:34: error[syntax-error]: expected `;`, `=` or `[`, found `c` (there is no `unsigned`: write `uint16`, `uint32` or `uint64`)
+            m.idsl:3:1: error[unknown-declaration]: `vector` does not begin a declaration (write `sequence<TYPE> NAME;`)
+            m.idsl:4:12: error[unknown-module]: module `Nowhere` is not imported here (import the file that declares it)
+        "#]],
+    );
+    check_file(
+        "#ifndef M\n#define M\nmodule M { };\n#endif",
+        &expect![[r#"
+            m.idsl:1:1: error[syntax-error]: expected `module`, found `#` (an include guard of old is not needed: delete its lines)
+        "#]],
+    );
+    check_file(
+        "module M { };\n#endif",
+        &expect![[r#"
+        m.idsl:2:1: error[text-after-end]: `#` begins nothing here: an include guard of old is not needed, delete its lines
+    "#]],
+    );
+}
