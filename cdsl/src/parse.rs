@@ -207,13 +207,13 @@ fn unknown_language(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
 }
 
 fn unread_comm(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+    const ALL: &str = "allowed here: `implements`, `requires`, `publishes`, `subscribesTo`";
     let first = r.first_word(pair);
     let words = Role::WORDS.map(|(word, _)| word);
     if words.iter().any(|w| w.eq_ignore_ascii_case(&first.text)) {
         return r.unread(pair, Rule::comm);
     }
     let message = format!("`{}` does not begin a communication clause", first.text);
-    const ALL: &str = "allowed here: `implements`, `requires`, `publishes`, `subscribesTo`";
     let words = ["implements", "requires", "publishes", "subscribesTo"];
     // What people write who know components by other names.
     let near = match first.text.to_lowercase().as_str() {

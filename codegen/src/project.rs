@@ -42,20 +42,11 @@ impl Project {
         let mut parameters = None;
         if let Some(file) = &component.parameters {
             let pdsl = beside(path, file);
-            match std::fs::read_to_string(&pdsl) {
-                Ok(text) => {
-                    let source = sources.add(load::normal(&pdsl), text);
-                    let (loaded, more) = rc_pdsl::load(sources, loader, source);
-                    parameters = loaded;
-                    found.extend(more);
-                }
-                Err(error) => {
-                    let message = format!("`{}` cannot be read: {error}", file.text);
-                    let help = "the path is relative to the .cdsl file";
-                    found.push(
-                        Diagnostic::error("parameters-not-found", file.span, message).help(help),
-                    );
-                }
+            if let Some(text) = read(&pdsl, file, "parameters-not-found", &["pdsl"], &mut found) {
+                let source = sources.add(load::normal(&pdsl), text);
+                let (loaded, more) = rc_pdsl::load(sources, loader, source);
+                parameters = loaded;
+                found.extend(more);
             }
         }
         let mut texts: Vec<String> = sources
@@ -105,22 +96,29 @@ fn state_machine(
     found: &mut Diagnostics,
 ) -> Option<Machine> {
     let path = beside(cdsl, file);
-    let error = match std::fs::read_to_string(&path) {
-        Ok(text) => {
-            let source = sources.add(path, text);
-            let (machine, more) = rc_smdsl::load(sources, source);
-            found.extend(more);
-            return machine;
-        }
+    let endings = ["smdsl", "scxml"];
+    let text = read(&path, file, "statemachine-not-found", &endings, found)?;
+    let source = sources.add(path, text);
+    let (machine, more) = rc_smdsl::load(sources, source);
+    found.extend(more);
+    machine
+}
+
+/// The text of a file that a `.cdsl` names, or a finding with the nearest file of these endings beside it.
+fn read(
+    path: &Path,
+    file: &Name,
+    code: &'static str,
+    endings: &[&str],
+    found: &mut Diagnostics,
+) -> Option<String> {
+    let error = match std::fs::read_to_string(path) {
+        Ok(text) => return Some(text),
         Err(error) => error,
     };
     if error.kind() != ErrorKind::NotFound {
         let message = format!("`{}` cannot be read: {error}", file.text);
-        found.push(Diagnostic::error(
-            "statemachine-not-found",
-            file.span,
-            message,
-        ));
+        found.push(Diagnostic::error(code, file.span, message));
         return None;
     }
     let folder = match path.parent() {
@@ -132,11 +130,15 @@ fn state_machine(
         file.text,
         folder.display()
     );
-    let diagnostic = Diagnostic::error("statemachine-not-found", file.span, message);
+    let diagnostic = Diagnostic::error(code, file.span, message);
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let known = |path: &PathBuf| {
+        let ending = path.extension().and_then(|e| e.to_str());
+        ending.is_some_and(|ending| endings.contains(&ending))
+    };
     let names: Vec<String> = entries
         .map(|e| e.path())
-        .filter(|p| p.extension().is_some_and(|e| e == "smdsl" || e == "scxml"))
+        .filter(known)
         .filter_map(|p| Some(p.file_name()?.to_string_lossy().into_owned()))
         .collect();
     let wanted = path.file_name().unwrap_or_default().to_string_lossy();

@@ -3,6 +3,7 @@
 use crate::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
+use std::collections::HashSet;
 
 /// How findings are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,10 +33,15 @@ impl std::str::FromStr for Format {
     }
 }
 
-/// All findings in the order of their places, each ending in a line feed; nothing for none.
+/// All findings in the order of their places, each ending in a line feed; nothing for none. What two components
+/// found in a file that both read is told once.
 pub fn render(sources: &SourceMap, diagnostics: &Diagnostics, format: Format) -> String {
     let mut out = String::new();
+    let mut told = HashSet::new();
     for diagnostic in diagnostics.sorted() {
+        if !told.insert(short(sources, diagnostic)) {
+            continue;
+        }
         match format {
             Format::Human => out.push_str(&human(sources, diagnostic)),
             Format::Short => out.push_str(&short(sources, diagnostic)),

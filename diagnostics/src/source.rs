@@ -73,16 +73,13 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Takes a text in, unless this path was read with this text already. A byte order mark at its start is dropped.
+    /// Takes a text in. A byte order mark at its start is dropped.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<String>) -> SourceId {
         let mut text = text.into();
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
         }
         let path = path.into();
-        if let Some(known) = self.find(&path).filter(|id| self.text(*id) == text) {
-            return known;
-        }
         let line_starts = std::iter::once(0)
             .chain(text.match_indices('\n').map(|(at, _)| at + 1))
             .collect();
@@ -92,7 +89,7 @@ impl SourceMap {
             line_starts,
         });
         let id = SourceId((self.sources.len() - 1) as u32);
-        self.by_path.insert(path, id);
+        self.by_path.entry(path).or_insert(id);
         id
     }
 

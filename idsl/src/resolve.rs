@@ -28,6 +28,9 @@ pub struct Session<'a> {
     import_failed: bool,
 }
 
+/// So many files may be open because each is imported by the one before.
+const MOST_IMPORTS: usize = 50;
+
 /// So many unknown names get a suggestion.
 const MOST_SUGGESTIONS: usize = 100;
 
@@ -66,6 +69,7 @@ impl<'a> Session<'a> {
                 let known: Vec<String> = missing.known.iter().map(|k| stem(k)).collect();
                 let near = rc_diagnostics::nearest(&stem(base), known.iter().map(String::as_str));
                 self.found.push(match near {
+                    _ if missing.refused.is_some() => diagnostic,
                     Some(near) => diagnostic.help(format!("did you mean `{near}.idsl`?")),
                     None => diagnostic
                         .help("name its folder with `-I DIR`, or put the file beside this one"),
@@ -94,6 +98,12 @@ impl<'a> Session<'a> {
         }
         if let Some(known) = self.loaded.get(&path) {
             return *known;
+        }
+        if self.loading.len() >= MOST_IMPORTS {
+            let message = format!("files import each other more than {MOST_IMPORTS} levels deep");
+            self.found
+                .push(Diagnostic::error("nested-too-deep", span, message));
+            return None;
         }
         let source = self.sources.add(path.clone(), text);
         self.load_source(source, path, span)
@@ -277,6 +287,7 @@ impl Scope<'_, '_> {
     }
 
     fn type_decl(&mut self, decl: &Decl) -> TypeDeclKind {
+        decl.annotations.iter().for_each(|a| self.ignored(a));
         match &decl.kind {
             DeclKind::Enum(values) => TypeDeclKind::Enum(self.enumerators(decl, values)),
             DeclKind::Struct(members) => TypeDeclKind::Struct(self.members(members)),
@@ -433,15 +444,20 @@ impl Scope<'_, '_> {
                     message,
                 ));
             }
-            _ => {
-                let message = format!("unknown annotation `@{text}` is ignored");
-                let known = ["unit", "range", "default", "optional"];
-                self.report(
-                    Diagnostic::warning("unknown-annotation", annotation.name.span, message)
-                        .suggest(text, known),
-                );
-            }
+            _ => self.ignored(annotation),
         }
+    }
+
+    /// On a structure or an operation an annotation documents; one that nobody knows is a slip all the same.
+    fn ignored(&mut self, annotation: &ast::Annotation) {
+        const KNOWN: [&str; 4] = ["unit", "range", "default", "optional"];
+        let text = annotation.name.text.as_str();
+        if KNOWN.contains(&text) {
+            return;
+        }
+        let message = format!("unknown annotation `@{text}` is ignored");
+        let span = annotation.name.span;
+        self.report(Diagnostic::warning("unknown-annotation", span, message).suggest(text, KNOWN));
     }
 
     /// Members of an exception's base come before its own.
@@ -496,6 +512,7 @@ impl Scope<'_, '_> {
     }
 
     fn operation(&mut self, tree: &ast::Operation) -> Operation {
+        tree.annotations.iter().for_each(|a| self.ignored(a));
         check::duplicates(
             tree.params.iter().map(|p| &p.name),
             "parameter",
