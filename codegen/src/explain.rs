@@ -22,7 +22,9 @@ pub struct Page {
 /// All pages, in the order of their codes.
 pub fn pages() -> Vec<Page> {
     let sections = PAGES.into_iter().flat_map(|text| {
-        let text = text.strip_prefix("## ").unwrap_or(text);
+        // What stands before the first section is for who reads the whole file.
+        let after_title = || text.split_once("\n## ").map_or("", |(_, rest)| rest);
+        let text = text.strip_prefix("## ").unwrap_or_else(after_title);
         text.split("\n## ")
     });
     let pages = sections.filter_map(|section| {

@@ -194,7 +194,7 @@ fn check_executable(
             format!("{} cannot be read: {error}", path.display()),
         ),
         Ok(None) => (
-            "no-component",
+            "not-a-component",
             format!(
                 "{} is not a component: it has no note of its model",
                 path.display()

@@ -184,7 +184,7 @@ fn executables_are_checked_by_the_note_in_them() {
     site.write_ddsl(&none);
     let up = site.rcdeploy(&["up", "--profile", "dev"], true);
     assert_eq!(up.code, 1);
-    assert!(up.stderr.contains("no-component"), "{up:?}");
+    assert!(up.stderr.contains("not-a-component"), "{up:?}");
 
     // Another model: the same component with one more word in its .cdsl.
     site.copy_component("avoider");
