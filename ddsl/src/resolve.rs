@@ -341,13 +341,11 @@ impl<'a> Resolver<'a> {
             .find_map(|s| s.hosts.known.get(&name.text).copied());
         if host.is_none() && name.text != LOCALHOST {
             let message = format!("there is no host `{}`", name.text);
-            let mut known = vec![LOCALHOST.to_owned()];
-            known.extend(
-                self.visible(group)
-                    .flat_map(|s| s.hosts.known.keys().cloned()),
-            );
             let error = Diagnostic::error("unknown-host", name.span, message);
-            self.report_unknown(error, &name.text, known);
+            self.report_unknown(error, &name.text, |r| {
+                let hosts = r.visible(group).flat_map(|s| s.hosts.known.keys().cloned());
+                hosts.chain([LOCALHOST.to_owned()]).collect()
+            });
         }
         host
     }
@@ -359,21 +357,29 @@ impl<'a> Resolver<'a> {
             .find_map(|s| s.places.known.get(&name.text).copied());
         if place.is_none() {
             let message = format!("there is no component or group `{}` here", name.text);
-            let known = self
-                .visible(group)
-                .flat_map(|s| s.places.known.keys().cloned());
-            let known = known.collect();
             let error = Diagnostic::error("unknown-instance", name.span, message);
-            self.report_unknown(error, &name.text, known);
+            self.report_unknown(error, &name.text, |r| {
+                let scopes = r.visible(group);
+                scopes
+                    .flat_map(|s| s.places.known.keys().cloned())
+                    .collect()
+            });
         }
         place
     }
 
-    fn report_unknown(&mut self, error: Diagnostic, name: &str, mut known: Vec<String>) {
-        self.compared += known.len();
+    /// Adds the names that could have been meant, until so many have been compared that it would take long.
+    fn report_unknown(
+        &mut self,
+        error: Diagnostic,
+        name: &str,
+        known: impl FnOnce(&Self) -> Vec<String>,
+    ) {
         if self.compared > COMPARED {
             return self.found.push(error);
         }
+        let mut known = known(self);
+        self.compared += known.len();
         known.sort_unstable();
         known.dedup();
         self.found
@@ -402,9 +408,11 @@ impl<'a> Resolver<'a> {
                     "there is no component or group `{}` in group `{}`",
                     name.text, self.deployment.groups[inside].path
                 );
-                let known = known.keys().cloned().collect();
                 let error = Diagnostic::error("unknown-instance", name.span, message);
-                self.report_unknown(error, &name.text, known);
+                self.report_unknown(error, &name.text, |r| {
+                    let known = &r.scopes[inside + 1].places.known;
+                    known.keys().cloned().collect()
+                });
                 return None;
             };
             place = found;
