@@ -109,9 +109,12 @@ fn configuration(
         .filter_map(|f| std::fs::read_dir(f).ok())
         .flatten()
         .flatten();
-    let cdsl = entries
+    let mut cdsl: Vec<PathBuf> = entries
         .map(|e| e.path())
-        .find(|p| p.extension().is_some_and(|e| e == "cdsl"));
+        .filter(|p| p.extension().is_some_and(|e| e == "cdsl"))
+        .collect();
+    cdsl.sort();
+    let cdsl = cdsl.into_iter().next();
     let source = sources.add(path, text);
     let Some(cdsl) = cdsl else {
         let message =

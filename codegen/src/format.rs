@@ -41,6 +41,9 @@ pub fn file(
 /// Writes beside the file first, so that a full disk costs nothing; a link stays one, and rights stay as they are.
 fn replace(path: &Path, text: &str) -> io::Result<()> {
     let path = path.canonicalize()?;
+    if path.metadata()?.permissions().readonly() {
+        return Err(io::ErrorKind::PermissionDenied.into());
+    }
     let staged = crate::files::temporary_of(&path);
     let written = std::fs::write(&staged, text)
         .and_then(|()| std::fs::set_permissions(&staged, path.metadata()?.permissions()))

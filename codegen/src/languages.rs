@@ -91,7 +91,8 @@ fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>)
             if !left_out {
                 walk(&path, wanted, files)?;
             }
-        } else if wanted(&path) {
+        // Editors leave hidden files beside those that they hold; a pipe would be waited for.
+        } else if !name.starts_with('.') && wanted(&path) && path.is_file() {
             files.push(path);
         }
     }

@@ -129,7 +129,7 @@ impl Inside<'_> {
             _ => {
                 let message = format!("several in group `{group}` have a slot `{text}`");
                 let mut error = Diagnostic::error("ambiguous-export", name.span, message)
-                    .help("give one of them another name in its .cdsl, by `as NAME`, or a group of its own");
+                    .help("put one of them into a group of its own, or, where they are different components, name a slot by `as NAME`");
                 let meant = if providers.is_empty() {
                     all.iter().collect()
                 } else {

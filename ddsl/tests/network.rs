@@ -312,8 +312,8 @@ fn an_exported_name_means_one_slot() {
          Component user { cdsl \"user\"; };\nbind user.Laser -> g.Laser;\n",
         &[LIDAR, USER],
         &expect![[r#"
-            n.ddsl:2:18: error[ambiguous-export]: several in group `g` have a slot `Laser`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (give one of them another name in its .cdsl, by `as NAME`, or a group of its own)
-            n.ddsl:2:25: error[ambiguous-export]: several in group `g` have a slot `Pub`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (give one of them another name in its .cdsl, by `as NAME`, or a group of its own)
+            n.ddsl:2:18: error[ambiguous-export]: several in group `g` have a slot `Laser`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (put one of them into a group of its own, or, where they are different components, name a slot by `as NAME`)
+            n.ddsl:2:25: error[ambiguous-export]: several in group `g` have a slot `Pub`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (put one of them into a group of its own, or, where they are different components, name a slot by `as NAME`)
             n.ddsl:2:30: error[unknown-export]: nothing in group `g` has a slot `Lasr` (did you mean `Laser`?)
             n.ddsl:5:34: error[several-providers]: `g.h.user.Laser` could be served by `g.one.Laser`, `g.two.Laser` (choose one, in group `g.h`: `bind user.Laser -> one.Laser;`)
             n.ddsl:7:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64

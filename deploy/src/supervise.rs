@@ -182,6 +182,14 @@ impl<'p> Supervisor<'p> {
                     guard.started(&held);
                 }
             }
+            // What has run before is tried again as its policy says: its program may be being built just now.
+            Err(reason) if self.units[i].is_restarted() => {
+                let unit = &mut self.units[i];
+                let text = unit.failure(&reason);
+                unit.event(self.report, Severity::Error, "start-failed", text);
+                let next = unit.follow(Duration::ZERO, true);
+                self.go_on(i, next, true);
+            }
             Err(reason) => self.fail(i, &reason),
         }
     }
@@ -406,8 +414,9 @@ impl<'p> Supervisor<'p> {
         if goes_on && !unit.is_ready() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
         }
-        // While the network goes on, only a component is asked that did not get ready again.
-        let failed = !end.done || (asked && goes_on);
+        // While the network goes on, only a component is asked that did not get ready again; others wait for one that
+        // ends without getting ready, however well it ends.
+        let failed = !end.done || (goes_on && (asked || !unit.is_ready()));
         let text = format!("ended: {}", end.text);
         if !failed {
             unit.event(self.report, Severity::Info, "exited", text);
@@ -418,15 +427,18 @@ impl<'p> Supervisor<'p> {
             unit.event(self.report, Severity::Error, "exited", text);
         }
         let next = if goes_on {
-            self.units[i].follow(&end, failed)
+            self.units[i].follow(end.ran, failed)
         } else {
             Next::Nothing
         };
+        self.go_on(i, next, failed && (goes_on || !asked));
+    }
+
+    /// Does what follows an end.
+    fn go_on(&mut self, i: usize, next: Next, failed: bool) {
         let unit = &self.units[i];
         match next {
-            Next::Nothing if failed && (goes_on || !asked) => {
-                self.failed.push(unit.name().to_owned());
-            }
+            Next::Nothing if failed => self.failed.push(unit.name().to_owned()),
             Next::Nothing => {}
             Next::Again(pause) => {
                 let text = format!("is started again in {pause:?}");
@@ -473,7 +485,13 @@ impl<'p> Supervisor<'p> {
                 }
                 // It is stopped when it is its turn; until then its limit is no news.
                 Overdue::NotReady => self.units[i].ask_to_stop(),
-                Overdue::NotKilled => self.failed.push(self.units[i].name().to_owned()),
+                Overdue::NotKilled => {
+                    self.failed.push(self.units[i].name().to_owned());
+                    // Whoever needs it would wait for ever.
+                    if self.ending.is_none() {
+                        self.fail(i, "cannot be ended, and so not be started again");
+                    }
+                }
             }
         }
     }

@@ -77,7 +77,7 @@ pub(crate) struct End {
     /// `exit status: 1`, `signal 11 (SIGSEGV)`.
     pub(crate) text: String,
     /// How long it ran.
-    ran: Duration,
+    pub(crate) ran: Duration,
 }
 
 /// What the passing of time did to a component.
@@ -380,10 +380,11 @@ impl Unit {
         Some(end)
     }
 
-    /// What follows this end, which was not asked for. It waits for its start, where there is to be one.
-    pub(crate) fn follow(&mut self, end: &End, failed: bool) -> Next {
+    /// What follows an end that was not asked for, after a run of this length. It waits for its start, where there is
+    /// to be one.
+    pub(crate) fn follow(&mut self, ran: Duration, failed: bool) -> Next {
         let now = Instant::now();
-        let next = self.restarts.after(failed, end.ran, now);
+        let next = self.restarts.after(failed, ran, now);
         if let Next::Again(pause) = next {
             self.phase = Phase::Waiting;
             self.ready = false;

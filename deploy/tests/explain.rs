@@ -175,4 +175,6 @@ fn wrong_examples_are_wrong_and_right_ones_are_right() {
         })
         .collect();
     assert!(all.is_empty(), "{}", all.join("\n"));
+    let shown = pages().iter().filter(|p| p.text.contains("Wrong:")).count();
+    assert!(shown > 100, "only {shown} pages have examples");
 }

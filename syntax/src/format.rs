@@ -337,7 +337,8 @@ impl Line {
         let long_comment = token.kind == Kind::Comment && token.text.contains('\n');
         let after_comma = matches!(&self.last, Some((Kind::Mark, text)) if text == ",");
         let throws = self.angles && token.kind == Kind::Word && token.text == "throws";
-        let own_line = long_comment || line_comment && token.newlines > 0;
+        // Documentation counts only where nothing stands before it in its line.
+        let own_line = long_comment || token.kind == Kind::Comment && token.newlines > 0;
         let before = if self.next_must || own_line {
             Break::Must
         } else if after_comma && token.kind != Kind::Comment || throws {
@@ -352,7 +353,7 @@ impl Line {
             token.text.to_owned()
         };
         self.add(&text, space, before);
-        self.next_must = line_comment || long_comment;
+        self.next_must = line_comment || own_line;
         match token.text {
             "(" => self.rounds += 1,
             ")" => self.rounds = self.rounds.saturating_sub(1),

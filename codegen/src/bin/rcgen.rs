@@ -262,7 +262,11 @@ fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), Failure> {
     let mut refused = None;
     let mut differs = false;
     let formatted = |path: &Path| Language::of(path).is_some();
-    for file in languages::files(paths, &formatted).map_err(system)? {
+    let files = languages::files(paths, &formatted).map_err(system)?;
+    if files.is_empty() {
+        return Err(Failure::Usage("there is nothing to format".to_owned()));
+    }
+    for file in files {
         match rc_codegen::format::file(&file, check, &mut sources, &mut found) {
             Ok(false) => {}
             Ok(true) => {
@@ -273,11 +277,11 @@ fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), Failure> {
             Err(error) => unreadable(&file, &error, &mut sources, &mut found, &mut refused),
         }
     }
-    report(&sources, &found, format)?;
+    let told = report(&sources, &found, format);
     match refused {
         Some(why) => Err(Failure::System(why)),
         None if check && differs => Err(Failure::Input),
-        None => Ok(()),
+        None => told,
     }
 }
 
@@ -298,7 +302,11 @@ fn unreadable(
             message,
         ));
     } else {
-        refused.get_or_insert(format!("{}: {error}", file.display()));
+        let why = format!("{}: {error}", file.display());
+        *refused = Some(match refused.take() {
+            Some(before) => format!("{before}; {why}"),
+            None => why,
+        });
     }
 }
 

@@ -86,6 +86,12 @@ pub(super) fn read(
         };
         let source = sources.add(&path, text);
         let text = sources.text(source);
+        if let Some(at) = too_deep(text) {
+            let message = format!("brackets nest deeper than {DEEPEST} levels here");
+            let span = Span::new(source, at, at + 1);
+            found.push(Diagnostic::error("not-rust", span, message));
+            continue;
+        }
         match syn::parse_file(text) {
             Ok(file) => {
                 let before = file.shebang.as_ref().map_or(0, String::len);
@@ -102,6 +108,22 @@ pub(super) fn read(
         }
     }
     Ok(code)
+}
+
+/// `syn` calls itself for each level, and nobody's worker nests so deep.
+const DEEPEST: usize = 500;
+
+/// Where brackets nest too deep. Those in texts and comments count, too: it is only a bound.
+fn too_deep(text: &str) -> Option<usize> {
+    let mut depth = 0_usize;
+    text.bytes().position(|byte| {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        depth > DEEPEST
+    })
 }
 
 fn unreadable(source: SourceId, text: &str, error: &syn::Error) -> Diagnostic {

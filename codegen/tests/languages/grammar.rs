@@ -46,7 +46,7 @@ const STRINGS: [&str; 6] = [
 const NUMBERS: [&str; 9] = [
     "0", "1", "-1", "127", "3.25", "-0.5", "1e3", "2.5e-3", "0x1F",
 ];
-const GAPS: [&str; 12] = [
+const GAPS: [&str; 13] = [
     " ",
     " ",
     " ",
@@ -59,6 +59,7 @@ const GAPS: [&str; 12] = [
     " // to the end\n",
     "\n/// about it\n",
     "\n  /** more\n   * about it */\n",
+    "\n/** one */ ",
 ];
 
 /// A language's grammar, read from its file.
