@@ -140,3 +140,55 @@ fn a_network_can_be_stopped_while_a_component_waits_for_its_start() {
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();
 }
+
+/// Whoever needs it would wait for ever.
+#[test]
+fn an_end_before_it_is_ready_again_is_a_failure() {
+    let bench = Bench::new();
+    let a = turns("a", "1 6 0", Policy::OnFailure, Some(3));
+    let mut up = bench.start(vec![a, component("b", "well", &["a"])]);
+    for _ in 0..2 {
+        up.await_event("restarting", Some("a"));
+    }
+    up.await_event("ready", Some("a"));
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    bench.assert_nothing_left();
+}
+
+/// While it is being built anew, for instance.
+#[test]
+fn a_program_that_is_away_for_a_moment_is_tried_again() {
+    let bench = Bench::new();
+    let a = turns("a", "1 0", Policy::Always, None);
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = folder.path().join("program");
+    let away = folder.path().join("away");
+    std::fs::copy(&a.executable, &program).expect("a copy of the program");
+    let a = Component {
+        executable: program.clone(),
+        restart: Restart {
+            backoff: Duration::from_millis(300),
+            ..a.restart
+        },
+        ..a
+    };
+    let mut up = bench.start(vec![a, well("b")]);
+    up.await_event("restarting", Some("a"));
+    std::fs::rename(&program, &away).expect("the program can be moved");
+    up.await_event("start-failed", Some("a"));
+    std::fs::rename(&away, &program).expect("and moved back");
+    up.await_event("ready", Some("a"));
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    assert_eq!(
+        codes(&events, "b")
+            .iter()
+            .filter(|c| *c == "starting")
+            .count(),
+        1
+    );
+    bench.assert_nothing_left();
+}

@@ -207,6 +207,8 @@ fn main() -> ExitCode {
             }
             // It ends well.
             2 => program.ready(),
+            // It ends well, and never was ready.
+            6 => {}
             3 => program.live(Some(0), false, None),
             // It fails before it is ready.
             code => status = code,
