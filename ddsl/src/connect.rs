@@ -3,7 +3,7 @@
 use crate::agree::Agreement;
 use crate::exports::{Exports, provides};
 use crate::graph::circles;
-use crate::model::{Bind, Deployment, Instance, Place, SlotPath};
+use crate::model::{Deployment, Instance, Place, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -148,8 +148,10 @@ impl<'a> Connector<'a> {
         let mut bound: HashMap<Endpoint, Span> = HashMap::new();
         let mut pairs: HashSet<(Endpoint, Endpoint)> = HashSet::new();
         for bind in &self.deployment.binds {
-            let (consumer, provider) = (self.find(&bind.consumer), self.find(&bind.provider));
-            let (Some(consumer), Some(provider)) = (consumer, provider) else {
+            let consumer = self.find(&bind.consumer);
+            let named = bind.provider.as_ref();
+            let provider = named.and_then(|path| self.find(path));
+            let (Some(consumer), Some(provider), Some(named)) = (consumer, provider, named) else {
                 // It is bound, if not to what was meant.
                 bound.extend(consumer.map(|end| (end, bind.consumer.span)));
                 continue;
@@ -170,7 +172,7 @@ impl<'a> Connector<'a> {
                 continue;
             }
             bound.entry(consumer).or_insert(bind.consumer.span);
-            if self.fits(bind, consumer, provider) {
+            if self.fits((&bind.consumer, named), consumer, provider) {
                 self.connections.push(Connection { consumer, provider });
             }
         }
@@ -178,7 +180,12 @@ impl<'a> Connector<'a> {
     }
 
     /// Whether a bind joins two ends that belong together; says so where it does not.
-    fn fits(&mut self, bind: &Bind, consumer: Endpoint, provider: Endpoint) -> bool {
+    fn fits(
+        &mut self,
+        written: (&SlotPath, &SlotPath),
+        consumer: Endpoint,
+        provider: Endpoint,
+    ) -> bool {
         let (Some(one), Some(other)) = (self.slot(consumer), self.slot(provider)) else {
             return false;
         };
@@ -188,7 +195,7 @@ impl<'a> Connector<'a> {
                 self.name(consumer),
                 one.role.word()
             );
-            let error = Diagnostic::error("wrong-direction", bind.consumer.span, message)
+            let error = Diagnostic::error("wrong-direction", written.0.span, message)
                 .label(one.span, "described here")
                 .help("a consumer requires or subscribesTo, a provider implements or publishes");
             self.found.push(error);
@@ -202,7 +209,7 @@ impl<'a> Connector<'a> {
                 self.name(consumer),
                 wanted.word()
             );
-            let error = Diagnostic::error("wrong-direction", bind.provider.span, message);
+            let error = Diagnostic::error("wrong-direction", written.1.span, message);
             self.found.push(error.label(other.span, "described here"));
             return false;
         }
@@ -213,7 +220,7 @@ impl<'a> Connector<'a> {
                 self.name(consumer),
                 self.name(provider)
             );
-            let span = bind.consumer.span.to(bind.provider.span);
+            let span = written.0.span.to(written.1.span);
             let error = Diagnostic::error("different-interfaces", span, message)
                 .label(one.span, "one end")
                 .label(other.span, "the other one");
@@ -221,7 +228,7 @@ impl<'a> Connector<'a> {
             return false;
         }
         self.agreement
-            .check(bind.consumer.span, consumer, provider, &mut self.found)
+            .check(written.0.span, consumer, provider, &mut self.found)
     }
 
     /// All slots of all components.

@@ -173,8 +173,9 @@ pub enum Place {
 pub struct Bind {
     /// The slot that requires or subscribes.
     pub consumer: SlotPath,
-    /// The slot that implements or publishes.
-    pub provider: SlotPath,
+    /// The slot that implements or publishes; none where the file names nothing that can be reached, which has been
+    /// reported.
+    pub provider: Option<SlotPath>,
 }
 
 /// A slot of an instance, or one that a group exports.

@@ -323,7 +323,7 @@ impl<'a> Resolver<'a> {
         for (group, bind) in std::mem::take(&mut self.binds) {
             let consumer = self.slot_path(&bind.consumer, group);
             let provider = self.slot_path(&bind.provider, group);
-            if let (Some(consumer), Some(provider)) = (consumer, provider) {
+            if let Some(consumer) = consumer {
                 self.deployment.binds.push(Bind { consumer, provider });
             }
         }
