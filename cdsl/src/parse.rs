@@ -4,7 +4,7 @@ use crate::ast::{Clause, Comm, Component, File, Item};
 use crate::model::Role;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Language, Leaf, Literal, Name, Reader};
+use rc_syntax::{Literal, Name, Reader};
 
 #[allow(
     unreachable_pub,
@@ -249,42 +249,11 @@ fn unknown_clause(first: &Name) -> Diagnostic {
     }
 }
 
-impl Language for Rule {
-    type Grammar = Grammar;
-    const FILE: Self = Self::file;
-    const HOLDS: &'static str = "`Component NAME { … };`";
-
-    fn leaf(self) -> Option<Leaf> {
-        match self {
-            Self::name | Self::crate_name => Some(Leaf::Word),
-            Self::string => Some(Leaf::Quoted),
-            Self::semicolon => Some(Leaf::Semicolon),
-            _ => None,
-        }
-    }
-
-    fn word(self) -> Option<&'static str> {
-        Some(match self {
-            Self::EOI => "the end of the file",
-            Self::file | Self::kw_component => "`Component`",
-            Self::name
-            | Self::crate_name
-            | Self::item
-            | Self::item_name
-            | Self::backend
-            | Self::slot => "a name",
-            Self::string => "a text in quotes",
-            Self::literal => "a value",
-            Self::duration | Self::number => "a time such as `50ms`",
-            Self::comm | Self::kw_comm => "`implements`, `requires`, `publishes` or `subscribesTo`",
-            Self::clause => "a clause",
-            Self::semicolon | Self::begins_next | Self::ends_comm => "`;`",
-            Self::open => "`{`",
-            Self::close => "`}`",
-            Self::open_round => "`(`",
-            Self::close_round => "`)`",
-            Self::comma => "`,`",
-            _ => return None,
-        })
-    }
-}
+rc_syntax::language!("`Component NAME { … };`", words: [crate_name], {
+    file | kw_component => "`Component`",
+    crate_name | item | item_name | backend | slot => "a name",
+    duration | number => "a time such as `50ms`",
+    comm | kw_comm => "`implements`, `requires`, `publishes` or `subscribesTo`",
+    clause => "a clause",
+    ends_comm => "`;`",
+});

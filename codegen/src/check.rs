@@ -128,10 +128,16 @@ fn configuration(
     };
     let known = was_read(&cdsl, sources);
     let (project, more) = Project::load(&cdsl, sources, loader)?;
+    let right = !more.has_errors();
     if !known {
         found.extend(more);
     }
-    let parameters = project.and_then(|p| p.parameters);
-    found.extend(rc_pdsl::config::check(sources, source, parameters.as_ref()).1);
+    let parameters = project.filter(|_| right).and_then(|p| p.parameters);
+    let (_, more) = rc_pdsl::config::check(sources, source, parameters.as_ref());
+    // What a description with errors declares is not known; the framework's own keys are.
+    found.extend(
+        more.into_iter()
+            .filter(|d| right || d.code != "unknown-parameter"),
+    );
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Finds description files on the disk, in the order of LANGUAGES: the importing file's folder, every `-I`,
 //! `RC_IDSL_PATH`, and the interfaces that come with this program.
 
+use rc_diagnostics::{Diagnostic, SourceMap, Span};
 use rc_syntax::{Found, Loader, NotFound};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -117,6 +118,14 @@ impl Loader for FileLoader {
             .extend(SHIPPED.iter().map(|(name, _)| (*name).to_owned()));
         Err(missing)
     }
+}
+
+/// The finding that a file is no text, at its first byte that is not UTF-8.
+pub fn not_utf8(path: &Path, bytes: &[u8], sources: &mut SourceMap) -> Diagnostic {
+    let valid = std::str::from_utf8(bytes).map_or_else(|e| e.valid_up_to(), str::len);
+    let source = sources.add(path, String::from_utf8_lossy(bytes));
+    let span = Span::new(source, valid, valid + 1);
+    Diagnostic::error("not-utf8", span, "this file is not UTF-8")
 }
 
 /// `a/./b/../c` as `a/c`, so that one file has one path; links are left alone.

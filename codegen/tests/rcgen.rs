@@ -380,3 +380,80 @@ fn a_dependency_that_the_runtime_exports_too() {
     let exports: Vec<&str> = lib.lines().filter(|l| l.contains("tracing")).collect();
     assert_eq!(exports, ["pub use tracing;"]);
 }
+
+#[test]
+fn fmt_takes_what_there_is_and_names_what_it_cannot_take() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let write = |name: &str, text: &[u8]| {
+        std::fs::write(folder.join(name), text).expect("a file");
+    };
+    // Nothing to do is a mistyped folder.
+    assert_eq!(rcgen(folder, &["fmt", "--check", "."]).0, 2);
+    write("good.idsl", b"module  G { };");
+    // What editors leave, and what would be waited for.
+    write(".#good.idsl", b"module");
+    let pipe = std::process::Command::new("mkfifo")
+        .arg(folder.join("pipe.idsl"))
+        .status();
+    assert!(pipe.expect("mkfifo").success());
+    let (code, out, err) = rcgen(folder, &["fmt", "--check", "."]);
+    assert_eq!(
+        (code, out.as_str(), err.as_str()),
+        (1, "not formatted: ./good.idsl\n", "")
+    );
+    succeeds(folder, &["fmt", "."]);
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    assert_eq!(entries.count(), 3, "nothing else was written");
+    succeeds(folder, &["fmt", "--check", "."]);
+    succeeds(folder, &["check", "."]);
+    // A refusal of the system is told beside the mistakes, and wins.
+    write("bad.idsl", b"module {");
+    write("bytes.idsl", b"module M\n{ \xff };");
+    let (code, _, err) = rcgen(
+        folder,
+        &[
+            "fmt",
+            "--format",
+            "short",
+            "bad.idsl",
+            "one.idsl",
+            "two.idsl",
+            "bytes.idsl",
+        ],
+    );
+    assert_eq!(code, 3);
+    for part in [
+        "bad.idsl:1:8: error[syntax-error]",
+        "bytes.idsl:2:3: error[not-utf8]",
+        "one.idsl: No such file",
+        "two.idsl: No such file",
+    ] {
+        assert!(err.contains(part), "{part}: {err}");
+    }
+}
+
+/// What a description with errors declares is not known.
+#[test]
+fn a_configuration_is_not_blamed_for_its_component() {
+    for (cdsl, pdsl) in [
+        ("", "ComponentParams c { x int 3; };"),
+        (
+            "Component c { Communications { }; language rust; parameters \"gone.pdsl\"; };",
+            "",
+        ),
+        (
+            "Component c { Communications { }; language rust; parameters \"c.pdsl\"; };",
+            "ComponentParams c { x int 3; y flout 4; };",
+        ),
+    ] {
+        let folder = folder(cdsl);
+        let folder = folder.path();
+        std::fs::create_dir(folder.join("etc")).expect("a folder");
+        std::fs::write(folder.join("c.pdsl"), pdsl).expect("a file");
+        std::fs::write(folder.join("etc/config.toml"), "[parameters]\nx = 3\n").expect("a file");
+        let (code, _, err) = rcgen(folder, &["check", "--format", "short", "etc/config.toml"]);
+        assert_eq!(code, 1, "{err}");
+        assert!(!err.contains("unknown-parameter"), "{err}");
+    }
+}

@@ -107,21 +107,8 @@ impl Importer<'_> {
             Ok(file) => return Some((file.path, file.text)),
             Err(missing) => missing,
         };
-        let message = match &missing.refused {
-            Some(why) => format!("`{}` cannot be read: {why}", wanted.text),
-            None => format!("`{}` was not found", wanted.text),
-        };
-        let diagnostic = Diagnostic::error("import-not-found", wanted.span, message);
-        // The ending that all have in common makes nothing nearer, and other languages' files cannot be meant.
-        let base = wanted.text.rsplit('/').next().unwrap_or_default();
-        let base = base.strip_suffix(".ddsl").unwrap_or(base);
-        let known = missing.known.iter().filter_map(|k| k.strip_suffix(".ddsl"));
-        let near = rc_diagnostics::nearest(base, known);
-        self.found.push(match near {
-            Some(near) => diagnostic.help(format!("did you mean `{near}.ddsl`?")),
-            None => diagnostic
-                .help("the path is relative to this file; `-I DIR` names a further folder"),
-        });
+        let missing = missing.diagnostic(&wanted.text, ENDING, wanted.span);
+        self.found.push(missing);
         None
     }
 }

@@ -3,7 +3,7 @@
 use crate::ast::{Bind, Component, Decl, Deployment, Field, File, Group, Host, Restart, SlotPath};
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
-use rc_syntax::{Language, Leaf, Literal, Name, Reader};
+use rc_syntax::{Literal, Name, Reader};
 
 #[allow(
     unreachable_pub,
@@ -280,40 +280,14 @@ fn unread(r: &mut Reader<'_>, pair: &Pair<'_, Rule>, words: &Words, what: &str) 
         .push(diagnostic.suggest(&first.text, words.iter().map(|(word, _)| *word)));
 }
 
-impl Language for Rule {
-    type Grammar = Grammar;
-    const FILE: Self = Self::file;
-    const HOLDS: &'static str = "`Deployment NAME { … };`";
-
-    fn leaf(self) -> Option<Leaf> {
-        match self {
-            Self::name | Self::number => Some(Leaf::Word),
-            Self::string => Some(Leaf::Quoted),
-            Self::semicolon => Some(Leaf::Semicolon),
-            _ => None,
-        }
-    }
-
-    fn word(self) -> Option<&'static str> {
-        Some(match self {
-            Self::EOI => "the end of the file",
-            Self::file | Self::kw_deployment => "`Deployment`",
-            Self::name => "a name",
-            Self::slot_path => "a slot such as `simulator.Laser`",
-            Self::string => "a text in quotes",
-            Self::number => "a number",
-            Self::time | Self::duration => "a time such as `5s`",
-            Self::field => "a field",
-            Self::decl => "a declaration",
-            Self::semicolon | Self::begins_next => "`;`",
-            Self::open => "`{`",
-            Self::close => "`}`",
-            Self::comma => "`,`",
-            Self::arrow => "`->`",
-            Self::dot => "`.`",
-            Self::kw_within => "`within`",
-            Self::variable => "`NAME \"value\";`",
-            _ => return None,
-        })
-    }
-}
+rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
+    file | kw_deployment => "`Deployment`",
+    slot_path => "a slot such as `simulator.Laser`",
+    time | duration => "a time such as `5s`",
+    field => "a field",
+    decl => "a declaration",
+    arrow => "`->`",
+    dot => "`.`",
+    kw_within => "`within`",
+    variable => "`NAME \"value\";`",
+});

@@ -418,7 +418,7 @@ fn imports_are_merged() {
         "import \"robots.ddsl\";\nimport \"robts.ddsl\";\nDeployment n { Component Base { cdsl \"a\"; }; Host robot { address \"x\"; }; };",
         &[("robots.ddsl", robots)],
         &expect![[r#"
-            n.ddsl:2:8: error[import-not-found]: `robts.ddsl` was not found (did you mean `robots.ddsl`?)
+            n.ddsl:2:8: error[import-not-found]: `robts.ddsl` was not found; looked in memory (did you mean `robots.ddsl`?)
             n.ddsl:3:26: error[duplicate-name]: the name `Base` is there twice; first declared here at robots.ddsl:3:12 (names that differ only in case count as equal)
             n.ddsl:3:51: error[duplicate-name]: the name `robot` is there twice; first declared here at robots.ddsl:2:7
         "#]],

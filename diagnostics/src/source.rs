@@ -1,6 +1,5 @@
 //! The texts that were read, and places in them.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// One text of a [`SourceMap`].
@@ -64,7 +63,6 @@ struct Source {
 #[derive(Debug, Default)]
 pub struct SourceMap {
     sources: Vec<Source>,
-    by_path: HashMap<PathBuf, SourceId>,
 }
 
 impl SourceMap {
@@ -73,24 +71,22 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Takes a text in. A byte order mark at its start is dropped.
+    /// Takes a text in, each time anew: who loads a component counts the texts that it is made of. A byte order mark
+    /// at its start is dropped.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<String>) -> SourceId {
         let mut text = text.into();
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
         }
-        let path = path.into();
         let line_starts = std::iter::once(0)
             .chain(text.match_indices('\n').map(|(at, _)| at + 1))
             .collect();
         self.sources.push(Source {
-            path: path.clone(),
+            path: path.into(),
             text,
             line_starts,
         });
-        let id = SourceId((self.sources.len() - 1) as u32);
-        self.by_path.entry(path).or_insert(id);
-        id
+        SourceId((self.sources.len() - 1) as u32)
     }
 
     /// The text itself.
@@ -101,11 +97,6 @@ impl SourceMap {
     /// The path as the user named it or as it was found.
     pub fn path(&self, source: SourceId) -> &Path {
         &self.sources[source.0 as usize].path
-    }
-
-    /// The text that was read from `path`, if it was.
-    pub fn find(&self, path: &Path) -> Option<SourceId> {
-        self.by_path.get(path).copied()
     }
 
     /// Every text, in the order in which they were added.

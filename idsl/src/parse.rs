@@ -6,7 +6,7 @@ use crate::ast::{
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Language, Leaf, Name, Reader};
+use rc_syntax::{Name, Reader};
 
 #[allow(
     unreachable_pub,
@@ -321,46 +321,17 @@ fn annotation(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Annotation {
     annotation
 }
 
-impl Language for Rule {
-    type Grammar = Grammar;
-    const FILE: Self = Self::file;
-    const HOLDS: &'static str = "`module NAME { … };`";
-
-    fn leaf(self) -> Option<Leaf> {
-        match self {
-            Self::name => Some(Leaf::Word),
-            Self::string => Some(Leaf::Quoted),
-            Self::semicolon => Some(Leaf::Semicolon),
-            _ => None,
-        }
-    }
-
-    fn word(self) -> Option<&'static str> {
-        Some(match self {
-            Self::EOI => "the end of the file",
-            Self::file | Self::kw_module => "`module`",
-            Self::name => "a name",
-            Self::string => "a text in quotes",
-            Self::number => "a number",
-            Self::literal => "a value",
-            Self::type_ref | Self::scoped => "a type",
-            Self::param => "a parameter",
-            Self::enumerator => "an enumerator",
-            Self::semicolon | Self::begins_next => "`;`",
-            Self::open => "`{`",
-            Self::close => "`}`",
-            Self::open_round => "`(`",
-            Self::close_round => "`)`",
-            Self::open_angle => "`<`",
-            Self::close_angle => "`>`",
-            Self::open_square => "`[`",
-            Self::close_square => "`]`",
-            Self::comma => "`,`",
-            Self::equals => "`=`",
-            Self::member => "a member",
-            Self::operation => "an operation",
-            Self::decl => "a declaration",
-            _ => return None,
-        })
-    }
-}
+rc_syntax::language!("`module NAME { … };`", words: [], {
+    file | kw_module => "`module`",
+    type_ref | scoped => "a type",
+    param => "a parameter",
+    enumerator => "an enumerator",
+    open_angle => "`<`",
+    close_angle => "`>`",
+    open_square => "`[`",
+    close_square => "`]`",
+    equals => "`=`",
+    member => "a member",
+    operation => "an operation",
+    decl => "a declaration",
+});

@@ -55,25 +55,8 @@ impl<'a> Session<'a> {
             Ok(file) => file,
             Err(missing) => {
                 self.import_failed = true;
-                let base = wanted.rsplit('/').next().unwrap_or(wanted);
-                let message = match &missing.refused {
-                    Some(why) => format!("`{wanted}` cannot be read: {why}"),
-                    None => format!(
-                        "`{base}` was not found; looked in {}",
-                        missing.searched.join(", ")
-                    ),
-                };
-                let diagnostic = Diagnostic::error("import-not-found", span, message);
-                // The ending that all have in common makes nothing nearer.
-                let stem = |name: &'_ str| name.trim_end_matches(".idsl").to_owned();
-                let known: Vec<String> = missing.known.iter().map(|k| stem(k)).collect();
-                let near = rc_diagnostics::nearest(&stem(base), known.iter().map(String::as_str));
-                self.found.push(match near {
-                    _ if missing.refused.is_some() => diagnostic,
-                    Some(near) => diagnostic.help(format!("did you mean `{near}.idsl`?")),
-                    None => diagnostic
-                        .help("name its folder with `-I DIR`, or put the file beside this one"),
-                });
+                let missing = missing.diagnostic(wanted, "idsl", span);
+                self.found.push(missing);
                 return None;
             }
         };

@@ -2,7 +2,7 @@
 
 use crate::ast::{Item, Params};
 use crate::parse::parse;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, nearest};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_syntax::{Loader, Name};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -66,25 +66,8 @@ impl<'a> Imports<'a> {
         let file = match self.loader.find(from, &import.text, "pdsl") {
             Ok(file) => file,
             Err(missing) => {
-                let wanted = &import.text;
-                let base = wanted.rsplit('/').next().unwrap_or(wanted);
-                let message = match &missing.refused {
-                    Some(why) => format!("`{wanted}` cannot be read: {why}"),
-                    None => format!(
-                        "`{base}` was not found; looked in {}",
-                        missing.searched.join(", ")
-                    ),
-                };
-                // The ending that all have in common makes nothing nearer.
-                let known = missing.known.iter().filter_map(|k| k.strip_suffix(".pdsl"));
-                let near = nearest(base.trim_end_matches(".pdsl"), known);
-                let help = match near {
-                    Some(near) => format!("did you mean `{near}.pdsl`?"),
-                    None => {
-                        "name its folder with `-I DIR`, or put the file beside this one".to_owned()
-                    }
-                };
-                self.error("import-not-found", import, message, Some(help));
+                let missing = missing.diagnostic(&import.text, "pdsl", import.span);
+                self.found.push(missing);
                 return None;
             }
         };

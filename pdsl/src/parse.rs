@@ -8,7 +8,7 @@ use crate::ast::{
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
-use rc_syntax::{Language, Leaf, Literal, Name, Reader, Trivia};
+use rc_syntax::{Literal, Name, Reader, Trivia};
 
 #[allow(
     unreachable_pub,
@@ -241,42 +241,18 @@ fn length(bounds: Vec<Literal>) -> Option<Length> {
     })
 }
 
-impl Language for Rule {
-    type Grammar = Grammar;
-    const FILE: Self = Self::file;
-    const HOLDS: &'static str = "`ComponentParams NAME { … };`";
-
-    fn leaf(self) -> Option<Leaf> {
-        match self {
-            Self::name => Some(Leaf::Word),
-            Self::string => Some(Leaf::Quoted),
-            Self::semicolon => Some(Leaf::Semicolon),
-            _ => None,
-        }
-    }
-
-    fn word(self) -> Option<&'static str> {
-        Some(match self {
-            Self::EOI => "the end of the file",
-            Self::file | Self::params | Self::kw_params => "`ComponentParams`",
-            Self::open => "`{`",
-            Self::close => "`}`",
-            Self::colon => "`:`",
-            Self::name => "a name",
-            Self::string => "a text in quotes",
-            Self::number | Self::high => "a number",
-            Self::literal | Self::operand => "a value",
-            Self::type_ref => "a type",
-            Self::default | Self::values => "a default",
-            Self::range => "a range",
-            Self::choice => "choices",
-            Self::flag => "a flag",
-            Self::end_of_item | Self::next_item | Self::semicolon => "`;`",
-            Self::condition => "a condition",
-            Self::operator => "an operator",
-            Self::close_bracket => "`)`",
-            Self::path | Self::param => "a parameter",
-            _ => return None,
-        })
-    }
-}
+rc_syntax::language!("`ComponentParams NAME { … };`", words: [], {
+    file | params | kw_params => "`ComponentParams`",
+    high => "a number",
+    operand => "a value",
+    type_ref => "a type",
+    default | values => "a default",
+    range => "a range",
+    choice => "choices",
+    flag => "a flag",
+    end_of_item | next_item => "`;`",
+    condition => "a condition",
+    operator => "an operator",
+    close_bracket => "`)`",
+    path | param => "a parameter",
+});

@@ -3,7 +3,7 @@
 use crate::ast::{Block, File, Item, ItemKind, State, Transition};
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
-use rc_syntax::{Language, Leaf, Name, Reader};
+use rc_syntax::{Name, Reader};
 
 #[allow(
     unreachable_pub,
@@ -156,34 +156,11 @@ fn unknown_clause(first: &Name) -> Diagnostic {
     diagnostic.suggest(meant, CLAUSES)
 }
 
-impl Language for Rule {
-    type Grammar = Grammar;
-    const FILE: Self = Self::file;
-    const HOLDS: &'static str =
-        "`NAME { … };`, then a `:STATE { … };` for each state with substates";
-
-    fn leaf(self) -> Option<Leaf> {
-        match self {
-            Self::name => Some(Leaf::Word),
-            Self::semicolon => Some(Leaf::Semicolon),
-            _ => None,
-        }
-    }
-
-    fn word(self) -> Option<&'static str> {
-        Some(match self {
-            Self::EOI => "the end of the file",
-            Self::file | Self::machine | Self::name => "a name",
-            Self::states | Self::initial | Self::end | Self::transitions => "a clause",
-            Self::kw_parallel => "`parallel`",
-            Self::transition => "a transition",
-            Self::semicolon | Self::ends_item | Self::ends_line | Self::begins_next => "`;`",
-            Self::open => "`{`",
-            Self::close => "`}`",
-            Self::colon => "`:`",
-            Self::comma => "`,`",
-            Self::arrow => "`=>`",
-            _ => return None,
-        })
-    }
-}
+rc_syntax::language!("`NAME { … };`, then a `:STATE { … };` for each state with substates", words: [], {
+    file | machine => "a name",
+    states | initial | end | transitions => "a clause",
+    kw_parallel => "`parallel`",
+    transition => "a transition",
+    ends_item | ends_line => "`;`",
+    arrow => "`=>`",
+});

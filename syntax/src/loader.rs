@@ -1,5 +1,6 @@
 //! How an imported text is found. The languages do no input or output of their own.
 
+use rc_diagnostics::{Diagnostic, Span};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -21,6 +22,29 @@ pub struct NotFound {
     pub known: Vec<String>,
     /// Why a file that exists could not be read.
     pub refused: Option<String>,
+}
+
+impl NotFound {
+    /// The finding at `span`, where an import says `wanted`; `ending` is that of the language's files.
+    pub fn diagnostic(&self, wanted: &str, ending: &str, span: Span) -> Diagnostic {
+        let error = |message| Diagnostic::error("import-not-found", span, message);
+        if let Some(why) = &self.refused {
+            return error(format!("`{wanted}` cannot be read: {why}"));
+        }
+        let base = wanted.rsplit('/').next().unwrap_or(wanted);
+        let error = error(format!(
+            "`{base}` was not found; looked in {}",
+            self.searched.join(", ")
+        ));
+        // The ending that all have in common makes nothing nearer, and other languages' files cannot be meant.
+        let suffix = format!(".{ending}");
+        let known = self.known.iter().filter_map(|k| k.strip_suffix(&suffix));
+        let wanted = base.strip_suffix(&suffix).unwrap_or(base);
+        error.help(match rc_diagnostics::nearest(wanted, known) {
+            Some(near) => format!("did you mean `{near}{suffix}`?"),
+            None => "name its folder with `-I DIR`, or put the file beside this one".to_owned(),
+        })
+    }
 }
 
 /// Hands texts to the languages.

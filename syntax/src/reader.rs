@@ -31,6 +31,48 @@ pub enum Leaf {
     Semicolon,
 }
 
+/// Implements [`Language`] for the `Rule` that pest made beside `Grammar`: what a file holds, what else than a name is
+/// read as a word, and how people call the rules that the languages do not share (`common.pest`).
+#[macro_export]
+macro_rules! language {
+    ($holds:literal, words: [$($leaf:ident),*], { $($($rule:ident)|+ => $word:literal,)+ }) => {
+        impl $crate::Language for Rule {
+            type Grammar = Grammar;
+            const FILE: Self = Self::file;
+            const HOLDS: &'static str = $holds;
+
+            fn leaf(self) -> Option<$crate::Leaf> {
+                match self {
+                    Self::name $(| Self::$leaf)* => Some($crate::Leaf::Word),
+                    Self::string => Some($crate::Leaf::Quoted),
+                    Self::semicolon => Some($crate::Leaf::Semicolon),
+                    _ => None,
+                }
+            }
+
+            #[allow(unreachable_patterns, reason = "a language may call a shared rule by another word")]
+            fn word(self) -> Option<&'static str> {
+                Some(match self {
+                    $($(Self::$rule)|+ => $word,)+
+                    Self::EOI => "the end of the file",
+                    Self::name => "a name",
+                    Self::string => "a text in quotes",
+                    Self::number => "a number",
+                    Self::literal => "a value",
+                    Self::semicolon | Self::begins_next => "`;`",
+                    Self::open => "`{`",
+                    Self::close => "`}`",
+                    Self::open_round => "`(`",
+                    Self::close_round => "`)`",
+                    Self::comma => "`,`",
+                    Self::colon => "`:`",
+                    _ => return None,
+                })
+            }
+        }
+    };
+}
+
 /// One text on its way to a tree, and what was found wrong with it on the way.
 #[derive(Debug)]
 pub struct Reader<'a> {

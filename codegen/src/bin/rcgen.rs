@@ -9,7 +9,7 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::languages::Language;
 use rc_codegen::view::BACKENDS;
 use rc_codegen::{FileLoader, Files, Project, generate, languages, stubs, workspace};
-use rc_diagnostics::{Diagnostic, Diagnostics, Format, Severity, SourceMap, Span, render};
+use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap, render};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -158,6 +158,11 @@ fn print_line(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
+/// Tells a person; a reader that has left is no failure.
+fn tell(text: std::fmt::Arguments<'_>) {
+    let _ = std::io::stderr().write_fmt(text);
+}
+
 /// Prints a text that ends its last line itself.
 fn print(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
@@ -182,11 +187,11 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input) => ExitCode::from(1),
         Err(Failure::Usage(message)) => {
-            eprintln!("rcgen: error: {message}");
+            tell(format_args!("rcgen: error: {message}\n"));
             ExitCode::from(2)
         }
         Err(Failure::System(message)) => {
-            eprintln!("rcgen: error: {message}");
+            tell(format_args!("rcgen: error: {message}\n"));
             ExitCode::from(3)
         }
     }
@@ -293,14 +298,9 @@ fn unreadable(
     found: &mut Diagnostics,
     refused: &mut Option<String>,
 ) {
-    if error.kind() == std::io::ErrorKind::InvalidData {
-        let source = sources.add(file, "");
-        let message = "this file is not UTF-8";
-        found.push(Diagnostic::error(
-            "not-utf8",
-            Span::new(source, 0, 0),
-            message,
-        ));
+    let bytes = (error.kind() == std::io::ErrorKind::InvalidData).then(|| std::fs::read(file));
+    if let Some(Ok(bytes)) = bytes {
+        found.push(rc_codegen::load::not_utf8(file, &bytes, sources));
     } else {
         let why = format!("{}: {error}", file.display());
         *refused = Some(match refused.take() {
@@ -312,14 +312,12 @@ fn unreadable(
 
 /// Prints findings; an error among them is a failure.
 fn report(sources: &SourceMap, found: &Diagnostics, format: Format) -> Result<(), Failure> {
-    // A reader that has left is no failure.
-    let mut out = std::io::stderr();
-    let _ = out.write_all(render(sources, found, format).as_bytes());
+    tell(format_args!("{}", render(sources, found, format)));
     let sorted = found.sorted();
     let error = sorted.iter().find(|d| d.severity == Severity::Error);
     let Some(error) = error else { return Ok(()) };
     if format == Format::Human {
-        let _ = writeln!(out, "`rcgen explain {}` tells more", error.code);
+        tell(format_args!("`rcgen explain {}` tells more\n", error.code));
     }
     Err(Failure::Input)
 }
@@ -374,11 +372,11 @@ fn print_stubs(file: &Path, common: &Common, out: Option<PathBuf>) -> Result<(),
     if !missing.is_empty() {
         print(&missing.text().map_err(system)?);
     } else if common.format != Format::Json {
-        eprintln!(
-            "{}: nothing is missing; handlers: {}",
+        tell(format_args!(
+            "{}: nothing is missing; handlers: {}\n",
             file.display(),
             missing.total()
-        );
+        ));
     }
     Ok(())
 }
@@ -431,7 +429,7 @@ fn handlers_changed(steps: &[Step]) -> bool {
 fn say_what_is_missing(project: &Project, folder: &Path, sources: &mut SourceMap, format: Format) {
     if let Ok((Some(missing), mut found)) = stubs::of(project, folder, sources) {
         found.extend(missing.notes(project));
-        eprint!("{}", render(sources, &found, format));
+        tell(format_args!("{}", render(sources, &found, format)));
     }
 }
 
@@ -457,16 +455,16 @@ fn dry(steps: &[Step], check: bool, file: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     for step in &stale {
-        eprintln!(
-            "{} is not up to date: {} {}",
+        tell(format_args!(
+            "{} is not up to date: {} {}\n",
             file.display(),
             step.change.word(),
             step.path.display()
-        );
+        ));
     }
     if stale.is_empty() {
         return Ok(());
     }
-    eprintln!("generate it anew: rcgen {}", file.display());
+    tell(format_args!("generate it anew: rcgen {}\n", file.display()));
     Err(Failure::Input)
 }

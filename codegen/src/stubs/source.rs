@@ -74,15 +74,12 @@ pub(super) fn read(
     let mut code = Code::default();
     for path in paths {
         let bytes = std::fs::read(&path).map_err(|e| named(&path, &e))?;
-        let Ok(text) = String::from_utf8(bytes) else {
-            let source = sources.add(&path, "");
-            let message = "this file is not UTF-8";
-            found.push(Diagnostic::error(
-                "not-utf8",
-                Span::new(source, 0, 0),
-                message,
-            ));
-            continue;
+        let text = match String::from_utf8(bytes) {
+            Ok(text) => text,
+            Err(error) => {
+                found.push(crate::load::not_utf8(&path, error.as_bytes(), sources));
+                continue;
+            }
         };
         let source = sources.add(&path, text);
         let text = sources.text(source);
