@@ -10,10 +10,11 @@ mod check;
 pub mod model;
 mod parse;
 mod resolve;
+mod session;
 
 pub use model::Library;
 pub use parse::parse;
-pub use resolve::Session;
+pub use session::Session;
 
 /// The layout of a `.idsl`.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {

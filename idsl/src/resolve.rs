@@ -1,212 +1,21 @@
-//! From trees to the model: imports are loaded, names become references.
+//! From the trees of one module to its model: names become references.
 
 use crate::ast::{self, Decl, DeclKind, Scoped, TypeKind};
 use crate::check;
 use crate::model::{
-    Const, Enumerator, Interface, InterfaceId, Library, Member, Module, ModuleId, Operation,
-    Pattern, Primitive, Range, Type, TypeDecl, TypeDeclKind, TypeId,
+    Const, Enumerator, Interface, InterfaceId, Member, ModuleId, Operation, Pattern, Primitive,
+    Range, Type, TypeDeclKind, TypeId,
 };
-use crate::parse::parse;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
-use rc_syntax::{Literal, LiteralKind, Loader, Name};
+use crate::session::Session;
+use rc_diagnostics::Diagnostic;
+use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-
-/// One loading of files that import each other.
-pub struct Session<'a> {
-    /// Receives every text that is read.
-    pub sources: &'a mut SourceMap,
-    /// Finds the texts.
-    pub loader: &'a dyn Loader,
-    /// What was found wrong so far.
-    pub found: Diagnostics,
-    /// What was resolved so far.
-    pub library: Library,
-    loaded: HashMap<PathBuf, Option<ModuleId>>,
-    loading: Vec<(PathBuf, Span)>,
-    suggested: usize,
-    import_failed: bool,
-}
-
-/// So many files may be open because each is imported by the one before.
-const MOST_IMPORTS: usize = 50;
 
 /// So many unknown names get a suggestion.
 const MOST_SUGGESTIONS: usize = 100;
 
-impl<'a> Session<'a> {
-    /// Nothing loaded yet.
-    pub fn new(sources: &'a mut SourceMap, loader: &'a dyn Loader) -> Self {
-        Self {
-            sources,
-            loader,
-            found: Diagnostics::new(),
-            library: Library::default(),
-            loaded: HashMap::new(),
-            loading: Vec::new(),
-            suggested: 0,
-            import_failed: false,
-        }
-    }
-
-    /// Loads what `from` imports at `span` as `wanted`, with all that it imports; none where that failed.
-    pub fn import(&mut self, from: &Path, wanted: &str, span: Span) -> Option<ModuleId> {
-        let file = match self.loader.find(from, wanted, "idsl") {
-            Ok(file) => file,
-            Err(missing) => {
-                self.import_failed = true;
-                let missing = missing.diagnostic(wanted, "idsl", span);
-                self.found.push(missing);
-                return None;
-            }
-        };
-        self.load(file.path, file.text, span)
-    }
-
-    /// Loads one text, which was named at `span`, with all that it imports.
-    pub fn load(&mut self, path: PathBuf, text: String, span: Span) -> Option<ModuleId> {
-        if let Some(at) = self.loading.iter().position(|(open, _)| *open == path) {
-            let mut names: Vec<String> = self.loading[at..]
-                .iter()
-                .map(|(p, _)| file_name(p))
-                .collect();
-            names.push(file_name(&path));
-            let message = format!(
-                "these files import each other in a circle: {}",
-                names.join(" → ")
-            );
-            self.found
-                .push(Diagnostic::error("import-cycle", span, message));
-            return None;
-        }
-        if let Some(known) = self.loaded.get(&path) {
-            return *known;
-        }
-        if self.loading.len() >= MOST_IMPORTS {
-            let message = format!("files import each other more than {MOST_IMPORTS} levels deep");
-            self.found
-                .push(Diagnostic::error("nested-too-deep", span, message));
-            return None;
-        }
-        let source = self.sources.add(path.clone(), text);
-        self.load_source(source, path, span)
-    }
-
-    /// Resolves a text that is in the source map already.
-    pub fn load_source(
-        &mut self,
-        source: rc_diagnostics::SourceId,
-        path: PathBuf,
-        span: Span,
-    ) -> Option<ModuleId> {
-        let (file, found) = parse(self.sources, source);
-        self.found.extend(found);
-        self.loading.push((path.clone(), span));
-        let mut imports = Vec::new();
-        for import in &file.imports {
-            let module = self.import(&path, &import.text, import.span);
-            imports.extend(module.filter(|m| !imports.contains(m)));
-        }
-        self.loading.pop();
-        let module = file
-            .module
-            .map(|module| self.module(&module, source, imports));
-        self.loaded.insert(path, module);
-        module
-    }
-
-    fn module(
-        &mut self,
-        tree: &ast::Module,
-        source: rc_diagnostics::SourceId,
-        imports: Vec<ModuleId>,
-    ) -> ModuleId {
-        let id = ModuleId(self.library.modules.len());
-        if let Some(other) = self
-            .library
-            .modules
-            .iter()
-            .find(|m| m.name.text == tree.name.text)
-        {
-            let message = format!(
-                "module `{}` is in two files: {} and {}",
-                tree.name.text,
-                self.sources.path(other.source).display(),
-                self.sources.path(source).display()
-            );
-            let diagnostic = Diagnostic::error("module-in-two-files", tree.name.span, message);
-            self.found
-                .push(diagnostic.label(other.name.span, "also declared here"));
-        }
-        check::duplicates(
-            tree.decls.iter().map(|d| &d.name),
-            "declaration",
-            &mut self.found,
-        );
-        let mut module = Module {
-            name: tree.name.clone(),
-            doc: tree.doc.clone(),
-            source,
-            imports,
-            types: Vec::new(),
-            types_by_name: HashMap::new(),
-            interfaces: Vec::new(),
-            consts: Vec::new(),
-        };
-        // Names first, so that declarations may stand in any order.
-        for decl in tree.decls.iter().filter(|d| is_type(&d.kind)) {
-            let ty = TypeId(self.library.types.len());
-            module.types.push(ty);
-            let name = decl.name.text.clone();
-            module.types_by_name.entry(name).or_insert(ty);
-            self.library.types.push(TypeDecl {
-                name: decl.name.clone(),
-                module: id,
-                doc: decl.doc.clone(),
-                kind: match decl.kind {
-                    DeclKind::Exception(..) => TypeDeclKind::Exception(Vec::new()),
-                    _ => TypeDeclKind::Struct(Vec::new()),
-                },
-                levels: 0,
-                plain: false,
-            });
-        }
-        let types = module.types.clone();
-        self.library.modules.push(module);
-        let mut scope = Scope {
-            session: self,
-            module: id,
-        };
-        scope.consts(&tree.decls);
-        // Keys and defaults look into enums and aliases, wherever in the file these stand.
-        let depth = |decl: &Decl| match decl.kind {
-            DeclKind::Enum(_) => 0,
-            DeclKind::Alias(_) => 1,
-            _ => 2,
-        };
-        let decls = tree.decls.iter().filter(|d| is_type(&d.kind));
-        let mut in_order: Vec<(&Decl, &TypeId)> = decls.zip(&types).collect();
-        in_order.sort_by_key(|(decl, _)| depth(decl));
-        for (decl, ty) in in_order {
-            let kind = scope.type_decl(decl);
-            scope.session.library.types[ty.0].kind = kind;
-        }
-        scope.bases(&tree.decls, &types);
-        check::nesting(&mut self.library, &types, &mut self.found);
-        let mut scope = Scope {
-            session: self,
-            module: id,
-        };
-        for decl in &tree.decls {
-            if let DeclKind::Interface(operations) = &decl.kind {
-                scope.interface(decl, operations);
-            }
-        }
-        id
-    }
-}
-
-fn is_type(kind: &DeclKind) -> bool {
+/// Whether a declaration makes a type that has a name.
+pub(crate) fn is_type(kind: &DeclKind) -> bool {
     matches!(
         kind,
         DeclKind::Enum(_) | DeclKind::Struct(_) | DeclKind::Exception(..) | DeclKind::Alias(_)
@@ -227,17 +36,10 @@ fn type_called(name: &Name) -> ast::Type {
     }
 }
 
-fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(
-        || path.display().to_string(),
-        |n| n.to_string_lossy().into_owned(),
-    )
-}
-
 /// Resolution inside one module.
-struct Scope<'s, 'a> {
-    session: &'s mut Session<'a>,
-    module: ModuleId,
+pub(crate) struct Scope<'s, 'a> {
+    pub(crate) session: &'s mut Session<'a>,
+    pub(crate) module: ModuleId,
 }
 
 impl Scope<'_, '_> {
@@ -245,7 +47,7 @@ impl Scope<'_, '_> {
         self.session.found.push(diagnostic);
     }
 
-    fn consts(&mut self, decls: &[Decl]) {
+    pub(crate) fn consts(&mut self, decls: &[Decl]) {
         for decl in decls {
             let DeclKind::Const(tree, value) = &decl.kind else {
                 continue;
@@ -269,7 +71,7 @@ impl Scope<'_, '_> {
         }
     }
 
-    fn type_decl(&mut self, decl: &Decl) -> TypeDeclKind {
+    pub(crate) fn type_decl(&mut self, decl: &Decl) -> TypeDeclKind {
         decl.annotations.iter().for_each(|a| self.ignored(a));
         match &decl.kind {
             DeclKind::Enum(values) => TypeDeclKind::Enum(self.enumerators(decl, values)),
@@ -444,7 +246,7 @@ impl Scope<'_, '_> {
     }
 
     /// Members of an exception's base come before its own.
-    fn bases(&mut self, decls: &[Decl], types: &[TypeId]) {
+    pub(crate) fn bases(&mut self, decls: &[Decl], types: &[TypeId]) {
         for (decl, id) in decls.iter().filter(|d| is_type(&d.kind)).zip(types) {
             let DeclKind::Exception(Some(base), _) = &decl.kind else {
                 continue;
@@ -475,7 +277,7 @@ impl Scope<'_, '_> {
         }
     }
 
-    fn interface(&mut self, decl: &Decl, operations: &[ast::Operation]) {
+    pub(crate) fn interface(&mut self, decl: &Decl, operations: &[ast::Operation]) {
         check::duplicates(
             operations.iter().map(|o| &o.name),
             "operation",
