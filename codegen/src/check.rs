@@ -60,21 +60,21 @@ pub fn file(
         Some("cdsl") => found.extend(Project::load(path, sources, loader)?.1),
         Some("idsl" | "pdsl" | "smdsl" | "scxml") if was_read(path, sources) => {}
         Some("idsl") => {
-            let source = sources.add(path, std::fs::read_to_string(path)?);
+            let source = sources.add(path, load::read(path)?);
             let mut session = Session::new(sources, loader);
             session.load_source(source, path.to_path_buf(), Span::new(source, 0, 0));
             found.extend(session.found);
         }
         Some("pdsl") => {
-            let source = sources.add(load::normal(path), std::fs::read_to_string(path)?);
+            let source = sources.add(load::normal(path), load::read(path)?);
             found.extend(rc_pdsl::load(sources, loader, source).1);
         }
         Some("smdsl" | "scxml") => {
-            let source = sources.add(path, std::fs::read_to_string(path)?);
+            let source = sources.add(path, load::read(path)?);
             found.extend(rc_smdsl::load(sources, source).1);
         }
         Some("ddsl") => {
-            let source = sources.add(path, std::fs::read_to_string(path)?);
+            let source = sources.add(path, load::read(path)?);
             found.extend(rc_ddsl::load(sources, loader, source).1);
         }
         Some("toml") => configuration(path, sources, loader, found)?,
@@ -98,7 +98,7 @@ fn configuration(
     loader: &dyn Loader,
     found: &mut Diagnostics,
 ) -> io::Result<()> {
-    let text = std::fs::read_to_string(path)?;
+    let text = load::read(path)?;
     let folder = path
         .canonicalize()?
         .parent()

@@ -21,7 +21,7 @@ pub fn file(
         found.push(Diagnostic::error("unknown-language", span, message));
         return Ok(false);
     };
-    let text = std::fs::read_to_string(path)?;
+    let text = crate::load::read(path)?;
     let source = sources.add(path, text.clone());
     match language.format(sources, source) {
         Err(more) => {

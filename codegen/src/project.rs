@@ -32,7 +32,7 @@ impl Project {
         sources: &mut SourceMap,
         loader: &dyn Loader,
     ) -> Result<(Option<Self>, Diagnostics), std::io::Error> {
-        let text = std::fs::read_to_string(path)?;
+        let text = load::read(path)?;
         let first = sources.ids().count();
         let source = sources.add(path, text);
         let (component, mut found) = rc_cdsl::load(sources, loader, source);
@@ -112,7 +112,7 @@ fn read(
     endings: &[&str],
     found: &mut Diagnostics,
 ) -> Option<String> {
-    let error = match std::fs::read_to_string(path) {
+    let error = match load::read(path) {
         Ok(text) => return Some(text),
         Err(error) => error,
     };

@@ -407,6 +407,11 @@ fn fmt_takes_what_there_is_and_names_what_it_cannot_take() {
     assert_eq!(entries.count(), 3, "nothing else was written");
     succeeds(folder, &["fmt", "--check", "."]);
     succeeds(folder, &["check", "."]);
+    for command in ["fmt", "check"] {
+        let (code, _, err) = rcgen(folder, &[command, "pipe.idsl"]);
+        assert_eq!(code, 3);
+        assert!(err.contains("pipe.idsl: it is not a file"), "{err}");
+    }
     // A refusal of the system is told beside the mistakes, and wins.
     write("bad.idsl", b"module {");
     write("bytes.idsl", b"module M\n{ \xff };");

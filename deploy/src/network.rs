@@ -73,7 +73,7 @@ pub fn load(
     sources: &mut SourceMap,
     loader: &FileLoader,
 ) -> io::Result<(Option<Network>, Diagnostics)> {
-    let source = sources.add(path, std::fs::read_to_string(path)?);
+    let source = sources.add(path, rc_codegen::load::read(path)?);
     let (deployment, mut found) = rc_ddsl::load(sources, loader, source);
     let Some(deployment) = deployment else {
         return Ok((None, found));
@@ -269,7 +269,7 @@ impl Network {
             if !checked.insert((path.clone(), project.hash)) {
                 continue;
             }
-            match std::fs::read_to_string(&path) {
+            match rc_codegen::load::read(&path) {
                 Ok(text) => {
                     let source = sources.add(path, text);
                     configuration(sources, source, project, found);
