@@ -2,8 +2,8 @@
 
 use crate::Subject;
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, RunDirectory, Server,
-    Subscriber, TypeIdentity, wait,
+    Address, Backend, Encoding, Endpoint, Environment, Header, Interrupt, Qos, RunDirectory,
+    Server, Subscriber, TypeIdentity, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -131,6 +131,7 @@ pub fn header(sequence: u64) -> Header {
         type_hash: 7,
         sequence,
         sent: rc_middleware::backend::now(),
+        encoding: Encoding::Cdr,
     }
 }
 
@@ -140,7 +141,7 @@ pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_
         let last = stop.is_stopping();
         server.acknowledge();
         while server
-            .serve(&mut |header, body, reply| answer(header, body, reply))
+            .serve(&mut |header, body, reply| answer(header, body, reply.body()))
             .expect("requests")
         {}
         if last {
@@ -166,7 +167,7 @@ pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<
             && server
                 .serve(&mut |header, body, reply| {
                     bodies.push(body.to_vec());
-                    answer(header, body, reply);
+                    answer(header, body, reply.body());
                 })
                 .expect("requests")
         {}
