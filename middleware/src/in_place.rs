@@ -32,8 +32,10 @@ pub trait InPlace: FromBytes + IntoBytes + KnownLayout + Immutable + 'static {
     /// The value, copied. Fails where an enum, a `bool` or a text holds none of its values.
     fn value(&self) -> Result<Self::Value, DecodeError>;
 
-    /// Whether the numbers are in the ranges of their annotations; those in sequences are not looked at.
-    fn check(&self) -> Result<(), DecodeError>;
+    /// Whether the numbers are in the ranges of their annotations; those in sequences and arrays are not looked at.
+    fn check(&self) -> Result<(), DecodeError> {
+        Ok(())
+    }
 }
 
 /// A value that came: in the sender's memory, or in our own where it had to be copied.
@@ -160,15 +162,103 @@ pub fn set_text(
     Ok(())
 }
 
-/// The `bool` of a byte.
-pub fn bool(byte: u8) -> Result<bool, DecodeError> {
-    match byte {
-        0 => Ok(false),
-        1 => Ok(true),
-        other => Err(DecodeError::NoSuchValue {
-            what: "bool",
-            value: i64::from(other),
-        }),
+/// Takes one value over for each item; there are as many of both.
+pub fn set_all<T: InPlace>(items: &mut [T], values: &[T::Value]) -> Result<(), EncodeError> {
+    items
+        .iter_mut()
+        .zip(values)
+        .try_for_each(|(item, value)| item.set(value))
+}
+
+/// The value of each item.
+pub fn values<T: InPlace>(items: &[T]) -> Result<Vec<T::Value>, DecodeError> {
+    items.iter().map(InPlace::value).collect()
+}
+
+/// The value of the first item, where there is one.
+pub fn first<T: InPlace>(items: &[T]) -> Result<Option<T::Value>, DecodeError> {
+    items.first().map(InPlace::value).transpose()
+}
+
+/// A `bool` in place: a byte, until somebody asks.
+#[derive(Clone, Copy, Debug, FromBytes, Immutable, IntoBytes, KnownLayout)]
+#[repr(transparent)]
+pub struct Bool(u8);
+
+impl Bool {
+    /// The value. Fails where the byte is neither 0 nor 1.
+    pub fn get(&self) -> Result<bool, DecodeError> {
+        Reader::new(&[self.0]).get()
+    }
+
+    /// Sets the value.
+    pub fn put(&mut self, value: bool) {
+        self.0 = u8::from(value);
+    }
+}
+
+impl InPlace for Bool {
+    type Value = bool;
+
+    const NAME: &'static str = "bool";
+
+    fn reset(&mut self) {
+        self.put(false);
+    }
+
+    fn set(&mut self, value: &bool) -> Result<(), EncodeError> {
+        self.put(*value);
+        Ok(())
+    }
+
+    fn value(&self) -> Result<bool, DecodeError> {
+        self.get()
+    }
+}
+
+macro_rules! numbers {
+    ($($number:ty),*) => {$(
+        impl InPlace for $number {
+            type Value = Self;
+
+            const NAME: &'static str = stringify!($number);
+
+            fn reset(&mut self) {
+                *self = Self::default();
+            }
+
+            fn set(&mut self, value: &Self) -> Result<(), EncodeError> {
+                *self = *value;
+                Ok(())
+            }
+
+            fn value(&self) -> Result<Self, DecodeError> {
+                Ok(*self)
+            }
+        }
+    )*};
+}
+
+numbers!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);
+
+impl<T: InPlace, const N: usize> InPlace for [T; N] {
+    type Value = [T::Value; N];
+
+    const NAME: &'static str = "array";
+
+    fn reset(&mut self) {
+        self.iter_mut().for_each(InPlace::reset);
+    }
+
+    fn set(&mut self, value: &Self::Value) -> Result<(), EncodeError> {
+        set_all(self, value)
+    }
+
+    fn value(&self) -> Result<Self::Value, DecodeError> {
+        // There are N of them.
+        values(self)?
+            .try_into()
+            .map_err(|_| DecodeError::Truncated(N))
     }
 }
 
