@@ -4,6 +4,7 @@
 
 use std::cmp::Ordering;
 
+/// Most characters of a line.
 pub const LINE: usize = 100;
 const CALL: usize = 60;
 /// Arguments and elements up to this length fill lines instead of having one each.

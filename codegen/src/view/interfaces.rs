@@ -75,6 +75,8 @@ pub struct OperationView {
     pub read_signature: String,
     /// The name of the function that reads its parameters.
     pub read_function: String,
+    /// Whether a handler needs this function.
+    pub is_read: bool,
     /// Statements that read its parameters.
     pub read: Vec<String>,
     /// The expression of all parameters, `(a, b)`.
@@ -142,7 +144,10 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     let operations: Vec<OperationView> = interface
         .operations
         .iter()
-        .map(|o| operation(library, id, o, role, found))
+        .map(|o| OperationView {
+            is_read: is_read(component, id, o),
+            ..operation(library, id, o, role, found)
+        })
         .collect();
     let mut exceptions: Vec<(String, i32)> = interface
         .operations
@@ -167,6 +172,7 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     let by_reference = operations
         .iter()
         .any(|o| o.write.iter().any(|line| line.starts_with("cdr::")));
+    let read = operations.iter().any(|o| o.is_read);
     let loans = published && operations.iter().any(|o| !o.loan_signature.is_empty());
     let listed = |wanted: &[(&'static str, bool)]| -> Vec<&'static str> {
         wanted
@@ -183,9 +189,9 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     ]);
     let middleware = listed(&[
         ("CallError", (required && any) || throws),
-        ("DecodeError", received || (required && throws)),
+        ("DecodeError", read || (required && throws)),
         ("OpenError", published),
-        ("Reader", received),
+        ("Reader", read),
         ("SendError", published),
         ("in_place", loans),
         ("cdr", (required || published) && by_reference),
@@ -220,6 +226,20 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
         operations,
         exceptions,
     }
+}
+
+/// Whether a handler takes the parameters of an operation one by one, and not in place.
+fn is_read(component: &Component, id: InterfaceId, operation: &Operation) -> bool {
+    let library = &component.library;
+    component
+        .slots
+        .iter()
+        .filter(|s| s.interface == id)
+        .any(|slot| match slot.role {
+            Role::Implements => true,
+            Role::SubscribesTo => super::slots::in_place(library, slot, operation, false).is_none(),
+            Role::Requires | Role::Publishes => false,
+        })
 }
 
 /// The imports of the runtime: a list in braces stands after longer paths, a single name before them.
@@ -270,7 +290,7 @@ fn mentions(
             texts.push(&operation.publish_signature);
             texts.push(&operation.loan_signature);
         }
-        if received {
+        if received && operation.is_read {
             texts.push(&operation.read_signature);
             texts.extend(operation.read.iter().map(String::as_str));
         }
@@ -614,6 +634,7 @@ fn operation(
             "DecodeError",
         ),
         read_function,
+        is_read: true,
         read: read_lines,
         read_value: tuple_at(4, &names),
         answer_alias: answer_alias(library, operation),

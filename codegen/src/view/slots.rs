@@ -190,7 +190,11 @@ fn one(
         let module = format!("{}::", path.trim_start_matches("crate::types::"));
         operations.iter().any(|o| o.signature.contains(&module))
     });
-    uses.push(format!("crate::interfaces::{module}"));
+    let in_place = |o| in_place(library, slot, o, super::two_way(slot.role, o));
+    if slot.role == Role::Implements || !interface.operations.iter().all(|o| in_place(o).is_some())
+    {
+        uses.push(format!("crate::interfaces::{module}"));
+    }
     uses.push("crate::context::Context".to_owned());
     uses.sort_by(|a, b| layout::order(a, b));
     let role = slot.role;
@@ -552,7 +556,7 @@ fn handler(
 }
 
 /// The structure in which a slot with `in_place true` gets its value or gives its answer.
-fn in_place(
+pub(super) fn in_place(
     library: &Library,
     slot: &rc_cdsl::model::Slot,
     operation: &Operation,
