@@ -1,5 +1,6 @@
 //! Whole networks of the components of this repository.
 
+mod camera;
 mod groups;
 mod patrol;
 mod site;
