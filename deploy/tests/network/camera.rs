@@ -13,15 +13,17 @@ fn pictures_are_seen_where_they_were_written() {
     assert_eq!(up.code, 0, "{up:?}");
     for name in ["left", "middle", "right"] {
         // Two lines: a second's pictures lie between them.
-        Site::until("pictures", || site.count_in_log(name, "asked for picture") >= 2);
+        Site::until("pictures", || {
+            site.count_in_log(name, "asked for picture") >= 2
+        });
         let status = site.ask(name, "status");
         assert_eq!(status["compute"]["errors"], 0, "{status}");
         assert_eq!(status["last_error"], serde_json::Value::Null, "{status}");
         let slots = status["slots"].as_array().expect("a list");
         let seen = slots.iter().find(|slot| slot["name"] == "CameraPub");
         let seen = seen.expect("the subscribed slot");
-        assert!(seen["count"].as_u64() > Some(0), "{status}");
-        assert_eq!(seen["errors"], 0, "{status}");
+        assert!(seen["handlers"]["count"].as_u64() > Some(0), "{status}");
+        assert_eq!(seen["handlers"]["errors"], 0, "{status}");
     }
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
