@@ -18,6 +18,9 @@ pub struct Header {
     pub sequence: u64,
     /// When it was sent, in nanoseconds of the system's monotonic clock; 0 where the sender does not say.
     pub sent: u64,
+    /// Who sent it: the backend of the receiver fills it in, with an id that no other sender of this connection has or
+    /// had; 0 where it cannot tell. It says nothing else, and never travels.
+    pub sender: u128,
 }
 
 /// The types of a connection: a name for people and a hash of every operation for certainty.

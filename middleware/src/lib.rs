@@ -4,6 +4,7 @@
 //! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: the layer between both, which generated code uses.
+//! - [`gaps`]: what a receiver never saw.
 //! - [`environment`]: the network that a process belongs to, and its run directory.
 //!
 //! No backend is named here.
@@ -13,6 +14,7 @@ pub mod backend;
 pub mod cdr;
 pub mod environment;
 pub mod error;
+pub mod gaps;
 pub mod interrupt;
 pub mod qos;
 pub mod rpc;
@@ -24,6 +26,7 @@ pub use backend::{Backend, Client, Endpoint, Header, Publisher, Server, Subscrib
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
+pub use gaps::Gaps;
 pub use interrupt::Interrupt;
 pub use qos::{Durability, Qos, Reliability};
 pub use wait::wait;

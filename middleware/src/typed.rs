@@ -46,13 +46,16 @@ impl Topic {
 
     /// Sends the value that was begun.
     pub fn publish(&mut self) -> Result<(), SendError> {
+        // What cannot be written takes no number: subscribers would count it as lost.
+        let body = self.writer.finish()?;
         self.sequence += 1;
         let header = Header {
             type_hash: self.operation.type_hash,
             sequence: self.sequence,
             sent: now(),
+            ..Header::default()
         };
-        self.port.publish(header, self.writer.finish()?)
+        self.port.publish(header, body)
     }
 
     /// How many subscribers there are.
@@ -139,6 +142,7 @@ impl Caller {
             type_hash: self.type_hash,
             sequence: self.id.sequence,
             sent: now(),
+            ..Header::default()
         }
     }
 }

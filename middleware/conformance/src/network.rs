@@ -131,6 +131,7 @@ pub fn header(sequence: u64) -> Header {
         type_hash: 7,
         sequence,
         sent: rc_middleware::backend::now(),
+        ..Header::default()
     }
 }
 

@@ -50,8 +50,8 @@ impl MessageHeader {
         }
     }
 
-    /// The header in our terms, or why it is not understood.
-    pub(crate) fn read(&self) -> Result<Header, String> {
+    /// The header of a message from `sender` in our terms, or why it is not understood.
+    pub(crate) fn read(&self, sender: u128) -> Result<Header, String> {
         if (self.version, self.encoding) != (VERSION, CDR) {
             return Err(format!(
                 "a message of version {} and encoding {} came, this side knows version {VERSION} and encoding {CDR}; \
@@ -63,6 +63,7 @@ impl MessageHeader {
             type_hash: self.type_hash,
             sequence: self.sequence,
             sent: self.sent,
+            sender,
         })
     }
 }
@@ -76,8 +77,8 @@ impl RequestHeader {
         Self { message, client }
     }
 
-    pub(crate) fn read(&self) -> Result<Header, String> {
-        self.message.read()
+    pub(crate) fn read(&self, sender: u128) -> Result<Header, String> {
+        self.message.read(sender)
     }
 
     /// Whose event service waits for the answer; all zero where none does.

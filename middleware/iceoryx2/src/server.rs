@@ -231,7 +231,10 @@ impl Server for SharedServer {
         };
         let user_header = *request.user_header();
         let client = user_header.client();
-        let header = user_header.read().map_err(|reason| self.failed(reason))?;
+        let sender = request.origin().value();
+        let header = user_header
+            .read(sender)
+            .map_err(|reason| self.failed(reason))?;
         self.reply.clear();
         answer(header, request.payload(), &mut self.reply);
         let sent = if self.reply.is_empty() || user_header.is_one_way() {
