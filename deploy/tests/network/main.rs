@@ -2,5 +2,7 @@
 
 mod groups;
 mod patrol;
+mod python;
 mod site;
+mod strangers;
 mod swap;
