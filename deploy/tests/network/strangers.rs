@@ -112,7 +112,7 @@ fn what_a_stranger_does_wrong_changes_nothing() {
     let Some(python) = python::interpreter("what_a_stranger_does_wrong_changes_nothing") else {
         return;
     };
-    let site = Site::new("wrong");
+    let site = Site::new("misuse");
     let start = Instant::now();
     let speech = site.start("speech_server", &[]);
     let monitor = monitor(&site, 10);

@@ -87,6 +87,7 @@ macro_rules! suite {
         );
         $crate::suite!(@of limits, $subject,
             sixty_four_clients_are_served
+            a_thousand_requests_get_their_own_answers
             sixteen_publishers_reach_sixty_four_subscribers
         );
         $crate::suite!(@of typed, $subject,
