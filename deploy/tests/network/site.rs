@@ -195,7 +195,9 @@ impl Site {
             log,
         };
         Self::until(&format!("{name} is ready"), || {
-            self.directory().socket(name).exists() && self.ask(name, "status")["state"] == "running"
+            // One that was killed leaves its socket, which nobody answers.
+            UnixStream::connect(self.directory().socket(name)).is_ok()
+                && self.ask(name, "status")["state"] == "running"
         });
         running
     }
@@ -208,9 +210,14 @@ impl Site {
 
     /// One question to the management of a component.
     pub(crate) fn ask(&self, name: &str, method: &str) -> Value {
+        self.tell(name, method, &Value::Null)
+    }
+
+    /// One question to the management of a component, with parameters.
+    pub(crate) fn tell(&self, name: &str, method: &str, params: &Value) -> Value {
         let mut stream = UnixStream::connect(self.directory().socket(name)).expect("its socket");
         stream.set_read_timeout(Some(LIMIT)).expect("a limit");
-        let request = json!({ "jsonrpc": "2.0", "id": 1, "method": method });
+        let request = json!({ "jsonrpc": "2.0", "id": 1, "method": method, "params": params });
         stream
             .write_all(format!("{request}\n").as_bytes())
             .expect("to ask");

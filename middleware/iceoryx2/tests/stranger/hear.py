@@ -1,4 +1,4 @@
-"""Prints poses as they are published: hear.py NETWORK COUNT, one JSON object a line."""
+"""Prints poses, the last five first, as JSON: hear.py NETWORK COUNT."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ import robocomp
 
 network, count = sys.argv[1], int(sys.argv[2])
 topic = f"{network}/FullPoseEstimationPub/newFullPose"
-poses = robocomp.Subscriber(robocomp.Network(network), topic)
+poses = robocomp.Subscriber(robocomp.Network(network), topic, late=5)
 print("ready", flush=True)
 for header, body in poses.values(seconds=20):
     # struct FullPoseEuler { string source; float x, y, z, rx, ry, rz, vx, vy, vz, vrx, vry, vrz; int confidence; }

@@ -113,19 +113,20 @@ class Network:
 
 
 class Subscriber:
-    """The values of a topic."""
+    """The values of a topic, and so many of those that were kept for who comes late."""
 
-    def __init__(self, network, address):
+    def __init__(self, network, address, late=0):
         self.ear = network.service(address).event().open().listener_builder().create()
         self.ports = []
         # Publishers that keep nothing, and those that keep values for who comes late. Either may be missing.
-        for name, bell in (address, None), (f"{address}:kept", f"{address}:late"):
+        for name, history in (address, 0), (f"{address}:kept", late):
             try:
-                self.ports.append(network.topic(name).subscriber_builder().buffer_size(10).create())
+                builder = network.topic(name).subscriber_builder().buffer_size(10)
             except iox.PublishSubscribeOpenError:
                 continue
-            if bell:
-                network.bell(bell).notify()
+            self.ports.append(builder.history_request(history).create())
+            if history:
+                network.bell(f"{address}:late").notify()
 
     def values(self, seconds):
         """Yields header and body of what comes within `seconds`."""
