@@ -47,8 +47,8 @@ mod tests {
     fn lost(gaps: &mut Gaps, sender: u128, sequences: &[u64]) -> u64 {
         let note = |&sequence| {
             gaps.note(&Header {
-                sender,
                 sequence,
+                sender,
                 ..Header::default()
             })
         };

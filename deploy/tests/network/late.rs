@@ -1,20 +1,10 @@
 //! Who comes late gets the last values, where both ends say `durability transient_local` in their `.cdsl`: the simulator
 //! keeps its last hundred poses.
 
-use crate::site::{Running, Site};
+use crate::site::Site;
 use serde_json::{Value, json};
 
 const KEPT: usize = 100;
-
-/// Starts a pose monitor that writes all it hears to the file `trace`.
-fn monitor(site: &Site, trace: &str) -> Running {
-    let (map, trace) = (site.path("maps/house.map"), site.path(trace));
-    let config = format!(
-        "[component]\nperiod = \"50ms\"\n[parameters]\nmap = {map:?}\nsvg = \"\"\ntrace = {trace:?}\n"
-    );
-    let config = site.write("monitor.toml", &config);
-    site.start("pose_monitor", &["--config", &config.display().to_string()])
-}
 
 fn heard(site: &Site) -> Value {
     site.ask("pose_monitor", "status")["slots"][0].clone()
@@ -42,7 +32,7 @@ fn a_late_component_gets_the_last_values_and_one_that_comes_back_too() {
 
     // Twice; each one is killed when it has heard what there was.
     for _ in 0..2 {
-        let late = monitor(&site, "late");
+        let late = site.start_monitor("late", 0);
         await_heard(&site, KEPT);
         let slot = heard(&site);
         assert_eq!(slot["handlers"]["count"], KEPT, "{slot}");
@@ -55,7 +45,7 @@ fn a_late_component_gets_the_last_values_and_one_that_comes_back_too() {
     }
 
     // The next one goes on with what is new, without a gap between old and new.
-    let late = monitor(&site, "trace");
+    let late = site.start_monitor("trace", 0);
     await_heard(&site, KEPT);
     site.tell("simulator", "period", &json!({ "ms": 20 }));
     await_heard(&site, KEPT + 10);

@@ -90,8 +90,9 @@ fn run(program: &Path, args: &[&str]) -> Result<(), String> {
         .map_err(|e| format!("`{what}`: {e}"))?;
     let said = String::from_utf8_lossy(&output.stderr);
     let last = said.trim_end().lines().last().unwrap_or("it failed");
-    match output.status.success() {
-        true => Ok(()),
-        false => Err(format!("`{what}`: {last}")),
+    if output.status.success() {
+        Ok(())
+    } else {
+        Err(format!("`{what}`: {last}"))
     }
 }

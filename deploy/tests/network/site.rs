@@ -202,6 +202,17 @@ impl Site {
         running
     }
 
+    /// Starts a pose monitor that writes each pose to the file `trace`, and ends after so many where that is not 0.
+    pub(crate) fn start_monitor(&self, trace: &str, samples: u32) -> Running {
+        let config = format!(
+            "[component]\nperiod = \"50ms\"\n[parameters]\nmap = \"{}\"\nsvg = \"\"\ntrace = \"{}\"\nsamples = {samples}\n",
+            self.path("maps/house.map").display(),
+            self.path(trace).display()
+        );
+        let config = self.write("monitor.toml", &config);
+        self.start("pose_monitor", &["--config", &config.display().to_string()])
+    }
+
     pub(crate) fn status(&self) -> Value {
         let ran = self.rcdeploy(&["status", "--format", "json", &self.network], false);
         assert_eq!(ran.code, 0, "{ran:?}");

@@ -2,7 +2,7 @@
 //! `middleware/iceoryx2/README.md` tells them. The programs are there, in `tests/stranger`, for people to begin with.
 
 use crate::python;
-use crate::site::{Ran, Running, Site};
+use crate::site::{Ran, Site};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
@@ -20,16 +20,6 @@ fn stranger(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
     let ran = site.run(command);
     assert_eq!(ran.code, 0, "{program}: {ran:?}");
     ran
-}
-
-/// Writes a configuration for the pose monitor, which writes down all that it hears and ends after so many poses.
-fn monitor(site: &Site, poses: u32) -> Running {
-    let (map, trace) = (site.path("maps/house.map"), site.path("trace"));
-    let config = format!(
-        "[component]\nperiod = \"50ms\"\n[parameters]\nmap = {map:?}\nsvg = \"\"\ntrace = {trace:?}\nsamples = {poses}\n"
-    );
-    let config = site.write("monitor.toml", &config);
-    site.start("pose_monitor", &["--config", &config.display().to_string()])
 }
 
 /// What the management of a component says of its first slot.
@@ -89,7 +79,7 @@ fn a_component_hears_a_stranger_and_counts_what_it_lost() {
         return;
     };
     let site = Site::new("tell");
-    let monitor = monitor(&site, 41);
+    let monitor = site.start_monitor("trace", 41);
     stranger(&site, python, "tell.py", &["40"]);
     Site::until("forty poses were heard", || {
         slot(&site, "pose_monitor")["handlers"]["count"] == 40
@@ -119,7 +109,7 @@ fn what_a_stranger_does_wrong_changes_nothing() {
     let site = Site::new("misuse");
     let start = Instant::now();
     let speech = site.start("speech_server", &[]);
-    let monitor = monitor(&site, 10);
+    let monitor = site.start_monitor("trace", 10);
 
     let wrong = stranger(&site, python, "wrong.py", &["calls"]);
     let mut answers: Vec<&str> = wrong.stdout.lines().collect();
