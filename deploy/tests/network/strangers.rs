@@ -13,9 +13,10 @@ fn stranger(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
         env!("CARGO_MANIFEST_DIR"),
         "/../middleware/iceoryx2/tests/stranger"
     );
-    let mut command = std::process::Command::new(python);
+    let mut command = std::process::Command::new("timeout");
     // What Python compiles is not to lie in the repository.
-    command.arg("-B").arg(format!("{folder}/{program}"));
+    command.arg("60").arg(python).arg("-B");
+    command.arg(format!("{folder}/{program}"));
     command.arg(&site.network).args(args);
     let ran = site.run(command);
     assert_eq!(ran.code, 0, "{program}: {ran:?}");
