@@ -141,7 +141,7 @@ pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_
         let last = stop.is_stopping();
         server.acknowledge();
         while server
-            .serve(&mut |header, body, reply| answer(header, body, reply))
+            .serve(&mut |header, body, reply| answer(header, body, reply.body()))
             .expect("requests")
         {}
         if last {
@@ -167,7 +167,7 @@ pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<
             && server
                 .serve(&mut |header, body, reply| {
                     bodies.push(body.to_vec());
-                    answer(header, body, reply);
+                    answer(header, body, reply.body());
                 })
                 .expect("requests")
         {}
