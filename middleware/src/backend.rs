@@ -20,6 +20,9 @@ pub struct Header {
     pub sent: u64,
     /// How the body is to be read.
     pub encoding: Encoding,
+    /// Who sent it: the backend of the receiver fills it in, with an id that no other sender of this connection has or
+    /// had; 0 where it cannot tell. It says nothing else, and never travels.
+    pub sender: u128,
 }
 
 /// How a body is to be read.

@@ -5,6 +5,7 @@
 //! - [`in_place`]: values that are written and read where they are.
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: the layer between both, which generated code uses.
+//! - [`gaps`]: what a receiver never saw.
 //! - [`environment`]: the network that a process belongs to, and its run directory.
 //!
 //! No backend is named here.
@@ -14,6 +15,7 @@ pub mod backend;
 pub mod cdr;
 pub mod environment;
 pub mod error;
+pub mod gaps;
 pub mod in_place;
 pub mod interrupt;
 pub mod qos;
@@ -29,6 +31,7 @@ pub use backend::{
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
+pub use gaps::Gaps;
 pub use in_place::InPlace;
 pub use interrupt::Interrupt;
 pub use qos::{Durability, Qos, Reliability};

@@ -47,14 +47,16 @@ impl Topic {
 
     /// Sends the value that was begun.
     pub fn publish(&mut self) -> Result<(), SendError> {
+        // What cannot be written takes no number: subscribers would count it as lost.
+        let body = self.writer.finish()?;
         self.sequence += 1;
         let header = Header {
             type_hash: self.operation.type_hash,
             sequence: self.sequence,
             sent: now(),
-            encoding: Encoding::Cdr,
+            ..Header::default()
         };
-        self.port.publish(header, self.writer.finish()?)
+        self.port.publish(header, body)
     }
 
     /// Begins a value that is written in place; what is dropped without being sent is not sent.
@@ -93,6 +95,7 @@ impl<T: InPlace> Loan<'_, T> {
             sequence: *self.send.sequence,
             sent: now(),
             encoding: Encoding::Image,
+            ..Header::default()
         };
         match self.memory {
             Memory::Shared(loan) => loan.send(header),
@@ -222,7 +225,7 @@ impl Caller {
             type_hash: self.type_hash,
             sequence: self.id.sequence,
             sent: now(),
-            encoding: Encoding::Cdr,
+            ..Header::default()
         }
     }
 }

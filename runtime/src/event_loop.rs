@@ -7,7 +7,7 @@ use crate::component::{Component, Description, WorkerError};
 use crate::ports::Receiver;
 use crate::status::{Shared, State, Wish};
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Header, Reader, Reply};
+use rc_middleware::{Gaps, Header, Reader, Reply};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
@@ -49,6 +49,9 @@ struct Port {
     slot: usize,
     receiver: Receiver,
     ready: bool,
+    gaps: Gaps,
+    /// How often in a row nothing could be taken from it.
+    failures: usize,
     complained: Option<Instant>,
 }
 
@@ -87,6 +90,8 @@ impl<'a> EventLoop<'a> {
                 slot,
                 receiver,
                 ready: true,
+                gaps: Gaps::default(),
+                failures: 0,
                 complained: None,
             })
             .collect();
@@ -257,11 +262,14 @@ impl<'a> EventLoop<'a> {
         let port = &mut ports[at];
         let slot = port.slot;
         let mut result: Result<(), HandlerError> = Ok(());
+        let mut lost = 0;
+        let gaps = &mut port.gaps;
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
                 result = answer(*component, slot, header, body, reply);
             }),
             Receiver::Subscriber { port, operation } => port.receive(&mut |header, body| {
+                lost = gaps.note(&header);
                 let expected = description.slots[slot].operations[*operation].type_hash;
                 result = if header.type_hash == 0 || header.type_hash == expected {
                     component.receive(slot, *operation, &mut Reader::of(body, header.encoding))
@@ -272,19 +280,24 @@ impl<'a> EventLoop<'a> {
         };
         match taken {
             Ok(false) => port.ready = false,
-            Ok(true) => self.handled(at, start.elapsed(), result),
+            Ok(true) => {
+                port.failures = 0;
+                self.handled(at, start.elapsed(), lost, result);
+            }
             Err(error) => {
-                port.ready = false;
-                self.complain(at, &error.to_string());
+                // What cannot be read does not hold up what comes behind it; a port that gives nothing else does not
+                // keep the loop busy.
+                port.failures += 1;
+                port.ready = port.failures % HANDLERS_A_TURN != 0;
+                let error = HandlerError(error.to_string());
+                self.handled(at, start.elapsed(), lost, Err(error));
             }
         }
     }
 
-    fn handled(&mut self, at: usize, took: Duration, result: Result<(), HandlerError>) {
+    fn handled(&mut self, at: usize, took: Duration, lost: u64, result: Result<(), HandlerError>) {
         let slot = self.ports[at].slot;
-        self.shared.status().slots[slot]
-            .work
-            .count(took, result.is_ok());
+        self.shared.status().slots[slot].handled(took, lost, result.is_ok());
         if took > self.period {
             let message = format!(
                 "a handler took {took:?}, longer than the period of {:?}",

@@ -3,7 +3,7 @@
 //! The socket is `NAME.sock` in the network's run directory and speaks JSON-RPC 2.0, one object a line:
 //! `status`, `parameters`, `period {"ms": 50}`, `emergency {"active": true}`, `stop`. A component whose
 //! environment has `RC_SUPERVISED` has its supervisor at its standard input, a socket: it tells `state`,
-//! `ready` and, twice a second, `heartbeat {"age_ms"}`, and ends when the other side closes.
+//! `ready` and, twice a second, `heartbeat {"age_ms", "lost"}` (`lost` by slot), and ends when the other side closes.
 
 use crate::component::Description;
 use crate::process::StartError;
@@ -12,7 +12,7 @@ use rc_middleware::{Address, Environment};
 use rc_pdsl::config::Values;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{FlockOperation, flock};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::os::fd::AsFd;
@@ -230,7 +230,9 @@ impl Server {
             self.serve(events.get(4..).unwrap_or_default());
             if beat.elapsed() >= HEARTBEAT {
                 beat = Instant::now();
-                self.tell("heartbeat", &json!({ "age_ms": self.shared.age_ms() }));
+                let lost = self.facts.lost(&self.shared);
+                let age_ms = self.shared.age_ms();
+                self.tell("heartbeat", &json!({ "age_ms": age_ms, "lost": lost }));
             }
         }
     }
@@ -415,6 +417,16 @@ impl Facts {
         })
     }
 
+    /// How many values were lost, by slot; slots that lost none are left out.
+    fn lost(&self, shared: &Shared) -> Map<String, Value> {
+        let status = shared.status();
+        let slots = self.description.slots.iter().zip(&status.slots);
+        slots
+            .filter(|(_, counted)| counted.lost > 0)
+            .map(|(slot, counted)| (slot.name.to_owned(), counted.lost.into()))
+            .collect()
+    }
+
     fn status(&self, shared: &Shared) -> Value {
         let status = shared.status();
         let addresses = self
@@ -436,6 +448,7 @@ impl Facts {
                     "address": addresses.get(at),
                     "peers": counted.peers,
                     "handlers": counted.work.to_json(),
+                    "lost": counted.lost,
                 })
             })
             .collect();

@@ -51,7 +51,12 @@ fn test(rest: &[&str]) -> Result<(), String> {
     cargo(&build)?;
     let mut test = vec!["test", "--workspace", "--no-fail-fast"];
     test.extend(rest);
-    cargo(&test)
+    let list = std::env::temp_dir().join(format!("rc-skipped-{}", std::process::id()));
+    let tested = cargo_with(&test, &[("RC_TEST_SKIPPED", &list.to_string_lossy())]);
+    // What tests need and this machine does not have is told where nobody misses it.
+    print!("{}", std::fs::read_to_string(&list).unwrap_or_default());
+    let _ = std::fs::remove_file(&list);
+    tested
 }
 
 /// Reads random texts of every language for so long; each run begins where the clock says.

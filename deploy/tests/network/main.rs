@@ -2,6 +2,9 @@
 
 mod camera;
 mod groups;
+mod late;
 mod patrol;
+mod python;
 mod site;
+mod strangers;
 mod swap;

@@ -17,7 +17,7 @@ pub(crate) fn ask(client: &mut dyn Client, request: &[u8]) -> Vec<u8> {
     let mut reply = b"what was there before".to_vec();
     client
         .call(header(1), request, LIMIT, &mut |_, body| {
-            body.clone_into(&mut reply)
+            body.clone_into(&mut reply);
         })
         .expect("an answer");
     reply
@@ -40,7 +40,7 @@ pub fn commands_and_queries_keep_their_order(subject: &dyn Subject) {
                 let mut reply = Vec::new();
                 client
                     .call(header(sequence), b"q", LIMIT, &mut |_, body| {
-                        body.clone_into(&mut reply)
+                        body.clone_into(&mut reply);
                     })
                     .expect("an answer");
                 assert_eq!(reply, b"q!");

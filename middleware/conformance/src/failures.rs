@@ -55,7 +55,7 @@ pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
         for request in [b"first", b"other"] {
             let start = Instant::now();
             let result = client.call(header(1), request, SHORT, &mut |_, body| {
-                body.clone_into(&mut reply)
+                body.clone_into(&mut reply);
             });
             let expected = CallError::Deadline {
                 address: "default/Motor".to_owned(),
@@ -89,7 +89,7 @@ pub fn a_late_answer_is_not_taken_for_the_next(subject: &dyn Subject) {
         let mut client = backend.client(&address).expect("a client");
         let mut reply = Vec::new();
         let late = client.call(header(1), b"slow", SHORT, &mut |_, body| {
-            body.clone_into(&mut reply)
+            body.clone_into(&mut reply);
         });
         assert!(matches!(late, Err(CallError::Deadline { .. })), "{late:?}");
         go.send(()).expect("a server");
@@ -120,7 +120,7 @@ pub fn a_full_queue_is_told(subject: &dyn Subject) {
         assert!(accepted >= REQUEST_QUEUE, "only {accepted} were accepted");
         let mut reply = Vec::new();
         let refused = client.call(header(1), b"query", LIMIT, &mut |_, body| {
-            body.clone_into(&mut reply)
+            body.clone_into(&mut reply);
         });
         assert_eq!(refused, Err(full));
         let served = serve(&mut *server, accepted, &|_, _, _| {});
@@ -144,11 +144,11 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
             let mut client = backend.client(address).expect("a client");
             let mut reply = Vec::new();
             let first = client.call(header(1), b"query", LIMIT, &mut |_, body| {
-                body.clone_into(&mut reply)
+                body.clone_into(&mut reply);
             });
             ended.send(first).expect("a test that waits");
             let second = client.call(header(1), b"query", LIMIT, &mut |_, body| {
-                body.clone_into(&mut reply)
+                body.clone_into(&mut reply);
             });
             ended.send(second).expect("a test that waits");
         });
@@ -203,7 +203,7 @@ pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
             let mut reply = Vec::new();
             let start = Instant::now();
             let result = client.call(header(1), b"query", LIMIT, &mut |_, body| {
-                body.clone_into(&mut reply)
+                body.clone_into(&mut reply);
             });
             (result, start.elapsed())
         });

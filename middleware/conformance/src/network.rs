@@ -2,8 +2,8 @@
 
 use crate::Subject;
 use rc_middleware::{
-    Address, Backend, Encoding, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory,
-    Server, Subscriber, TypeIdentity, wait,
+    Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, Server,
+    Subscriber, TypeIdentity, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -144,7 +144,7 @@ pub fn header(sequence: u64) -> Header {
         type_hash: 7,
         sequence,
         sent: rc_middleware::backend::now(),
-        encoding: Encoding::Cdr,
+        ..Header::default()
     }
 }
 

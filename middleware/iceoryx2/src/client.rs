@@ -146,7 +146,8 @@ impl SharedClient {
     ) -> Result<bool, CallError> {
         match pending.receive() {
             Ok(Some(answer)) => {
-                let header = answer.user_header().read();
+                let sender = answer.origin().value();
+                let header = answer.user_header().read(sender);
                 let header = header.map_err(|reason| self.failed_for(reason))?;
                 take(header, answer.payload());
                 Ok(true)

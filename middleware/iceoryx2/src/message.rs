@@ -55,8 +55,8 @@ impl MessageHeader {
         }
     }
 
-    /// The header in our terms, or why it is not understood.
-    pub(crate) fn read(&self) -> Result<Header, String> {
+    /// The header of a message from `sender` in our terms, or why it is not understood.
+    pub(crate) fn read(&self, sender: u128) -> Result<Header, String> {
         let encoding = match (self.version, self.encoding) {
             (VERSION, CDR) => Encoding::Cdr,
             // What is in memory is believed only of an end that says that its types are the same.
@@ -73,6 +73,7 @@ impl MessageHeader {
             sequence: self.sequence,
             sent: self.sent,
             encoding,
+            sender,
         })
     }
 }
@@ -86,8 +87,8 @@ impl RequestHeader {
         Self { message, client }
     }
 
-    pub(crate) fn read(&self) -> Result<Header, String> {
-        self.message.read()
+    pub(crate) fn read(&self, sender: u128) -> Result<Header, String> {
+        self.message.read(sender)
     }
 
     /// Whose event service waits for the answer; all zero where none does.

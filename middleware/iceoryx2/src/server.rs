@@ -277,7 +277,10 @@ impl Server for SharedServer {
         };
         let user_header = *request.user_header();
         let client = user_header.client();
-        let header = user_header.read().map_err(|reason| self.failed(reason))?;
+        let sender = request.origin().value();
+        let header = user_header
+            .read(sender)
+            .map_err(|reason| self.failed(reason))?;
         let mut body = std::mem::take(&mut self.reply);
         body.clear();
         let mut reply = SharedReply {

@@ -1,93 +1,12 @@
-//! What happens when processes are really killed. The other processes are this test binary again, started for the
-//! one test `role` with the role in an environment variable.
+//! What happens when processes are really killed.
 
+mod processes;
+
+use processes::{Network, Process};
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
 use rc_middleware::qos::Durability;
-use rc_middleware::{
-    Backend, CallError, Client, Endpoint, Environment, Interrupt, OpenError, RunDirectory, wait,
-};
-use std::io::{BufRead, BufReader};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use rc_middleware::{CallError, Client, Endpoint, Interrupt, OpenError, wait};
 use std::time::{Duration, Instant};
-
-const ROLE: &str = "RC_TEST_ROLE";
-const NETWORK: &str = "RC_TEST_NETWORK";
-
-/// A network of processes; wiped when it goes.
-struct Network(String);
-
-impl Network {
-    fn new(name: &str) -> Self {
-        Self(format!("{name}-{}", std::process::id()))
-    }
-
-    fn environment(&self, instance: &str) -> Environment {
-        Environment {
-            network: self.0.clone(),
-            instance: instance.to_owned(),
-            directory: RunDirectory::open(&self.0).expect("a run directory"),
-            interrupt: Interrupt::new().expect("an interrupt"),
-        }
-    }
-
-    fn join(&self, instance: &str) -> Box<dyn Backend> {
-        rc_iceoryx2::connect(&self.environment(instance)).expect("the network")
-    }
-
-    /// A process in `role` that says it is ready.
-    fn start(&self, role: &str) -> Process {
-        let mut process = self.begin(role);
-        process.says("ready");
-        process
-    }
-
-    /// A process in `role` that has just begun.
-    fn begin(&self, role: &str) -> Process {
-        let mut child = Command::new(std::env::current_exe().expect("this binary"))
-            .args(["role", "--exact", "--nocapture", "--test-threads=1"])
-            .env(ROLE, role)
-            .env(NETWORK, &self.0)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("a process");
-        let output = BufReader::new(child.stdout.take().expect("a pipe"));
-        Process { child, output }
-    }
-}
-
-impl Drop for Network {
-    fn drop(&mut self) {
-        let directory = RunDirectory::of(&self.0);
-        rc_iceoryx2::wipe(&directory).expect("to wipe");
-        directory.remove().expect("to remove");
-    }
-}
-
-/// A process that is killed at the latest when the test ends.
-struct Process {
-    child: Child,
-    output: BufReader<ChildStdout>,
-}
-
-impl Process {
-    /// Waits until it has said `word`.
-    fn says(&mut self, word: &str) {
-        let mut lines = (&mut self.output).lines();
-        let said = lines.any(|line| line.expect("a line").ends_with(word));
-        assert!(said, "it ended before it was {word}");
-    }
-
-    fn kill(&mut self) {
-        self.child.kill().expect("to kill");
-        self.child.wait().expect("to reap");
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        self.kill();
-    }
-}
 
 fn map() -> Endpoint {
     let mut map = endpoint("default/Map/map");
@@ -98,10 +17,9 @@ fn map() -> Endpoint {
 /// Not a test: what the other processes do.
 #[test]
 fn role() {
-    let (Ok(role), Ok(network)) = (std::env::var(ROLE), std::env::var(NETWORK)) else {
+    let Some((role, network)) = processes::role() else {
         return;
     };
-    let network = Network(network);
     let backend = network.join(&role);
     let motor = endpoint("default/Motor");
     let stop = Interrupt::new().expect("an interrupt");
@@ -149,14 +67,13 @@ fn role() {
         }
         other => panic!("no role `{other}`"),
     }
-    std::mem::forget(network);
 }
 
 fn ask(client: &mut dyn Client, request: &[u8]) -> Result<Vec<u8>, CallError> {
     let mut reply = Vec::new();
     client
         .call(header(1), request, LIMIT, &mut |_, body| {
-            body.clone_into(&mut reply)
+            body.clone_into(&mut reply);
         })
         .map(|()| reply)
 }

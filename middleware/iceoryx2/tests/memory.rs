@@ -142,7 +142,7 @@ fn memory_is_used_for_what_is_under_way() {
         for _ in 0..10 {
             for client in &mut clients {
                 let done = client.call(header(1), &body[..1000], LIMIT, &mut |_, body| {
-                    body.clone_into(&mut reply)
+                    body.clone_into(&mut reply);
                 });
                 assert_eq!(done, Ok(()));
             }

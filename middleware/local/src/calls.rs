@@ -8,15 +8,11 @@ use rc_middleware::{
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Longest wait before a stop is looked for: the wake-up of an interrupt can be meant for somebody else.
 const CYCLE: Duration = Duration::from_millis(50);
-
-/// Counts clients and servers.
-static PORTS: AtomicU64 = AtomicU64::new(1);
 
 /// Where clients and their server meet.
 #[derive(Default)]
@@ -83,7 +79,7 @@ pub(crate) fn client(
     endpoint: &Endpoint,
 ) -> Result<LocalClient, OpenError> {
     let state = hub::calls(environment, endpoint)?;
-    let port = PORTS.fetch_add(1, Ordering::Relaxed);
+    let port = hub::number();
     let signal = hub::signal(endpoint)?;
     lock(&state).queues.push_back(Queue {
         client: port,
@@ -105,7 +101,7 @@ pub(crate) fn server(
     endpoint: &Endpoint,
 ) -> Result<LocalServer, OpenError> {
     let state = hub::calls(environment, endpoint)?;
-    let port = PORTS.fetch_add(1, Ordering::Relaxed);
+    let port = hub::number();
     let signal = hub::signal(endpoint)?;
     let mut guard = lock(&state);
     if let Some(server) = &guard.server {
@@ -151,6 +147,13 @@ impl LocalClient {
         Ok(server.port)
     }
 
+    fn signed(&self, header: Header) -> Header {
+        Header {
+            sender: self.port.into(),
+            ..header
+        }
+    }
+
     /// Why a server that was asked never answered.
     fn silence(&self, asked: u64) -> CallError {
         let state = lock(&self.state);
@@ -175,7 +178,7 @@ impl Client for LocalClient {
 
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
         let request = Request {
-            header,
+            header: self.signed(header),
             body: request.to_vec(),
             ticket: None,
         };
@@ -192,7 +195,7 @@ impl Client for LocalClient {
         let start = Instant::now();
         let slot = Arc::new(Mutex::new(Answer::default()));
         let asked = self.submit(Request {
-            header,
+            header: self.signed(header),
             body: request.to_vec(),
             ticket: Some(Ticket {
                 slot: Arc::clone(&slot),
