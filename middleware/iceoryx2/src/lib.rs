@@ -15,11 +15,13 @@ mod keeper;
 mod last;
 mod message;
 mod names;
+mod opening;
 mod publisher;
 mod server;
 mod service;
 mod session;
 mod subscriber;
+mod unfinished;
 mod watch;
 
 pub use estate::{leftovers, wipe};
