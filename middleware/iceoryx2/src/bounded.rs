@@ -66,7 +66,7 @@ pub(crate) fn what_is_left(directory: &RunDirectory) -> String {
         "no file of the network is half made".to_owned()
     } else {
         let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-        format!("half made and not to be removed: {}", files.join(", "))
+        format!("half made, and not removed in time: {}", files.join(", "))
     };
     format!(
         "{left}; end all processes of the network (`rcdeploy down`, or by hand), then start again: the first one to \

@@ -1,0 +1,216 @@
+//! Networks of real processes: this test binary again, started for the one test `role` with the role in an
+//! environment variable.
+
+#![allow(dead_code, reason = "each test binary has its own use of this module")]
+
+use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until};
+use rc_middleware::qos::Durability;
+use rc_middleware::{
+    Backend, CallError, Client, Endpoint, Environment, Interrupt, RunDirectory, wait,
+};
+use rustix::process::{Resource, Rlimit, setrlimit};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::time::Duration;
+
+const ROLE: &str = "RC_TEST_ROLE";
+const NETWORK: &str = "RC_TEST_NETWORK";
+const FILES: &str = "RC_TEST_FILES";
+const WHEN: &str = "RC_TEST_WHEN";
+
+/// From when on a process cannot make a file larger than its limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum From {
+    /// From its beginning.
+    Start,
+    /// When it has joined the network, and has no end yet.
+    Joined,
+}
+
+/// A network of processes; wiped when it goes.
+pub(crate) struct Network(pub(crate) String);
+
+impl Network {
+    pub(crate) fn new(name: &str) -> Self {
+        Self(format!("{name}-{}", std::process::id()))
+    }
+
+    pub(crate) fn environment(&self, instance: &str) -> Environment {
+        Environment {
+            network: self.0.clone(),
+            instance: instance.to_owned(),
+            directory: RunDirectory::open(&self.0).expect("a run directory"),
+            interrupt: Interrupt::new().expect("an interrupt"),
+        }
+    }
+
+    pub(crate) fn join(&self, instance: &str) -> Box<dyn Backend> {
+        rc_iceoryx2::connect(&self.environment(instance)).expect("the network")
+    }
+
+    /// A process in `role` that says it is ready.
+    pub(crate) fn start(&self, role: &str) -> Process {
+        let mut process = self.begin(role);
+        process.says("ready");
+        process
+    }
+
+    /// A process in `role` that has just begun.
+    pub(crate) fn begin(&self, role: &str) -> Process {
+        self.spawn(role, &[])
+    }
+
+    /// A process in `role` that the system ends at the first file that it makes larger than `bytes`: between two
+    /// steps, the file is there, and has neither size nor content.
+    pub(crate) fn doomed(&self, role: &str, from: From, bytes: u64) -> Process {
+        let variables = [(FILES, bytes.to_string()), (WHEN, format!("{from:?}"))];
+        self.spawn(role, &variables)
+    }
+
+    fn spawn(&self, role: &str, more: &[(&str, String)]) -> Process {
+        let mut child = Command::new(std::env::current_exe().expect("this binary"))
+            .args([
+                "processes::role",
+                "--exact",
+                "--nocapture",
+                "--test-threads=1",
+            ])
+            .env(ROLE, role)
+            .env(NETWORK, &self.0)
+            .envs(more.iter().map(|(name, value)| (name, value)))
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("a process");
+        let output = BufReader::new(child.stdout.take().expect("a pipe"));
+        Process { child, output }
+    }
+}
+
+impl Drop for Network {
+    fn drop(&mut self) {
+        let directory = RunDirectory::of(&self.0);
+        rc_iceoryx2::wipe(&directory).expect("to wipe");
+        directory.remove().expect("to remove");
+    }
+}
+
+/// A process that is killed at the latest when the test ends.
+pub(crate) struct Process {
+    pub(crate) child: Child,
+    output: BufReader<ChildStdout>,
+}
+
+impl Process {
+    /// Waits until it has said `word`.
+    pub(crate) fn says(&mut self, word: &str) {
+        let mut lines = (&mut self.output).lines();
+        let said = lines.any(|line| line.expect("a line").ends_with(word));
+        assert!(said, "it ended before it was {word}");
+    }
+
+    /// Waits until it is ready, or has ended and why.
+    pub(crate) fn outcome(&mut self) -> Option<ExitStatus> {
+        let mut lines = (&mut self.output).lines();
+        if lines.any(|line| line.expect("a line").ends_with("ready")) {
+            return None;
+        }
+        Some(self.child.wait().expect("to reap"))
+    }
+
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().expect("to kill");
+        self.child.wait().expect("to reap");
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+pub(crate) fn map() -> Endpoint {
+    let mut map = endpoint("default/Map/map");
+    map.qos.durability = Durability::TransientLocal;
+    map
+}
+
+/// Limits the size of files, where that was ordered for `now`.
+fn limit_files(now: From) {
+    let (Ok(bytes), Ok(when)) = (std::env::var(FILES), std::env::var(WHEN)) else {
+        return;
+    };
+    if when == format!("{now:?}") {
+        let limit = Rlimit {
+            current: Some(bytes.parse().expect("a number of bytes")),
+            maximum: None,
+        };
+        setrlimit(Resource::Fsize, limit).expect("to limit files");
+    }
+}
+
+/// Not a test: what the other processes do.
+#[test]
+fn role() {
+    let (Ok(role), Ok(network)) = (std::env::var(ROLE), std::env::var(NETWORK)) else {
+        return;
+    };
+    let network = Network(network);
+    limit_files(From::Start);
+    let backend = network.join(&role);
+    limit_files(From::Joined);
+    let motor = endpoint("default/Motor");
+    let stop = Interrupt::new().expect("an interrupt");
+    match role.as_str() {
+        "server" => {
+            let mut server = backend.server(&motor).expect("a server");
+            println!("ready");
+            serve_until(&mut *server, &stop, &|_, request, reply| {
+                if request == b"hold" {
+                    println!("holding");
+                    wait(&[], LIMIT);
+                }
+                reply.extend_from_slice(request);
+            });
+        }
+        "publisher" => {
+            let mut scan = backend
+                .publisher(&endpoint("default/Laser/scan"))
+                .expect("a publisher");
+            let mut map = backend.publisher(&map()).expect("a publisher");
+            println!("ready");
+            for sequence in 1.. {
+                scan.publish(header(sequence), &[1; 500])
+                    .expect("to publish");
+                map.publish(header(sequence), &[2; 500])
+                    .expect("to publish");
+                wait(&[], Duration::from_millis(1));
+            }
+        }
+        "subscriber" => {
+            let mut scan = backend
+                .subscriber(&endpoint("default/Laser/scan"))
+                .expect("a subscriber");
+            println!("ready");
+            loop {
+                receive(&mut *scan, 1);
+            }
+        }
+        "client" => {
+            let mut client = backend.client(&motor).expect("a client");
+            println!("ready");
+            loop {
+                let _ = client.call(header(1), b"again", LIMIT, &mut Vec::new());
+            }
+        }
+        other => panic!("no role `{other}`"),
+    }
+    std::mem::forget(network);
+}
+
+pub(crate) fn ask(client: &mut dyn Client, request: &[u8]) -> Result<Vec<u8>, CallError> {
+    let mut reply = Vec::new();
+    client
+        .call(header(1), request, LIMIT, &mut reply)
+        .map(|()| reply)
+}
