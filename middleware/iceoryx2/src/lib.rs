@@ -21,6 +21,7 @@ mod server;
 mod service;
 mod session;
 mod subscriber;
+mod tags;
 mod unfinished;
 mod watch;
 

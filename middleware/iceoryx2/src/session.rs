@@ -3,8 +3,8 @@
 use crate::last::Presence;
 use crate::service::{Node, Pending, Service};
 use crate::unfinished::{CREATION, Watcher};
-use crate::{bounded, names, opening};
-use iceoryx2::node::NodeState;
+use crate::{bounded, names, opening, tags};
+use iceoryx2::node::{NodeState, NodeView as _};
 use iceoryx2::prelude::{
     CallbackProgression, Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString,
     SignalHandlingMode, set_log_level,
@@ -78,11 +78,15 @@ impl Session {
 
     /// Removes what the dead left behind; says how many dead there were.
     pub(crate) fn clean(&self) -> usize {
-        if !has_dead(&self.config) {
+        if dead_nodes(&self.config).is_empty() {
             return 0;
         }
-        let _alone = opening::alone(&names::root(&self.environment.directory));
-        self.node.try_cleanup_dead_nodes().cleanups as usize
+        let root = names::root(&self.environment.directory);
+        let _alone = opening::alone(&root);
+        tags::keep(&root, &dead_nodes(&self.config));
+        let cleaned = self.node.try_cleanup_dead_nodes().cleanups as usize;
+        tags::forget(&root);
+        cleaned
     }
 
     /// Notes that a value was published, for `linger`.
@@ -195,24 +199,26 @@ fn node(environment: &Environment, config: &Config) -> Result<Node, String> {
 
 /// Whether a node of the network is alive.
 fn lives(config: &Config) -> bool {
-    any_node(config, |node| matches!(node, NodeState::Alive(_)))
-}
-
-/// Whether a node of the network is dead.
-fn has_dead(config: &Config) -> bool {
-    any_node(config, |node| matches!(node, NodeState::Dead(_)))
-}
-
-fn any_node(config: &Config, is_meant: fn(&NodeState<Service>) -> bool) -> bool {
     let mut found = false;
-    // A list that breaks off at what cannot be read has shown nothing that is meant.
-    let _ = Node::list(config, |node| {
-        found |= is_meant(&node);
-        if found {
-            CallbackProgression::Stop
-        } else {
-            CallbackProgression::Continue
+    list(config, |node| found |= matches!(node, NodeState::Alive(_)));
+    found
+}
+
+/// The nodes of the network whose processes are dead.
+fn dead_nodes(config: &Config) -> Vec<u128> {
+    let mut found = Vec::new();
+    list(config, |node| {
+        if let NodeState::Dead(node) = node {
+            found.push(node.id().value());
         }
     });
     found
+}
+
+fn list(config: &Config, mut each: impl FnMut(NodeState<Service>)) {
+    // A list that breaks off, at something that cannot be read, is as good as it can be.
+    let _ = Node::list(config, |node| {
+        each(node);
+        CallbackProgression::Continue
+    });
 }

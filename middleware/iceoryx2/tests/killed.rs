@@ -5,6 +5,7 @@ mod processes;
 use processes::{Network, Process, ask, map};
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
 use rc_middleware::{CallError, Interrupt, OpenError, wait};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -60,6 +61,43 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
     assert_eq!(own.peers(), 1);
 }
 
+/// The clean-up removes the tag of a dead end before it frees the end's place. Who is killed in between leaves the dead
+/// without tags, and what it had remembered of them.
+#[test]
+fn a_killed_cleaner_is_replaced() {
+    let network = Network::new("kk");
+    let _backend = network.join("bystander");
+    let directory = network.environment("bystander").directory;
+    let root = directory.middleware(rc_iceoryx2::NAME);
+    for _ in 0..3 {
+        network.start("server").kill();
+        let mut tags = 0;
+        for node in entries(&root.join("nodes")) {
+            let kept = root.join("tags").join(node.file_name().expect("a name"));
+            for tag in entries(&node) {
+                if tag.extension().is_some_and(|e| e == "port_tag") {
+                    std::fs::create_dir_all(&kept).expect("a folder");
+                    let name = tag.file_name().expect("a name");
+                    std::fs::rename(&tag, kept.join(name)).expect("to move");
+                    tags += 1;
+                }
+            }
+        }
+        // A server, and the listener that wakes it.
+        assert_eq!(tags, 2);
+        let mut server = network.start("server");
+        assert!(entries(&root.join("tags")).is_empty());
+        server.kill();
+    }
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect()
+}
+
 #[test]
 fn a_killed_publisher_is_replaced() {
     let network = Network::new("kp");
@@ -68,7 +106,8 @@ fn a_killed_publisher_is_replaced() {
         .subscriber(&endpoint("default/Laser/scan"))
         .expect("a subscriber");
     let mut late = backend.subscriber(&map()).expect("a subscriber");
-    for _ in 0..5 {
+    // More than there may be at a time.
+    for _ in 0..20 {
         let mut publisher = network.start("publisher");
         receive(&mut *scan, 20);
         receive(&mut *late, 20);

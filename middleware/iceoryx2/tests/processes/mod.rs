@@ -3,19 +3,21 @@
 
 #![allow(dead_code, reason = "each test binary has its own use of this module")]
 
-use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until};
+use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until, until};
 use rc_middleware::qos::Durability;
 use rc_middleware::{
     Backend, CallError, Client, Endpoint, Environment, Interrupt, RunDirectory, wait,
 };
-use rustix::process::{Resource, Rlimit, setrlimit};
+use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, setrlimit};
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 const ROLE: &str = "RC_TEST_ROLE";
 const NETWORK: &str = "RC_TEST_NETWORK";
 const FILES: &str = "RC_TEST_FILES";
+const FOLDER: &str = "RC_TEST_FOLDER";
 const WHEN: &str = "RC_TEST_WHEN";
 
 /// From when on a process cannot make a file larger than its limit.
@@ -65,6 +67,13 @@ impl Network {
     pub(crate) fn doomed(&self, role: &str, from: From, bytes: u64) -> Process {
         let variables = [(FILES, bytes.to_string()), (WHEN, format!("{from:?}"))];
         self.spawn(role, &variables)
+    }
+
+    /// A process in `role` that says it is ready, in the working directory `folder`.
+    pub(crate) fn start_in(&self, folder: &Path, role: &str) -> Process {
+        let mut process = self.spawn(role, &[(FOLDER, folder.display().to_string())]);
+        process.says("ready");
+        process
     }
 
     fn spawn(&self, role: &str, more: &[(&str, String)]) -> Process {
@@ -117,6 +126,18 @@ impl Process {
         Some(self.child.wait().expect("to reap"))
     }
 
+    pub(crate) fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).expect("it runs");
+        if signal == Signal::STOP {
+            let stat = format!("/proc/{}/stat", self.child.id());
+            until("it has stopped", || {
+                let text = std::fs::read_to_string(&stat).expect("it runs");
+                text.rsplit_once(") ")
+                    .is_some_and(|(_, rest)| rest.starts_with('T'))
+            });
+        }
+    }
+
     pub(crate) fn kill(&mut self) {
         self.child.kill().expect("to kill");
         self.child.wait().expect("to reap");
@@ -156,6 +177,9 @@ fn role() {
         return;
     };
     let network = Network(network);
+    if let Ok(folder) = std::env::var(FOLDER) {
+        std::env::set_current_dir(folder).expect("a working directory");
+    }
     limit_files(From::Start);
     let backend = network.join(&role);
     limit_files(From::Joined);
@@ -202,6 +226,18 @@ fn role() {
             loop {
                 let _ = client.call(header(1), b"again", LIMIT, &mut Vec::new());
             }
+        }
+        "leaving" => {
+            let mut scan = backend
+                .publisher(&endpoint("default/Laser/scan"))
+                .expect("a publisher");
+            let mut client = backend.client(&motor).expect("a client");
+            until("both are heard", || scan.peers() + client.peers() == 2);
+            scan.publish(header(1), b"last words").expect("to publish");
+            client
+                .send(header(1), b"last order")
+                .expect("the room of one");
+            backend.linger(LIMIT);
         }
         other => panic!("no role `{other}`"),
     }
