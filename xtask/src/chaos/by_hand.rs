@@ -36,7 +36,8 @@ pub(super) fn run(
     tally: &mut Tally,
 ) -> Result<(), Failure> {
     let mut hands = Hands::none(ground);
-    while tally.kills < orders.kills {
+    hands.start_all()?;
+    while tally.kills + 1 < orders.kills {
         for _ in 0..=dice.below(UNSEEN) {
             hands.round(dice, orders, tally)?;
         }
@@ -44,6 +45,11 @@ pub(super) fn run(
         hands.start_all()?;
         hands.all_work()?;
         tally.recovered(since.elapsed());
+    }
+    if orders.kills > 0 {
+        // One is killed and not started again: the others leave nothing of it, either.
+        hands.kill(dice.below(NAMES.len()))?;
+        tally.kill(false);
     }
     hands.stop()
 }
@@ -96,7 +102,7 @@ impl<'g> Hands<'g> {
         due.sort_unstable();
         let begin = Instant::now();
         for (moment, at) in due {
-            if tally.kills == orders.kills {
+            if tally.kills + 1 >= orders.kills {
                 return Ok(());
             }
             std::thread::sleep(moment.saturating_sub(begin.elapsed()));
