@@ -1,7 +1,8 @@
 //! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures, `fuzz` searches for
-//! texts that do harm.
+//! texts that do harm, `chaos` kills.
 
 mod bench;
+mod chaos;
 mod languages;
 mod pair;
 mod programs;
@@ -25,10 +26,13 @@ fn main() -> ExitCode {
         ["bench"] => bench::run(false).map_err(|e| e.to_string()),
         ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
+        ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
+            chaos::run(&orders).map_err(|e| e.to_string())
+        }
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | --smoke] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | --smoke] | fuzz SECONDS | chaos [--kills N] [--seed S]"
             );
             return ExitCode::from(2);
         }

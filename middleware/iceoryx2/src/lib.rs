@@ -16,11 +16,14 @@ mod last;
 mod memory;
 mod message;
 mod names;
+mod opening;
 mod publisher;
 mod server;
 mod service;
 mod session;
 mod subscriber;
+mod tags;
+mod unfinished;
 mod watch;
 
 pub use estate::{leftovers, wipe};

@@ -2,80 +2,16 @@
 
 mod processes;
 
-use processes::{Network, Process};
+use processes::{Network, Process, ask, map};
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
-use rc_middleware::qos::Durability;
-use rc_middleware::{CallError, Client, Endpoint, Interrupt, OpenError, wait};
+use rc_middleware::{CallError, Interrupt, OpenError, wait};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-fn map() -> Endpoint {
-    let mut map = endpoint("default/Map/map");
-    map.qos.durability = Durability::TransientLocal;
-    map
-}
 
 /// Not a test: what the other processes do.
 #[test]
 fn role() {
-    let Some((role, network)) = processes::role() else {
-        return;
-    };
-    let backend = network.join(&role);
-    let motor = endpoint("default/Motor");
-    let stop = Interrupt::new().expect("an interrupt");
-    match role.as_str() {
-        "server" => {
-            let mut server = backend.server(&motor).expect("a server");
-            println!("ready");
-            serve_until(&mut *server, &stop, &|_, request, reply| {
-                if request == b"hold" {
-                    println!("holding");
-                    wait(&[], LIMIT);
-                }
-                reply.extend_from_slice(request);
-            });
-        }
-        "publisher" => {
-            let mut scan = backend
-                .publisher(&endpoint("default/Laser/scan"))
-                .expect("a publisher");
-            let mut map = backend.publisher(&map()).expect("a publisher");
-            println!("ready");
-            for sequence in 1.. {
-                scan.publish(header(sequence), &[1; 500])
-                    .expect("to publish");
-                map.publish(header(sequence), &[2; 500])
-                    .expect("to publish");
-                wait(&[], Duration::from_millis(1));
-            }
-        }
-        "subscriber" => {
-            let mut scan = backend
-                .subscriber(&endpoint("default/Laser/scan"))
-                .expect("a subscriber");
-            println!("ready");
-            loop {
-                receive(&mut *scan, 1);
-            }
-        }
-        "client" => {
-            let mut client = backend.client(&motor).expect("a client");
-            println!("ready");
-            loop {
-                let _ = client.call(header(1), b"again", LIMIT, &mut |_, _| {});
-            }
-        }
-        other => panic!("no role `{other}`"),
-    }
-}
-
-fn ask(client: &mut dyn Client, request: &[u8]) -> Result<Vec<u8>, CallError> {
-    let mut reply = Vec::new();
-    client
-        .call(header(1), request, LIMIT, &mut |_, body| {
-            body.clone_into(&mut reply);
-        })
-        .map(|()| reply)
+    processes::play();
 }
 
 #[test]
@@ -131,6 +67,49 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
     assert_eq!(own.peers(), 1);
 }
 
+/// The clean-up removes the tag of a dead end before it frees the end's place. Who is killed in between leaves the dead
+/// without tags, and what it had remembered of them.
+#[test]
+fn a_killed_cleaner_is_replaced() {
+    let network = Network::new("kk");
+    let backend = network.join("bystander");
+    // Has the service open, so that it stays.
+    let _client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let directory = network.environment("bystander").directory;
+    let root = directory.middleware(rc_iceoryx2::NAME);
+    let living = entries(&root.join("nodes"));
+    for _ in 0..3 {
+        network.start("server").kill();
+        let mut tags = 0;
+        let nodes = entries(&root.join("nodes"));
+        for node in nodes.iter().filter(|node| !living.contains(node)) {
+            let kept = root.join("tags").join(node.file_name().expect("a name"));
+            for tag in entries(node) {
+                if tag.extension().is_some_and(|e| e == "port_tag") {
+                    std::fs::create_dir_all(&kept).expect("a folder");
+                    let name = tag.file_name().expect("a name");
+                    std::fs::rename(&tag, kept.join(name)).expect("to move");
+                    tags += 1;
+                }
+            }
+        }
+        // A server, and the listener that wakes it.
+        assert_eq!(tags, 2);
+        let mut server = network.start("server");
+        assert!(entries(&root.join("tags")).is_empty());
+        server.kill();
+    }
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect()
+}
+
 #[test]
 fn a_killed_publisher_is_replaced() {
     let network = Network::new("kp");
@@ -139,7 +118,8 @@ fn a_killed_publisher_is_replaced() {
         .subscriber(&endpoint("default/Laser/scan"))
         .expect("a subscriber");
     let mut late = backend.subscriber(&map()).expect("a subscriber");
-    for _ in 0..5 {
+    // More than there may be at a time.
+    for _ in 0..20 {
         let mut publisher = network.start("publisher");
         receive(&mut *scan, 20);
         receive(&mut *late, 20);
