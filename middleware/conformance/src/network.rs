@@ -136,9 +136,10 @@ pub fn header(sequence: u64) -> Header {
 
 /// Serves until `stop` stops, and then what is still there.
 pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_>) {
+    let mut woken = false;
     loop {
         let last = stop.is_stopping();
-        server.acknowledge();
+        server.acknowledge(woken);
         while server
             .serve(&mut |header, body, reply| answer(header, body, reply))
             .expect("requests")
@@ -146,7 +147,7 @@ pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_
         if last {
             return;
         }
-        wait(&[server.descriptor(), stop.as_fd()], CYCLE);
+        woken = wait(&[server.descriptor(), stop.as_fd()], CYCLE) & 1 != 0;
     }
 }
 
@@ -160,8 +161,8 @@ pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<
             "{} of {count} requests came",
             bodies.len()
         );
-        wait(&[server.descriptor()], CYCLE);
-        server.acknowledge();
+        let woken = wait(&[server.descriptor()], CYCLE) != 0;
+        server.acknowledge(woken);
         while bodies.len() < count
             && server
                 .serve(&mut |header, body, reply| {
@@ -184,8 +185,8 @@ pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Ve
             "{} of {count} values came",
             values.len()
         );
-        wait(&[subscriber.descriptor()], CYCLE);
-        subscriber.acknowledge();
+        let woken = wait(&[subscriber.descriptor()], CYCLE) != 0;
+        subscriber.acknowledge(woken);
         while values.len() < count && take(subscriber, &mut values) {}
     }
     values
@@ -194,7 +195,7 @@ pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Ve
 /// Receives what is there now.
 pub fn receive_all(subscriber: &mut dyn Subscriber) -> Vec<(Header, Vec<u8>)> {
     let mut values = Vec::new();
-    subscriber.acknowledge();
+    subscriber.acknowledge(false);
     while take(subscriber, &mut values) {}
     values
 }

@@ -20,6 +20,7 @@ mod server;
 mod service;
 mod session;
 mod subscriber;
+mod waiting;
 mod watch;
 
 pub use estate::{leftovers, wipe};
