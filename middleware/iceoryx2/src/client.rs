@@ -69,7 +69,7 @@ pub(crate) struct SharedClient {
     server: Bell,
     /// The server that was seen last.
     watch: RefCell<Option<Watch>>,
-    /// When it answered, if that was the last that was heard of it.
+    /// When the call began that it has answered, if that was the last call.
     answered: Cell<Option<Instant>>,
     command: OnItsWay,
     port: ClientPort,
@@ -216,18 +216,18 @@ impl Client for SharedClient {
         let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
         let stopping = || self.session.environment.interrupt.is_stopping();
         let mut unanswered: Option<Instant> = None;
+        let mut left = limit;
         loop {
             // Before the first look nobody has had the time to answer; and one server rings, one ring after the
             // other. A ring for an earlier request that comes now only wakes once too often.
             let rung = if stopping() {
                 false
             } else {
-                let left = limit.saturating_sub(start.elapsed());
                 self.waiting.sleep(left.min(CYCLE))
             };
             self.ear.take(rung);
             if self.take(&pending, reply)? {
-                self.answered.set(Some(Instant::now()));
+                self.answered.set(Some(start));
                 return Ok(());
             }
             // What is found out about the server comes before the look into the queue, so that no answer is missed.
@@ -249,7 +249,7 @@ impl Client for SharedClient {
             if stopping() {
                 return Err(CallError::Stopping);
             }
-            let left = limit.saturating_sub(start.elapsed());
+            left = limit.saturating_sub(start.elapsed());
             if left.is_zero() {
                 return Err(CallError::Deadline {
                     address: self.address.clone(),
