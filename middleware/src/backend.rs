@@ -1,8 +1,9 @@
 //! What a backend is: five traits over bytes.
 //!
 //! A backend and its ports stay on the thread that made them. A port that receives has a descriptor which
-//! becomes readable when something may be there; one waits for it, calls `acknowledge`, and then takes until
-//! nothing comes. Waiting without a limit is nowhere possible.
+//! becomes readable when something may be there; one waits for it, takes until nothing comes, calls `acknowledge`,
+//! takes once more until nothing comes, and waits again. (So nothing that came waits for the acknowledgement, which
+//! asks the kernel.) Waiting without a limit is nowhere possible.
 
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
 use crate::{Address, Qos};
@@ -124,8 +125,9 @@ pub trait Subscriber {
     /// Readable when something may be there.
     fn descriptor(&self) -> BorrowedFd<'_>;
 
-    /// Takes the wake-ups back; what they announced is received afterwards.
-    fn acknowledge(&mut self);
+    /// Takes the wake-ups back; what they announced is received before or afterwards. `woken`: whether the descriptor
+    /// was readable; where it was not, a backend may have to look more thoroughly.
+    fn acknowledge(&mut self, woken: bool);
 
     /// Hands one value to `take`, where one is there; says whether one was.
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError>;
@@ -160,8 +162,9 @@ pub trait Server {
     /// Readable when something may be there.
     fn descriptor(&self) -> BorrowedFd<'_>;
 
-    /// Takes the wake-ups back; what they announced is served afterwards.
-    fn acknowledge(&mut self);
+    /// Takes the wake-ups back; what they announced is served before or afterwards. `woken`: whether the descriptor
+    /// was readable; where it was not, a backend may have to look more thoroughly.
+    fn acknowledge(&mut self, woken: bool);
 
     /// Hands one request to `answer`, where one is there, with a place for the reply. Says whether a request was
     /// there.

@@ -13,6 +13,7 @@ use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
 };
 use std::io;
+use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -52,7 +53,31 @@ struct Port {
     gaps: Gaps,
     /// How often in a row nothing could be taken from it.
     failures: usize,
+    /// Whether its descriptor was readable, so that there is a wake-up to take back.
+    woken: bool,
+    /// Whether the wake-ups were taken back since it became ready.
+    acknowledged: bool,
     complained: Option<Instant>,
+}
+
+impl Port {
+    /// It is to be looked at; `woken`: because its descriptor is readable.
+    fn wake(&mut self, woken: bool) {
+        self.ready = true;
+        self.woken = woken;
+        self.acknowledged = false;
+    }
+
+    /// Nothing is there. What came before its wake-up was taken back has to be looked for once more; what comes later
+    /// wakes.
+    fn rest(&mut self) {
+        if self.acknowledged {
+            self.ready = false;
+        } else {
+            self.receiver.acknowledge(self.woken);
+            self.acknowledged = true;
+        }
+    }
 }
 
 impl<'a> EventLoop<'a> {
@@ -92,6 +117,8 @@ impl<'a> EventLoop<'a> {
                 ready: true,
                 gaps: Gaps::default(),
                 failures: 0,
+                woken: false,
+                acknowledged: false,
                 complained: None,
             })
             .collect();
@@ -121,14 +148,16 @@ impl<'a> EventLoop<'a> {
             let due = self
                 .wait()
                 .map_err(|e| format!("waiting for events failed: {e}"))?;
-            self.shared.turned();
+            let now = Instant::now();
+            self.sweep(now);
+            self.shared.turned(now);
             self.wishes();
-            self.handlers();
+            self.handlers(now);
             if due && !self.shared.interrupt.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
             self.new_period();
-            self.peers();
+            self.peers(now);
         }
         self.enter(State::Stopping);
         self.component.finalize();
@@ -167,32 +196,34 @@ impl<'a> EventLoop<'a> {
             tv_sec: 0,
             tv_nsec: i64::from(limit.subsec_nanos()),
         };
-        let mut events = Vec::with_capacity(16);
-        match epoll::wait(
-            &self.epoll,
-            rustix::buffer::spare_capacity(&mut events),
-            Some(&limit),
-        ) {
+        let mut events = [MaybeUninit::uninit(); 16];
+        let events = match epoll::wait(&self.epoll, &mut events, Some(&limit)) {
             Err(rustix::io::Errno::INTR) => return Ok(false),
-            other => other?,
+            other => other?.0,
         };
-        if events.is_empty() || self.swept.elapsed() >= LONGEST_WAIT {
-            self.swept = Instant::now();
-            self.ports.iter_mut().for_each(|p| p.ready = true);
-        }
         let mut due = false;
-        for event in &events {
+        for event in events {
             match event.data.u64() {
                 TIMER => due = self.tick(),
                 INTERRUPT => self.shared.interrupt.clear(),
                 at => {
                     if let Some(port) = self.ports.get_mut(at as usize) {
-                        port.ready = true;
+                        port.wake(true);
                     }
                 }
             }
         }
         Ok(due)
+    }
+
+    /// Has every port looked at, where that was not done for as long as a wait may be.
+    fn sweep(&mut self, now: Instant) {
+        if now.saturating_duration_since(self.swept) >= LONGEST_WAIT {
+            self.swept = now;
+            for port in self.ports.iter_mut().filter(|port| !port.ready) {
+                port.wake(false);
+            }
+        }
     }
 
     fn tick(&mut self) -> bool {
@@ -230,18 +261,16 @@ impl<'a> EventLoop<'a> {
     }
 
     /// Serves what is ready, one message a port in turn, within the bound.
-    fn handlers(&mut self) {
+    fn handlers(&mut self, now: Instant) {
+        let mut start = now;
         let count = self.ports.len();
-        for port in self.ports.iter_mut().filter(|p| p.ready) {
-            port.receiver.acknowledge();
-        }
         let mut left = HANDLERS_A_TURN;
         self.first_port = self.first_port.wrapping_add(1);
         while left > 0 && self.ports.iter().any(|p| p.ready) {
             for step in 0..count {
                 let at = (self.first_port + step) % count;
                 if left > 0 && self.ports[at].ready && !self.shared.interrupt.is_stopping() {
-                    self.handle(at);
+                    start = self.handle(at, start);
                     left = left.saturating_sub(1);
                 }
             }
@@ -251,8 +280,8 @@ impl<'a> EventLoop<'a> {
         }
     }
 
-    fn handle(&mut self, at: usize) {
-        let start = Instant::now();
+    /// Serves one message of a port, where one is there. `start` is now; says what is now afterwards.
+    fn handle(&mut self, at: usize, start: Instant) -> Instant {
         let Self {
             component,
             ports,
@@ -279,20 +308,28 @@ impl<'a> EventLoop<'a> {
             }),
         };
         match taken {
-            Ok(false) => port.ready = false,
+            Ok(false) => port.rest(),
             Ok(true) => {
                 port.failures = 0;
-                self.handled(at, start.elapsed(), lost, result);
+                let now = Instant::now();
+                self.handled(at, now.saturating_duration_since(start), lost, result);
+                return now;
             }
             Err(error) => {
                 // What cannot be read does not hold up what comes behind it; a port that gives nothing else does not
                 // keep the loop busy.
                 port.failures += 1;
-                port.ready = port.failures % HANDLERS_A_TURN != 0;
+                if port.failures % HANDLERS_A_TURN == 0 {
+                    port.receiver.acknowledge(false);
+                    port.ready = false;
+                }
+                let now = Instant::now();
                 let error = HandlerError(error.to_string());
-                self.handled(at, start.elapsed(), lost, Err(error));
+                self.handled(at, now.saturating_duration_since(start), lost, Err(error));
+                return now;
             }
         }
+        start
     }
 
     fn handled(&mut self, at: usize, took: Duration, lost: u64, result: Result<(), HandlerError>) {
@@ -373,14 +410,14 @@ impl<'a> EventLoop<'a> {
     }
 
     /// Looks up who is connected, now and then.
-    fn peers(&mut self) {
+    fn peers(&mut self, now: Instant) {
         if self
             .peers_at
-            .is_some_and(|last| last.elapsed() < PEERS_PAUSE)
+            .is_some_and(|last| now.saturating_duration_since(last) < PEERS_PAUSE)
         {
             return;
         }
-        self.peers_at = Some(Instant::now());
+        self.peers_at = Some(now);
         let mut counts = vec![0; self.description.slots.len()];
         for port in &self.ports {
             counts[port.slot] = match &port.receiver {

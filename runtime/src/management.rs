@@ -114,7 +114,7 @@ impl Management {
     /// The worker is initialised; the loop begins.
     pub(crate) fn ready(&self) {
         self.shared.status().state = State::Running;
-        self.shared.turned();
+        self.shared.turned(std::time::Instant::now());
         let _ = (&self.end).write_all(b"r");
     }
 }

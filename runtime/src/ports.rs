@@ -162,11 +162,11 @@ pub(crate) fn default_address(network: &str, slot: &Slot) -> Result<Address, Ope
 }
 
 impl Receiver {
-    /// Takes the wake-ups back.
-    pub(crate) fn acknowledge(&mut self) {
+    /// Takes the wake-ups back; `woken`: whether the descriptor was readable.
+    pub(crate) fn acknowledge(&mut self, woken: bool) {
         match self {
-            Self::Server(port) => port.acknowledge(),
-            Self::Subscriber { port, .. } => port.acknowledge(),
+            Self::Server(port) => port.acknowledge(woken),
+            Self::Subscriber { port, .. } => port.acknowledge(woken),
         }
     }
 }

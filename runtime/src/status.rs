@@ -77,9 +77,10 @@ impl Shared {
     }
 
     /// The worker's loop has come round.
-    pub(crate) fn turned(&self) {
+    pub(crate) fn turned(&self, now: Instant) {
+        let age = now.saturating_duration_since(self.born);
         self.last_turn
-            .store(self.born.elapsed().as_millis() as u64, Ordering::Relaxed);
+            .store(age.as_millis() as u64, Ordering::Relaxed);
     }
 
     /// How long ago the worker's loop came round, in milliseconds.

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// Blocks of each row and side.
 const BLOCKS: usize = 40;
+/// How much longer a generated component may take than a hand-written program.
+const RATIO: f64 = 1.05;
 /// A first build of everything may take this long; it is not part of what is measured.
 const BUILD: Duration = Duration::from_secs(900);
 /// A rebuild after a small change may take this long.
@@ -47,6 +49,16 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         met &= table(figures);
     }
     if !met {
+        eprintln!("xtask: a goal was missed");
+    }
+    Ok(())
+}
+
+/// Measures the latencies alone.
+pub(crate) fn latencies_alone() -> Result<(), Failure> {
+    build(true)?;
+    println!("{}\n", machine());
+    if !latencies(BLOCKS, 1.0)? {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())
@@ -118,7 +130,7 @@ fn latencies(blocks: usize, share: f64) -> Result<bool, Failure> {
     let mut generated = Pair::generated()?;
     let mut by_hand = Pair::by_hand()?;
     println!(
-        "| µs | generated p50 | p99 | by hand p50 | p99 | ratio at p50 (goal ≤ 1.10) | middle half of the blocks | n |"
+        "| µs | generated p50 | p99 | by hand p50 | p99 | ratio at p50 (goal ≤ {RATIO:.2}) | middle half of the blocks | n |"
     );
     println!("|---|---|---|---|---|---|---|---|");
     let mut met = true;
@@ -143,7 +155,7 @@ fn latencies(blocks: usize, share: f64) -> Result<bool, Failure> {
             }
         }
         let ratio = ours.quantile(0.5) / theirs.quantile(0.5);
-        met &= ratio <= 1.10;
+        met &= ratio <= RATIO;
         println!(
             "| {} | {:.1} | {:.1} | {:.1} | {:.1} | {ratio:.2} {} | {:.2}–{:.2} | {} |",
             row.name,
@@ -151,7 +163,7 @@ fn latencies(blocks: usize, share: f64) -> Result<bool, Failure> {
             ours.quantile(0.99),
             theirs.quantile(0.5),
             theirs.quantile(0.99),
-            mark(ratio <= 1.10),
+            mark(ratio <= RATIO),
             quantile(&mut ratios, 0.25),
             quantile(&mut ratios, 0.75),
             ours.len(),

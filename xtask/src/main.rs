@@ -25,6 +25,7 @@ fn main() -> ExitCode {
         ["test", ref rest @ ..] => test(rest),
         ["bench"] => bench::run(false).map_err(|e| e.to_string()),
         ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
+        ["bench", "latencies"] => bench::latencies_alone().map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
         ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
             chaos::run(&orders).map_err(|e| e.to_string())
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | --smoke] | fuzz SECONDS | chaos [--kills N] [--seed S]"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | --smoke] | fuzz SECONDS | chaos [--kills N] [--seed S]"
             );
             return ExitCode::from(2);
         }

@@ -210,7 +210,7 @@ pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
         until("a request is there", || {
             wait(&[server.descriptor()], LIMIT) == 1
         });
-        server.acknowledge();
+        server.acknowledge(true);
         drop(server);
         let (result, elapsed) = caller.join().expect("a caller");
         let died = CallError::ServerDied("default/Motor".to_owned());
@@ -239,7 +239,7 @@ pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
             until("a request is there", || {
                 wait(&[server.descriptor()], LIMIT) == 1
             });
-            server.acknowledge();
+            server.acknowledge(true);
         };
         woken();
         go.send(()).expect("a client");

@@ -75,8 +75,8 @@ fn take(subscriber: &mut dyn Subscriber) -> Vec<i16> {
     let mut value = None;
     while value.is_none() {
         assert!(Instant::now() < end, "no value came");
-        wait(&[subscriber.descriptor()], crate::network::CYCLE);
-        subscriber.acknowledge();
+        let woken = wait(&[subscriber.descriptor()], crate::network::CYCLE) != 0;
+        subscriber.acknowledge(woken);
         let received = subscriber.receive(&mut |header, body| {
             assert_eq!(header.type_hash, SCAN.type_hash);
             let mut reader = Reader::of(body, header.encoding);

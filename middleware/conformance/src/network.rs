@@ -160,9 +160,10 @@ fn serve_replies_until(
     stop: &Interrupt,
     answer: &dyn Fn(Header, &[u8], &mut dyn Reply),
 ) {
+    let mut woken = false;
     loop {
         let last = stop.is_stopping();
-        server.acknowledge();
+        server.acknowledge(woken);
         while server
             .serve(&mut |header, body, reply| answer(header, body, reply))
             .expect("requests")
@@ -170,7 +171,7 @@ fn serve_replies_until(
         if last {
             return;
         }
-        wait(&[server.descriptor(), stop.as_fd()], CYCLE);
+        woken = wait(&[server.descriptor(), stop.as_fd()], CYCLE) & 1 != 0;
     }
 }
 
@@ -184,8 +185,8 @@ pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<
             "{} of {count} requests came",
             bodies.len()
         );
-        wait(&[server.descriptor()], CYCLE);
-        server.acknowledge();
+        let woken = wait(&[server.descriptor()], CYCLE) != 0;
+        server.acknowledge(woken);
         while bodies.len() < count
             && server
                 .serve(&mut |header, body, reply| {
@@ -208,8 +209,8 @@ pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Ve
             "{} of {count} values came",
             values.len()
         );
-        wait(&[subscriber.descriptor()], CYCLE);
-        subscriber.acknowledge();
+        let woken = wait(&[subscriber.descriptor()], CYCLE) != 0;
+        subscriber.acknowledge(woken);
         while values.len() < count && take(subscriber, &mut values) {}
     }
     values
@@ -218,7 +219,7 @@ pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Ve
 /// Receives what is there now.
 pub fn receive_all(subscriber: &mut dyn Subscriber) -> Vec<(Header, Vec<u8>)> {
     let mut values = Vec::new();
-    subscriber.acknowledge();
+    subscriber.acknowledge(false);
     while take(subscriber, &mut values) {}
     values
 }

@@ -344,12 +344,12 @@ pub fn a_value_wakes(subject: &dyn Subject) {
     let mut subscriber = backend.subscriber(&asking(&topic)).expect("a subscriber");
     let mut publisher = backend.publisher(&topic).expect("a publisher");
     until("the connection stands", || publisher.peers() == 1);
-    subscriber.acknowledge();
+    subscriber.acknowledge(false);
     let now = std::time::Duration::ZERO;
     assert_eq!(wait(&[subscriber.descriptor()], now), 0, "quiet at first");
     publisher.publish(header(1), b"x").expect("to publish");
     assert_eq!(wait(&[subscriber.descriptor()], LIMIT), 1, "woken");
-    subscriber.acknowledge();
+    subscriber.acknowledge(true);
     assert_eq!(wait(&[subscriber.descriptor()], now), 0, "quiet again");
     assert_eq!(receive_all(&mut *subscriber).len(), 1);
 }

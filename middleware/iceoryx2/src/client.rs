@@ -5,13 +5,14 @@ use crate::message::RequestHeader;
 use crate::names;
 use crate::service::{Audience, Calls, ClientPort, Pending, calls, refusal};
 use crate::session::{OnItsWay, Session, lock};
+use crate::waiting::Waiting;
 use crate::watch::Watch;
 use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{BackpressureAction, LoanError, SendError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, wait};
-use std::cell::RefCell;
+use rc_middleware::{CallError, Client, Endpoint, Header, OpenError};
+use std::cell::{Cell, RefCell};
 use std::fmt::Debug;
 use std::os::fd::AsFd;
 use std::sync::Arc;
@@ -19,8 +20,11 @@ use std::time::{Duration, Instant};
 
 /// Bytes that a client is ready for; its memory grows by doubling.
 const INITIAL: usize = 256;
-/// Longest wait before the queue is looked into all the same: a ring can be lost, see [`Ear::drain`].
+/// Longest wait before the queue is looked into all the same: a ring can be lost, see [`Ear::take`].
 const CYCLE: Duration = Duration::from_millis(50);
+/// A server that has answered so lately is asked again without a look whether it is still there: that costs a call of
+/// the system. One that died meanwhile ends the call as one that dies later does.
+const LATELY: Duration = Duration::from_millis(10);
 
 /// Opens the calling end of a connection.
 pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedClient, OpenError> {
@@ -37,12 +41,18 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         .map_err(|error| refusal(address.as_str())(format!("{error:?}")))?;
     let guid = port.id().value().to_be_bytes();
     let own = names::client(address, guid);
+    let ear = Ear::open(session, &own, Audience::Client, None)?;
+    let interrupt = session.environment.interrupt.as_fd();
+    let waiting = Waiting::new(ear.descriptor(), interrupt)
+        .map_err(|error| refusal(address.as_str())(error.to_string()))?;
     Ok(SharedClient {
         address: address.to_string(),
         guid,
-        ear: Ear::open(session, &own, Audience::Client, None)?,
+        waiting,
+        ear,
         server: Bell::open(session, &names::server(address), Audience::Server, None)?,
         watch: RefCell::new(None),
+        answered: Cell::new(None),
         command: session.command(),
         port,
         calls,
@@ -54,10 +64,13 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
 pub(crate) struct SharedClient {
     address: String,
     guid: [u8; 16],
+    waiting: Waiting,
     ear: Ear,
     server: Bell,
     /// The server that was seen last.
     watch: RefCell<Option<Watch>>,
+    /// When the call began that it has answered, if that was the last call.
+    answered: Cell<Option<Instant>>,
     command: OnItsWay,
     port: ClientPort,
     calls: Calls,
@@ -87,7 +100,12 @@ impl SharedClient {
             };
             let mut watch = self.watch.borrow_mut();
             if watch.as_ref().is_none_or(|watch| watch.server != server) {
-                *watch = Some(Watch::new(server, pid));
+                let new = Watch::new(server, pid);
+                if let Some(death) = new.descriptor() {
+                    // What the kernel refuses here shows at the end of a cycle.
+                    let _ = self.waiting.until(death);
+                }
+                *watch = Some(new);
             }
             let Some(watch) = watch.as_mut().filter(|watch| watch.is_dead()) else {
                 return true;
@@ -108,9 +126,6 @@ impl SharedClient {
 
     /// Puts a request into the queue of the server.
     fn submit(&self, header: RequestHeader, request: &[u8]) -> Result<Pending, CallError> {
-        if !self.has_server() {
-            return Err(CallError::NoServer(self.address.clone()));
-        }
         let full = || CallError::QueueFull(self.address.clone());
         let mut loan = match self.port.loan_slice_uninit(request.len()) {
             Ok(loan) => loan,
@@ -176,20 +191,6 @@ impl SharedClient {
             reason,
         }
     }
-
-    /// Waits for a ring, the death of the server, a stop, or the end of a cycle.
-    fn wait(&self, limit: Duration, interrupted: &mut bool) {
-        let watch = self.watch.borrow();
-        let interrupt = &self.session.environment.interrupt;
-        let mut descriptors = vec![self.ear.descriptor()];
-        // The wake-up of somebody else stays where it is, and is not waited for again.
-        if !*interrupted {
-            descriptors.push(interrupt.as_fd());
-        }
-        descriptors.extend(watch.as_ref().and_then(Watch::descriptor));
-        let readable = wait(&descriptors, limit.min(CYCLE));
-        *interrupted |= readable & 2 != 0;
-    }
 }
 
 impl Client for SharedClient {
@@ -199,6 +200,9 @@ impl Client for SharedClient {
 
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
         let header = RequestHeader::new(header, self.guid, true);
+        if !self.has_server() {
+            return Err(CallError::NoServer(self.address.clone()));
+        }
         let pending = self.submit(header, request)?;
         // The command before this one need not be remembered: the queue keeps their order.
         *lock(&self.command) = Some(pending);
@@ -213,16 +217,27 @@ impl Client for SharedClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
+        let answered = self.answered.take();
+        let lately = answered.is_some_and(|at| start.saturating_duration_since(at) < LATELY);
+        if !lately && !self.has_server() {
+            return Err(CallError::NoServer(self.address.clone()));
+        }
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
-        let mut interrupted = false;
+        let stopping = || self.session.environment.interrupt.is_stopping();
         let mut unanswered: Option<Instant> = None;
+        let mut left = limit;
         loop {
             // Before the first look nobody has had the time to answer; and one server rings, one ring after the
             // other. A ring for an earlier request that comes now only wakes once too often.
-            self.wait(limit.saturating_sub(start.elapsed()), &mut interrupted);
-            self.ear.take();
+            let rung = if stopping() {
+                false
+            } else {
+                self.waiting.sleep(left.min(CYCLE))
+            };
+            self.ear.take(rung);
             if self.take(&pending, take)? {
+                self.answered.set(Some(start));
                 return Ok(());
             }
             // What is found out about the server comes before the look into the queue, so that no answer is missed.
@@ -242,10 +257,10 @@ impl Client for SharedClient {
                 let reason = "the server took the request and gave no answer";
                 return Err(self.failed_for(reason.to_owned()));
             }
-            if self.session.environment.interrupt.is_stopping() {
+            if stopping() {
                 return Err(CallError::Stopping);
             }
-            let left = limit.saturating_sub(start.elapsed());
+            left = limit.saturating_sub(start.elapsed());
             if left.is_zero() {
                 return Err(CallError::Deadline {
                     address: self.address.clone(),

@@ -42,8 +42,8 @@ impl Keeper {
             .name("iceoryx2-keeper".to_owned())
             .spawn(move || {
                 while !ended.is_stopping() {
-                    wait(&[ear.descriptor(), ended.as_fd()], CYCLE);
-                    let heard = ear.drain();
+                    let readable = wait(&[ear.descriptor(), ended.as_fd()], CYCLE);
+                    let heard = ear.take(readable & 1 != 0);
                     // What cannot be delivered now is tried again with the next value.
                     let _ = port.update_connections();
                     if heard.any {

@@ -24,6 +24,7 @@ mod session;
 mod subscriber;
 mod tags;
 mod unfinished;
+mod waiting;
 mod watch;
 
 pub use estate::{leftovers, wipe};

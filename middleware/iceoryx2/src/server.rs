@@ -135,20 +135,24 @@ impl SharedServer {
     /// Takes what waits, and brings it into the order in which it is served: the first request of each client, then
     /// the second of each. iceoryx2 itself empties the queue of one client before it looks into the next.
     fn refill(&mut self) -> Result<(), ReceiveError> {
-        let mut taken = Vec::new();
-        loop {
+        // A look costs more than this number; and what a single client sends is in order already.
+        let most = match self.peers() {
+            0 | 1 => 1,
+            _ => usize::MAX,
+        };
+        while self.inbox.len() < most {
             match self.port.receive() {
-                Ok(Some(request)) => taken.push(request),
+                Ok(Some(request)) => self.inbox.push_back(request),
                 // The second: as much is in our hands as may be.
                 Ok(None) | Err(PortError::ExceedsMaxBorrows) => break,
-                Err(_) if !taken.is_empty() => break,
+                Err(_) if !self.inbox.is_empty() => break,
                 Err(error) => return Err(self.failed(format!("{error:?}"))),
             }
         }
-        if taken.len() > 1 {
+        if self.inbox.len() > 1 {
             let mut counts = HashMap::new();
-            let mut ranked: Vec<(usize, Active)> = Vec::with_capacity(taken.len());
-            for request in taken {
+            let mut ranked: Vec<(usize, Active)> = Vec::with_capacity(self.inbox.len());
+            for request in self.inbox.drain(..) {
                 let count = counts
                     .entry(request.header().client_id().value())
                     .or_insert(0_usize);
@@ -158,8 +162,6 @@ impl SharedServer {
             ranked.sort_by_key(|(rank, _)| *rank);
             self.inbox
                 .extend(ranked.into_iter().map(|(_, request)| request));
-        } else {
-            self.inbox.extend(taken);
         }
         Ok(())
     }
@@ -257,9 +259,8 @@ impl Server for SharedServer {
         self.ear.descriptor()
     }
 
-    fn acknowledge(&mut self) {
-        // The rest of draining waits until there is nothing else to do: nobody's answer is to wait for it.
-        self.ear.take();
+    fn acknowledge(&mut self, woken: bool) {
+        self.ear.take(woken);
     }
 
     fn serve(
@@ -267,9 +268,6 @@ impl Server for SharedServer {
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         if self.inbox.is_empty() {
-            self.refill()?;
-        }
-        if self.inbox.is_empty() && self.ear.drain().any {
             self.refill()?;
         }
         let Some(request) = self.inbox.pop_front() else {

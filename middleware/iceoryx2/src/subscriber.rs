@@ -100,19 +100,13 @@ impl Subscriber for SharedSubscriber {
         self.ear.descriptor()
     }
 
-    fn acknowledge(&mut self) {
-        // The rest of draining waits until there is nothing else to do: no value is to wait for it.
-        let heard = self.ear.take();
+    fn acknowledge(&mut self, woken: bool) {
+        let heard = self.ear.take(woken);
         self.heard(heard);
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        if self.next(take)? {
-            return Ok(true);
-        }
-        let heard = self.ear.drain();
-        self.heard(heard);
-        Ok(heard.any && self.next(take)?)
+        self.next(take)
     }
 
     fn peers(&self) -> usize {

@@ -274,7 +274,7 @@ impl Server for LocalServer {
         self.signal.as_fd()
     }
 
-    fn acknowledge(&mut self) {
+    fn acknowledge(&mut self, _woken: bool) {
         self.signal.clear();
     }
 

@@ -141,7 +141,7 @@ impl Subscriber for LocalSubscriber {
         self.queue.signal.as_fd()
     }
 
-    fn acknowledge(&mut self) {
+    fn acknowledge(&mut self, _woken: bool) {
         self.queue.signal.clear();
     }
 
