@@ -6,8 +6,9 @@
 use crate::languages;
 use crate::pair::{Network, Pair, ROWS, Times, quantile};
 use crate::programs::{Failure, Program, cargo, finish, root, target};
+use crate::usage::{memory, processor_time};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -277,28 +278,4 @@ fn idle() -> Result<[Figure; 2], Failure> {
             met: share <= 0.5,
         },
     ])
-}
-
-/// What all threads of a process used, to the nanosecond.
-fn processor_time(pid: u32) -> Result<Duration, Failure> {
-    let mut total = Duration::ZERO;
-    for task in fs::read_dir(format!("/proc/{pid}/task"))? {
-        let text = fs::read_to_string(task?.path().join("schedstat"))?;
-        let nanoseconds = text.split(' ').next().unwrap_or_default().parse()?;
-        total += Duration::from_nanos(nanoseconds);
-    }
-    Ok(total)
-}
-
-/// Proportional and whole resident memory, in MB.
-fn memory(pid: u32) -> Result<(f64, f64), Failure> {
-    let path = format!("/proc/{pid}/smaps_rollup");
-    let text = fs::read_to_string(Path::new(&path))?;
-    let find = |name: &str| -> Result<f64, Failure> {
-        let line = text.lines().find_map(|line| line.strip_prefix(name));
-        let kilobytes = line.and_then(|line| line.split_whitespace().next());
-        let kilobytes: f64 = kilobytes.ok_or(format!("no {name} in {path}"))?.parse()?;
-        Ok(kilobytes * 1024.0 / 1e6)
-    };
-    Ok((find("Pss:")?, find("Rss:")?))
 }

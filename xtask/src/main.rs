@@ -1,19 +1,24 @@
-//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures, `fuzz` searches for
-//! texts that do harm.
+//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures, `soak` lets
+//! components talk for an hour, `fuzz` searches for texts that do harm.
 
 mod bench;
 mod languages;
 mod pair;
 mod programs;
+mod soak;
+mod usage;
 
 use std::process::{Command, ExitCode};
 
-const COMPONENTS: [&str; 5] = [
+/// What the tests start.
+const COMPONENTS: [&str; 7] = [
     "simulator",
     "avoider",
     "pose_monitor",
     "speech_server",
     "speech_client",
+    "soak_source",
+    "soak_sink",
 ];
 
 fn main() -> ExitCode {
@@ -23,10 +28,15 @@ fn main() -> ExitCode {
         ["bench"] => bench::run(false).map_err(|e| e.to_string()),
         ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
+        ["soak"] => soak::run("3600").map_err(|e| e.to_string()),
+        ["soak", "--smoke"] => soak::smoke().map_err(|e| e.to_string()),
+        ["soak", seconds] if seconds.parse::<u32>().is_ok() => {
+            soak::run(seconds).map_err(|e| e.to_string())
+        }
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | --smoke] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | --smoke] | soak [SECONDS | --smoke] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

@@ -10,6 +10,8 @@
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
 
+pub mod soak;
+
 use std::fmt::Write as _;
 use std::io::{self, BufRead as _, Write as _};
 use std::str::FromStr;
