@@ -3,8 +3,9 @@
 //! Latencies are those between two processes. Generated and hand-written programs run at the same time and are
 //! measured in turns, block by block, so that a slow minute of the machine slows both.
 
+use crate::compare::Peer;
 use crate::languages;
-use crate::pair::{Network, Pair, ROWS, Times, quantile};
+use crate::pair::{Network, Pair, ROWS, quantile};
 use crate::programs::{Failure, Program, cargo, finish, root, target};
 use crate::usage::{memory, processor_time};
 use std::fs;
@@ -13,9 +14,11 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Blocks of each row and side.
-const BLOCKS: usize = 40;
+pub(crate) const BLOCKS: usize = 40;
+/// A generated program may take so many times what a hand-written one takes.
+pub(crate) const GOAL: f64 = 1.05;
 /// A first build of everything may take this long; it is not part of what is measured.
-const BUILD: Duration = Duration::from_secs(900);
+pub(crate) const BUILD: Duration = Duration::from_secs(900);
 /// A rebuild after a small change may take this long.
 const REBUILD: Duration = Duration::from_secs(30);
 /// Runs of the generator.
@@ -80,7 +83,7 @@ fn table(figures: impl IntoIterator<Item = Figure>) -> bool {
     met
 }
 
-fn mark(met: bool) -> &'static str {
+pub(crate) fn mark(met: bool) -> &'static str {
     if met { "met" } else { "**missed**" }
 }
 
@@ -96,7 +99,7 @@ fn build(smoke: bool) -> Result<(), Failure> {
 }
 
 /// What the figures were measured on.
-fn machine() -> String {
+pub(crate) fn machine() -> String {
     let cpus = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpus
         .lines()
@@ -114,51 +117,19 @@ fn machine() -> String {
     )
 }
 
-/// Measures and prints the table of latencies; says whether all goals are met.
+/// Measures and prints the tables of latencies; says whether all goals are met.
 fn latencies(blocks: usize, share: f64) -> Result<bool, Failure> {
-    let mut generated = Pair::generated()?;
-    let mut by_hand = Pair::by_hand()?;
-    println!(
-        "| µs | generated p50 | p99 | by hand p50 | p99 | ratio at p50 (goal ≤ 1.10) | middle half of the blocks | n |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    let mut met = true;
-    for row in ROWS {
-        let (mut ours, mut theirs) = (Times::default(), Times::default());
-        let mut ratios = Vec::new();
-        // The first block warms up.
-        for block in 0..=blocks {
-            // Who goes first changes, too.
-            let (a, b) = if block % 2 == 0 {
-                let a = generated.block(&row, share)?;
-                (a, by_hand.block(&row, share)?)
-            } else {
-                let b = by_hand.block(&row, share)?;
-                (generated.block(&row, share)?, b)
-            };
-            if block > 0 {
-                let median = |times: &[i64]| quantile(&mut times.to_vec(), 0.5) as f64;
-                ratios.push(median(&a) / median(&b));
-                ours.add(a);
-                theirs.add(b);
-            }
-        }
-        let ratio = ours.quantile(0.5) / theirs.quantile(0.5);
-        met &= ratio <= 1.10;
-        println!(
-            "| {} | {:.1} | {:.1} | {:.1} | {:.1} | {ratio:.2} {} | {:.2}–{:.2} | {} |",
-            row.name,
-            ours.quantile(0.5),
-            ours.quantile(0.99),
-            theirs.quantile(0.5),
-            theirs.quantile(0.99),
-            mark(ratio <= 1.10),
-            quantile(&mut ratios, 0.25),
-            quantile(&mut ratios, 0.75),
-            ours.len(),
-        );
-    }
-    Ok(met)
+    let peer = Peer {
+        name: "by hand",
+        goal: GOAL,
+    };
+    peer.table(
+        &ROWS,
+        &mut Pair::generated()?,
+        &mut Pair::by_hand()?,
+        blocks,
+        share,
+    )
 }
 
 /// The whole process of the generator, which writes a component into an empty folder.

@@ -2,6 +2,8 @@
 //! components talk for an hour, `fuzz` searches for texts that do harm.
 
 mod bench;
+mod compare;
+mod ice;
 mod languages;
 mod pair;
 mod programs;
@@ -28,6 +30,7 @@ fn main() -> ExitCode {
         ["bench"] => bench::run(false).map_err(|e| e.to_string()),
         ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
+        ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
         ["soak"] => soak::run("3600").map_err(|e| e.to_string()),
         ["soak", "--smoke"] => soak::smoke().map_err(|e| e.to_string()),
         ["soak", seconds] if seconds.parse::<u32>().is_ok() => {
@@ -36,7 +39,7 @@ fn main() -> ExitCode {
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | --smoke] | soak [SECONDS | --smoke] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | ice | --smoke] | soak [SECONDS | --smoke] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

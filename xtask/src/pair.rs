@@ -1,7 +1,9 @@
 //! Two programs that talk to each other, and how long it takes them.
 
 use crate::programs::{Failure, Program, target};
+use crate::usage::processor_time;
 use rc_middleware::RunDirectory;
+use std::path::Path;
 use std::time::Duration;
 
 /// How long a pair may take to start.
@@ -14,10 +16,10 @@ const BLOCK: Duration = Duration::from_secs(10);
 pub(crate) struct Row {
     pub(crate) name: &'static str,
     /// The first word of an order.
-    kind: &'static str,
-    size: usize,
+    pub(crate) kind: &'static str,
+    pub(crate) size: usize,
     /// How many a block has, in a whole run.
-    count: usize,
+    pub(crate) count: usize,
 }
 
 /// What is measured.
@@ -69,7 +71,7 @@ impl Drop for Network {
 pub(crate) struct Pair {
     ping: Program,
     pong: Program,
-    _network: Network,
+    _network: Option<Network>,
 }
 
 impl Pair {
@@ -83,7 +85,7 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: network,
+            _network: Some(network),
         })
     }
 
@@ -100,8 +102,26 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: network,
+            _network: Some(network),
         })
+    }
+
+    /// The program of `bench/ice`, twice.
+    pub(crate) fn ice(path: &Path) -> Result<Self, Failure> {
+        let pong = Program::start(path, &["server"])?;
+        let said = pong.hear(START)?;
+        let address = said.strip_prefix("ready ").ok_or("no address")?;
+        let ping = ready(Program::start(path, &["client", address])?)?;
+        Ok(Self {
+            ping,
+            pong,
+            _network: None,
+        })
+    }
+
+    /// What both used of the processor since their start.
+    pub(crate) fn processor_time(&self) -> Result<Duration, Failure> {
+        Ok(processor_time(self.ping.pid())? + processor_time(self.pong.pid())?)
     }
 
     /// Measures one block.
