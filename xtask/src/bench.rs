@@ -117,19 +117,15 @@ pub(crate) fn machine() -> String {
     )
 }
 
-/// Measures and prints the tables of latencies; says whether all goals are met.
+/// Measures and prints the tables of latencies and throughput; says whether all goals are met.
 fn latencies(blocks: usize, share: f64) -> Result<bool, Failure> {
     let peer = Peer {
         name: "by hand",
         goal: GOAL,
     };
-    peer.table(
-        &ROWS,
-        &mut Pair::generated()?,
-        &mut Pair::by_hand()?,
-        blocks,
-        share,
-    )
+    let (mut ours, mut theirs) = (Pair::generated()?, Pair::by_hand()?);
+    let met = peer.table(&ROWS, &mut ours, &mut theirs, blocks, share)?;
+    Ok(peer.throughput(&mut ours, &mut theirs, blocks)? && met)
 }
 
 /// The whole process of the generator, which writes a component into an empty folder.

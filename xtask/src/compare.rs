@@ -1,7 +1,7 @@
 //! Two pairs of programs that do the same, measured in turns.
 
 use crate::bench::mark;
-use crate::pair::{Pair, Row, Times, quantile};
+use crate::pair::{Flood, Pair, Row, Times, quantile};
 use crate::programs::Failure;
 use std::time::Duration;
 
@@ -35,6 +35,46 @@ impl Side {
     }
 }
 
+/// Measures a block of both; who goes first changes from block to block.
+fn in_turn<T>(
+    block: usize,
+    ours: impl FnOnce() -> Result<T, Failure>,
+    theirs: impl FnOnce() -> Result<T, Failure>,
+) -> Result<(T, T), Failure> {
+    if block.is_multiple_of(2) {
+        let ours = ours()?;
+        Ok((ours, theirs()?))
+    } else {
+        let theirs = theirs()?;
+        Ok((ours()?, theirs))
+    }
+}
+
+/// Values that are sent as fast as possible: a name, their size, and how many a block has.
+const FLOODS: [(&str, usize, usize); 2] = [
+    ("publish 64 B", 64, 20_000),
+    ("publish 1 MiB", 1024 * 1024, 300),
+];
+
+impl Flood {
+    fn add(&mut self, block: Self) {
+        self.sent += block.sent;
+        self.sending += block.sending;
+        self.came += block.came;
+        self.coming += block.coming;
+    }
+
+    fn columns(&self, size: usize) -> String {
+        let came = self.came as f64 / self.coming;
+        format!(
+            "{:.0} | {came:.0} | {:.0} | {:.1} %",
+            self.sent as f64 / self.sending,
+            came * size as f64 / 1e6,
+            100.0 * (1.0 - self.came as f64 / self.sent as f64),
+        )
+    }
+}
+
 impl Peer {
     /// Measures `rows` and prints two tables; says whether all goals are met.
     pub(crate) fn table(
@@ -61,14 +101,11 @@ impl Peer {
                     (a, b) = (Side::default(), Side::default());
                     ratios.clear();
                 }
-                // Who goes first changes, too.
-                let (ours, theirs) = if block % 2 == 0 {
-                    let ours = a.block(ours, row, share)?;
-                    (ours, b.block(theirs, row, share)?)
-                } else {
-                    let theirs = b.block(theirs, row, share)?;
-                    (a.block(ours, row, share)?, theirs)
-                };
+                let (ours, theirs) = in_turn(
+                    block,
+                    || a.block(ours, row, share),
+                    || b.block(theirs, row, share),
+                )?;
                 let median = |mut times: Vec<i64>| quantile(&mut times, 0.5) as f64;
                 ratios.push(median(ours) / median(theirs));
             }
@@ -92,6 +129,51 @@ impl Peer {
         println!("|---|---|---|---|");
         for (row, a, b) in processor {
             println!("| {row} | {a:.1} | {b:.1} | {:.2} |", a / b);
+        }
+        println!();
+        Ok(met)
+    }
+
+    /// Measures values that are sent as fast as possible and prints a table; says whether all goals are met.
+    pub(crate) fn throughput(
+        self,
+        ours: &mut Pair,
+        theirs: &mut Pair,
+        blocks: usize,
+    ) -> Result<bool, Failure> {
+        let Self { name, goal } = self;
+        println!(
+            "| sender at full speed | generated: sent/s | came/s | MB/s | lost | {name}: sent/s | came/s | MB/s | lost | time a value that came, ratio (goal ≤ {goal:.2}) | middle half of the blocks |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|---|---|");
+        let mut met = true;
+        for (what, size, count) in FLOODS {
+            let (mut a, mut b) = (Flood::default(), Flood::default());
+            let mut ratios = Vec::new();
+            // The first block warms up.
+            for block in 0..=blocks {
+                let (ours, theirs) = in_turn(
+                    block,
+                    || ours.flood(size, count),
+                    || theirs.flood(size, count),
+                )?;
+                if block > 0 {
+                    let each = |flood: Flood| flood.coming / flood.came as f64;
+                    ratios.push(each(ours) / each(theirs));
+                    a.add(ours);
+                    b.add(theirs);
+                }
+            }
+            let ratio = quantile(&mut ratios, 0.5);
+            met &= ratio <= goal;
+            println!(
+                "| {what} | {} | {} | {ratio:.2} {} | {:.2}–{:.2} |",
+                a.columns(size),
+                b.columns(size),
+                mark(ratio <= goal),
+                quantile(&mut ratios, 0.25),
+                quantile(&mut ratios, 0.75),
+            );
         }
         println!();
         Ok(met)

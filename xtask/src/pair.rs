@@ -23,7 +23,7 @@ pub(crate) struct Row {
 }
 
 /// What is measured.
-pub(crate) const ROWS: [Row; 3] = [
+pub(crate) const ROWS: [Row; 4] = [
     Row {
         name: "publish 64 B, one way",
         kind: "publish",
@@ -35,6 +35,12 @@ pub(crate) const ROWS: [Row; 3] = [
         kind: "publish",
         size: 4096,
         count: 500,
+    },
+    Row {
+        name: "publish 1 MiB, one way",
+        kind: "publish",
+        size: 1024 * 1024,
+        count: 50,
     },
     Row {
         name: "query 64 B, round trip",
@@ -135,6 +141,33 @@ impl Pair {
         }
         times(&self.pong.hear(BLOCK)?)
     }
+
+    /// Measures one block of values that are sent as fast as possible.
+    pub(crate) fn flood(&mut self, size: usize, count: usize) -> Result<Flood, Failure> {
+        self.ping.say(&format!("flood {size} {count}"))?;
+        let took = times(&self.ping.hear(BLOCK)?)?;
+        let took = *took.first().ok_or("no time")?;
+        let came = times(&self.pong.hear(BLOCK)?)?;
+        // The last value that was sent is never the one that is lost.
+        let last = *came.last().ok_or("nothing came")?;
+        Ok(Flood {
+            sent: count,
+            sending: took as f64 / 1e9,
+            came: came.len(),
+            coming: (took + last) as f64 / 1e9,
+        })
+    }
+}
+
+/// What came of values that were sent as fast as possible.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Flood {
+    /// How many were sent, and in how many seconds.
+    pub(crate) sent: usize,
+    pub(crate) sending: f64,
+    /// How many came, and how many seconds after the first was sent the last of them did.
+    pub(crate) came: usize,
+    pub(crate) coming: f64,
 }
 
 fn ready(program: Program) -> Result<Program, Failure> {

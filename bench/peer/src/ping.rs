@@ -48,12 +48,14 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     while let Some(order) = next_order()? {
         times.clear();
         let data = &data[..order.size];
+        let begin = now();
         for _ in 0..order.count {
             match order.kind {
                 Kind::Publish => {
-                    pause();
+                    pause(order.size);
                     ping.publish(now(), data)?;
                 }
+                Kind::Flood => ping.publish(now(), data)?,
                 Kind::Query => {
                     let start = now();
                     ping.query(data, &mut answer)?;
@@ -64,8 +66,11 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                 }
             }
         }
-        if order.kind == Kind::Publish {
-            pause();
+        if order.kind == Kind::Flood {
+            times.push(now() - begin);
+        }
+        if order.kind != Kind::Query {
+            pause(order.size);
             ping.publish(0, &[])?;
         }
         report(&times)?;

@@ -4,9 +4,9 @@
 //! | who | says | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | its connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, `query SIZE COUNT` | one block is to be measured |
-//! | ping | `times …` (a query), `times` (a publish) | the block is done |
-//! | pong | `times …` | the block of values has ended |
+//! | xtask to ping | `publish SIZE COUNT`, `query SIZE COUNT`, `flood SIZE COUNT` | one block is to be measured |
+//! | ping | `times …` (queries), `times` (a publish), `times ALL` (a flood) | the block is done |
+//! | pong | `times …`, one for each value that came | the block of values has ended |
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
 
@@ -19,8 +19,12 @@ use std::time::Duration;
 
 /// Between two values: longer than a receiver needs to go to sleep again.
 const PAUSE: Duration = Duration::from_micros(200);
+/// The same where values are so large that copying them takes longer than that.
+const LONG_PAUSE: Duration = Duration::from_millis(2);
+/// From this size on they are.
+const LARGE: usize = 64 * 1024;
 /// Largest data of a block.
-pub const LARGEST: usize = 4096;
+pub const LARGEST: usize = 1024 * 1024;
 
 /// One block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +44,9 @@ pub enum Kind {
     Publish,
     /// From before the call until the answer is there.
     Query,
+    /// As many values as the sender can send, one after the other without a pause; what the receiver has no time for
+    /// is lost.
+    Flood,
 }
 
 impl FromStr for Order {
@@ -51,6 +58,7 @@ impl FromStr for Order {
         let kind = match words.next() {
             Some("publish") => Kind::Publish,
             Some("query") => Kind::Query,
+            Some("flood") => Kind::Flood,
             _ => return Err(bad()),
         };
         let mut number = || words.next().and_then(|word| word.parse().ok());
@@ -69,6 +77,7 @@ impl std::fmt::Display for Order {
         let kind = match self.kind {
             Kind::Publish => "publish",
             Kind::Query => "query",
+            Kind::Flood => "flood",
         };
         write!(f, "{kind} {} {}", self.size, self.count)
     }
@@ -99,9 +108,9 @@ pub fn report(times: &[i64]) -> io::Result<()> {
     say(&line)
 }
 
-/// The pause between two values.
-pub fn pause() {
-    std::thread::sleep(PAUSE);
+/// The pause before a value of so many bytes.
+pub fn pause(size: usize) {
+    std::thread::sleep(if size < LARGE { PAUSE } else { LONG_PAUSE });
 }
 
 /// Nanoseconds of the clock that all processes share.
