@@ -7,6 +7,7 @@ use crate::compare::Peer;
 use crate::languages;
 use crate::pair::{Network, Pair, ROWS, quantile};
 use crate::programs::{Failure, Program, cargo, finish, root, target};
+use crate::slots;
 use crate::usage::{memory, processor_time};
 use std::fs;
 use std::path::PathBuf;
@@ -43,6 +44,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let blocks = if smoke { 5 } else { BLOCKS };
     let mut met = latencies(blocks, if smoke { 0.4 } else { 1.0 })?;
     if !smoke {
+        slots::table()?;
         let figures = [generation()?, rebuild()?, regeneration()?]
             .into_iter()
             .chain(idle()?)
@@ -90,7 +92,7 @@ pub(crate) fn mark(met: bool) -> &'static str {
 /// Builds what is measured, and warms what is measured of cargo itself.
 fn build(smoke: bool) -> Result<(), Failure> {
     // Always the same packages: with others cargo builds the same crates with other features.
-    let words = "build --release -p ping -p pong -p bench_peer -p speech_server -p rc-codegen";
+    let words = "build --release -p ping -p pong -p bench_peer -p bench_slots -p speech_server -p rc-codegen";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     if !smoke {
         finish(cargo(&["build", "-p", "avoider"])?, BUILD)?;

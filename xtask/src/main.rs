@@ -7,6 +7,7 @@ mod ice;
 mod languages;
 mod pair;
 mod programs;
+mod slots;
 mod soak;
 mod usage;
 

@@ -63,6 +63,14 @@ impl Network {
         let directory = RunDirectory::open(&name)?;
         Ok(Self { name, directory })
     }
+
+    /// The root path and the prefix that a program has to set that knows only iceoryx2.
+    pub(crate) fn files(&self) -> Result<(String, String), Failure> {
+        let root = self.directory.middleware(rc_iceoryx2::NAME);
+        std::fs::create_dir_all(&root)?;
+        let prefix = rc_iceoryx2::prefix(&self.directory);
+        Ok((root.to_string_lossy().into_owned(), prefix))
+    }
 }
 
 impl Drop for Network {
@@ -99,10 +107,7 @@ impl Pair {
     pub(crate) fn by_hand() -> Result<Self, Failure> {
         let network = Network::new("hand")?;
         let path = target()?.join("release/bench_peer");
-        let root = network.directory.middleware(rc_iceoryx2::NAME);
-        std::fs::create_dir_all(&root)?;
-        let root = root.to_string_lossy().into_owned();
-        let prefix = rc_iceoryx2::prefix(&network.directory);
+        let (root, prefix) = network.files()?;
         let pong = ready(Program::start(&path, &["pong", &root, &prefix])?)?;
         let ping = ready(Program::start(&path, &["ping", &root, &prefix])?)?;
         Ok(Self {

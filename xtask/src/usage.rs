@@ -31,6 +31,12 @@ pub(crate) fn made_memory(pid: u32) -> Result<f64, Failure> {
     Ok(anonymous + shared)
 }
 
+/// Memory that no other process has, in MB.
+pub(crate) fn own_memory(pid: u32) -> Result<f64, Failure> {
+    let [anonymous] = rollup(pid, ["Pss_Anon:"])?;
+    Ok(anonymous)
+}
+
 /// Lines of the kernel's summary of a process' memory, in MB.
 fn rollup<const N: usize>(pid: u32, names: [&str; N]) -> Result<[f64; N], Failure> {
     let path = format!("/proc/{pid}/smaps_rollup");

@@ -40,8 +40,13 @@ pub(crate) fn node(root: &str, prefix: &str) -> Result<Node<Ipc>, Failure> {
 
 /// The topic.
 pub(crate) fn samples(node: &Node<Ipc>) -> Result<Samples, Failure> {
+    samples_of(node, "sample")
+}
+
+/// The topic `name`.
+pub(crate) fn samples_of(node: &Node<Ipc>, name: &str) -> Result<Samples, Failure> {
     Ok(node
-        .service_builder(&"sample".try_into()?)
+        .service_builder(&name.try_into()?)
         .publish_subscribe::<[u8]>()
         .user_header::<Stamp>()
         .enable_safe_overflow(true)
@@ -56,8 +61,13 @@ pub(crate) fn samples(node: &Node<Ipc>) -> Result<Samples, Failure> {
 
 /// The calls.
 pub(crate) fn calls(node: &Node<Ipc>) -> Result<Calls, Failure> {
+    calls_of(node, "echo")
+}
+
+/// The calls `name`.
+pub(crate) fn calls_of(node: &Node<Ipc>, name: &str) -> Result<Calls, Failure> {
     Ok(node
-        .service_builder(&"echo".try_into()?)
+        .service_builder(&name.try_into()?)
         .request_response::<[u8], [u8]>()
         .enable_safe_overflow_for_requests(false)
         .enable_safe_overflow_for_responses(false)

@@ -10,6 +10,7 @@
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
 
+pub mod slots;
 pub mod soak;
 
 use std::fmt::Write as _;
