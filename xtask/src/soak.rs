@@ -2,12 +2,15 @@
 //!
 //! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and asks (200 Hz); `soak_sink` receives and
 //! answers. What counts is what comes after a warm-up, in which every queue runs over once, so that all memory that
-//! can be in use is in use. See [`Verdict`] for what is demanded.
+//! can be in use is in use. What is demanded stands in `judge`.
 
-use crate::pair::{Network, quantile};
+mod judge;
+
+use crate::pair::Network;
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::usage::{descriptors, made_memory, processor_time, shared_memory};
 use bench_protocol::soak::{Counts, TICKS_A_SECOND, WARM_UP_TICKS};
+use judge::{Sample, complaint, grown, lost, row, shares};
 use serde_json::Value;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -30,13 +33,6 @@ const LONGEST: u64 = 1 << 20;
 const LOOK: Duration = Duration::from_millis(50);
 /// Between two samples of the memory.
 const SAMPLE: Duration = Duration::from_secs(1);
-
-/// Memory of the last quarter may be so much more than that of the second one, in MB.
-const FLAT: f64 = 1.0;
-/// Processor time of the last quarter may be so many times that of the second one; the machine is noisy.
-const STEADY: f64 = 2.0;
-/// This part of the ticks may be left out because the machine was busy.
-const LEFT_OUT: f64 = 0.1;
 
 /// How it is run.
 struct Plan {
@@ -90,18 +86,6 @@ fn soak(plan: &Plan) -> Result<(), Failure> {
         return Ok(());
     }
     Err(verdict.complaints.join("; ").into())
-}
-
-/// What was measured at one moment.
-#[derive(Clone, Copy)]
-struct Sample {
-    at: Instant,
-    /// PSS of the source and of the sink without the pages of files, and the shared memory of the network, in MB.
-    memory: [f64; 3],
-    /// Descriptors of both.
-    descriptors: usize,
-    /// Processor time of the source and of the sink.
-    processor: [Duration; 2],
 }
 
 /// The end of a run: a row of a table, and all that is not as it has to be.
@@ -282,157 +266,4 @@ fn status(network: &Network, name: &str) -> Result<Value, Failure> {
     let answer: Value = serde_json::from_str(&line)?;
     let status = answer.get("result").cloned();
     status.ok_or_else(|| format!("{name} does not tell its status: {line}").into())
-}
-
-/// Errors that a component has counted.
-fn complaint(name: &str, status: &Value) -> Option<String> {
-    let errors = |work: &Value| work.get("errors").and_then(Value::as_u64).unwrap_or(1);
-    let slots = status.get("slots").and_then(Value::as_array);
-    let slots = slots.into_iter().flatten();
-    let count =
-        errors(&status["compute"]) + slots.map(|slot| errors(&slot["handlers"])).sum::<u64>();
-    let last = &status["last_error"];
-    let bad = count > 0 || !last.is_null() || status["state"] != "running";
-    bad.then(|| {
-        let state = &status["state"];
-        format!("{name}: state {state}, {count} errors, the last one {last}")
-    })
-}
-
-/// What did not arrive, or not as it was sent.
-fn lost(sent: &Counts, came: &Counts) -> Vec<String> {
-    let mut complaints = Vec::new();
-    let mut forbid = |what: &str, count: u64| {
-        if count > 0 {
-            complaints.push(format!("{what}: {count}"));
-        }
-    };
-    let tail = |all: &str, next: &str| sent.get(all).abs_diff(came.get(next));
-    forbid("ticks lost", came.get("ticks_lost"));
-    forbid("images lost", came.get("images_lost"));
-    forbid("last ticks lost", tail("ticks", "ticks_next"));
-    forbid("last images lost", tail("images", "images_next"));
-    forbid("values twice or out of order", came.get("disordered"));
-    forbid("images with other bytes", came.get("spoilt"));
-    forbid("wrong answers", sent.get("wrong"));
-    forbid("failed questions", sent.get("failed"));
-    forbid(
-        "questions without answer",
-        sent.get("asked") - sent.get("answered").min(sent.get("asked")),
-    );
-    let (ticks, skipped) = (sent.get("ticks") as f64, sent.get("skipped") as f64);
-    if skipped > LEFT_OUT * (ticks + skipped) {
-        complaints.push(format!(
-            "the machine is too busy: {skipped} ticks were not sent"
-        ));
-    }
-    complaints
-}
-
-/// The second and the last quarter.
-fn quarters(samples: &[Sample]) -> Option<[&[Sample]; 2]> {
-    let quarter = samples.len() / 4;
-    (quarter > 0).then(|| {
-        [
-            &samples[quarter..2 * quarter],
-            &samples[samples.len() - quarter..],
-        ]
-    })
-}
-
-fn median(samples: &[Sample], of: impl Fn(&Sample) -> f64) -> f64 {
-    quantile(&mut samples.iter().map(of).collect::<Vec<_>>(), 0.5)
-}
-
-const MEMORY: [&str; 3] = [
-    "PSS of soak_source",
-    "PSS of soak_sink",
-    "shared memory of the network",
-];
-
-/// What the last quarter has more of than the second one.
-fn grown(samples: &[Sample]) -> Vec<String> {
-    let Some([second, last]) = quarters(samples) else {
-        return vec!["it was too short to say whether the memory is flat".to_owned()];
-    };
-    let mut complaints = Vec::new();
-    for (at, what) in MEMORY.iter().enumerate() {
-        let (before, after) = (
-            median(second, |s| s.memory[at]),
-            median(last, |s| s.memory[at]),
-        );
-        if after > before + FLAT {
-            complaints.push(format!("{what} grew from {before:.2} to {after:.2} MB"));
-        }
-    }
-    let descriptors = |samples| median(samples, |s| s.descriptors as f64);
-    if descriptors(last) > descriptors(second) {
-        complaints.push(format!(
-            "descriptors grew from {} to {}",
-            descriptors(second),
-            descriptors(last)
-        ));
-    }
-    let (before, after) = (shares(second), shares(last));
-    for (name, (before, after)) in ["soak_source", "soak_sink"]
-        .iter()
-        .zip(before.iter().zip(after))
-    {
-        if after > before * STEADY {
-            complaints.push(format!(
-                "processor time of {name} grew from {before:.1} to {after:.1} %"
-            ));
-        }
-    }
-    complaints
-}
-
-/// Processor time of the source and of the sink between the first sample and the last, in per cent of a core.
-fn shares(samples: &[Sample]) -> [f64; 2] {
-    let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
-        return [0.0; 2];
-    };
-    let elapsed = (last.at - first.at).as_secs_f64();
-    [0, 1].map(|at| {
-        let used = last.processor[at].saturating_sub(first.processor[at]);
-        if elapsed > 0.0 {
-            100.0 * used.as_secs_f64() / elapsed
-        } else {
-            0.0
-        }
-    })
-}
-
-/// A row of a table.
-fn row(sent: &Counts, came: &Counts, samples: &[Sample], met: bool) -> String {
-    let took = match samples {
-        [first, .., last] => (last.at - first.at).as_secs_f64(),
-        _ => 0.0,
-    };
-    let memory: Vec<String> = [0, 1, 2]
-        .iter()
-        .map(|at| {
-            let of = |samples| median(samples, |s: &Sample| s.memory[*at]);
-            quarters(samples).map_or_else(
-                || "unknown".to_owned(),
-                |[second, last]| format!("{:.2} → {:.2}", of(second), of(last)),
-            )
-        })
-        .collect();
-    let processor = shares(samples);
-    format!(
-        "| soak, {took:.0} s | nothing lost, memory flat | {} ticks (lost {}), {} images (lost {}), {} of {} questions answered; MB in the second → last quarter: source {}, sink {}, shared memory {}; processor {:.1} + {:.1} % of a core | {} |",
-        came.get("ticks"),
-        came.get("ticks_lost"),
-        came.get("images"),
-        came.get("images_lost"),
-        sent.get("answered"),
-        sent.get("asked"),
-        memory[0],
-        memory[1],
-        memory[2],
-        processor[0],
-        processor[1],
-        if met { "met" } else { "**missed**" },
-    )
 }
