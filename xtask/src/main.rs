@@ -14,10 +14,12 @@ mod usage;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 7] = [
+const COMPONENTS: [&str; 9] = [
     "simulator",
     "avoider",
     "pose_monitor",
+    "camera",
+    "image_monitor",
     "speech_server",
     "speech_client",
     "soak_source",

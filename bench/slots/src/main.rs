@@ -111,7 +111,7 @@ impl Ports {
                     if let Ok(mut request) = Request::open(header, body, reply) {
                         request.begin(0).put(&data);
                         let _ = request.finish();
-                        request.close(reply);
+                        request.close();
                     }
                 })?)
             })?,
