@@ -23,7 +23,7 @@ pub(crate) struct Row {
 }
 
 /// What is measured.
-pub(crate) const ROWS: [Row; 4] = [
+pub(crate) const ROWS: [Row; 5] = [
     Row {
         name: "publish 64 B, one way",
         kind: "publish",
@@ -37,8 +37,14 @@ pub(crate) const ROWS: [Row; 4] = [
         count: 500,
     },
     Row {
-        name: "publish 1 MiB, one way",
+        name: "publish 1 MiB copied, one way",
         kind: "publish",
+        size: 1024 * 1024,
+        count: 50,
+    },
+    Row {
+        name: "publish 1 MiB in place, one way",
+        kind: "place",
         size: 1024 * 1024,
         count: 50,
     },

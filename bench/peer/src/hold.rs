@@ -1,6 +1,6 @@
 //! Many ports of one kind, with their services and bells: what a slot costs that is written by hand.
 
-use crate::services::{Bells, Failure, Ipc, Stamp, bells, calls_of, node, samples_of};
+use crate::services::{Bells, Failure, Ipc, Stamp, bells, calls, node, topic};
 use bench_protocol::LARGEST;
 use bench_protocol::slots::{Role, SIZE, each, hold};
 use iceoryx2::port::client::Client;
@@ -46,7 +46,7 @@ impl Port {
         let (sample, echo) = (format!("sample{at}"), format!("echo{at}"));
         Ok(match role {
             Role::Publishers => Self::Publisher(
-                samples_of(node, &sample)?
+                topic(node, &sample)?
                     .publisher_builder()
                     .initial_max_slice_len(LARGEST)
                     .max_loaned_samples(1)
@@ -54,14 +54,14 @@ impl Port {
                 bell("sample")?.notifier_builder().create()?,
             ),
             Role::Subscribers => Self::Subscriber(
-                samples_of(node, &sample)?
+                topic(node, &sample)?
                     .subscriber_builder()
                     .buffer_size(10)
                     .create()?,
                 bell("sample")?.listener_builder().create()?,
             ),
             Role::Servers => Self::Server(
-                calls_of(node, &echo)?
+                calls(node, &echo)?
                     .server_builder()
                     .initial_max_slice_len(LARGEST)
                     .create()?,
@@ -69,7 +69,7 @@ impl Port {
                 bell("answered")?.notifier_builder().create()?,
             ),
             Role::Clients => Self::Client(
-                calls_of(node, &echo)?
+                calls(node, &echo)?
                     .client_builder()
                     .initial_max_slice_len(LARGEST)
                     .create()?,

@@ -14,7 +14,7 @@ use std::os::fd::BorrowedFd;
 pub(crate) type Failure = Box<dyn std::error::Error>;
 /// The services of one process for itself: nothing here crosses a thread.
 pub(crate) type Ipc = ipc::Service;
-pub(crate) type Samples = publish_subscribe::PortFactory<Ipc, [u8], Stamp>;
+pub(crate) type Topic = publish_subscribe::PortFactory<Ipc, [u8], Stamp>;
 pub(crate) type Calls = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
 pub(crate) type Bells = event::PortFactory<Ipc>;
 
@@ -38,13 +38,8 @@ pub(crate) fn node(root: &str, prefix: &str) -> Result<Node<Ipc>, Failure> {
         .create::<Ipc>()?)
 }
 
-/// The topic.
-pub(crate) fn samples(node: &Node<Ipc>) -> Result<Samples, Failure> {
-    samples_of(node, "sample")
-}
-
 /// The topic `name`.
-pub(crate) fn samples_of(node: &Node<Ipc>, name: &str) -> Result<Samples, Failure> {
+pub(crate) fn topic(node: &Node<Ipc>, name: &str) -> Result<Topic, Failure> {
     Ok(node
         .service_builder(&name.try_into()?)
         .publish_subscribe::<[u8]>()
@@ -59,13 +54,8 @@ pub(crate) fn samples_of(node: &Node<Ipc>, name: &str) -> Result<Samples, Failur
         .open_or_create()?)
 }
 
-/// The calls.
-pub(crate) fn calls(node: &Node<Ipc>) -> Result<Calls, Failure> {
-    calls_of(node, "echo")
-}
-
 /// The calls `name`.
-pub(crate) fn calls_of(node: &Node<Ipc>, name: &str) -> Result<Calls, Failure> {
+pub(crate) fn calls(node: &Node<Ipc>, name: &str) -> Result<Calls, Failure> {
     Ok(node
         .service_builder(&name.try_into()?)
         .request_response::<[u8], [u8]>()

@@ -33,6 +33,14 @@ impl Worker for SpecificWorker {
                     pause(order.size);
                     ctx.sample.sample(now(), data)?;
                 }
+                Kind::InPlace => {
+                    pause(order.size);
+                    let sent = now();
+                    let mut picture = ctx.pictures.loan_picture()?;
+                    picture.sent = sent;
+                    picture.resize_data(data.len())?.copy_from_slice(data);
+                    picture.send()?;
+                }
                 Kind::Flood => ctx.sample.sample(now(), data)?,
                 Kind::Query => {
                     let start = now();

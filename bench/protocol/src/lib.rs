@@ -4,8 +4,8 @@
 //! | who | says | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | its connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, `query SIZE COUNT`, `flood SIZE COUNT` | one block is to be measured |
-//! | ping | `times …` (queries), `times` (a publish), `times ALL` (a flood) | the block is done |
+//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `flood` | one block is to be measured |
+//! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block is done |
 //! | pong | `times …`, one for each value that came | the block of values has ended |
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
@@ -43,6 +43,8 @@ pub struct Order {
 pub enum Kind {
     /// From before the sending until the receiver's handler has the data in its own memory.
     Publish,
+    /// From before the data are written where the receiver will read them until its handler can look at them there.
+    InPlace,
     /// From before the call until the answer is there.
     Query,
     /// As many values as the sender can send, one after the other without a pause; what the receiver has no time for
@@ -58,6 +60,7 @@ impl FromStr for Order {
         let mut words = line.split_whitespace();
         let kind = match words.next() {
             Some("publish") => Kind::Publish,
+            Some("place") => Kind::InPlace,
             Some("query") => Kind::Query,
             Some("flood") => Kind::Flood,
             _ => return Err(bad()),
@@ -77,6 +80,7 @@ impl std::fmt::Display for Order {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let kind = match self.kind {
             Kind::Publish => "publish",
+            Kind::InPlace => "place",
             Kind::Query => "query",
             Kind::Flood => "flood",
         };

@@ -4,7 +4,7 @@ use bench_protocol::soak::{
     STALL, STALL_AT, Sequence, WARM_UP_IMAGES, WARM_UP_TICKS, image, pattern, tell,
 };
 use soak_sink_generated::tracing::warn;
-use soak_sink_generated::{Context, Echo, Image, Images, Ticks, Worker, WorkerError};
+use soak_sink_generated::{Context, Echo, ImageInPlace, Images, Ticks, Worker, WorkerError};
 
 pub(crate) struct SpecificWorker {
     pattern: Vec<u8>,
@@ -74,10 +74,10 @@ impl Ticks for SpecificWorker {
 }
 
 impl Images for SpecificWorker {
-    fn image(&mut self, _ctx: &mut Context, picture: Image) {
+    fn image(&mut self, _ctx: &mut Context, picture: &ImageInPlace) {
         let number = picture.number.unsigned_abs();
         self.images.note(number, WARM_UP_IMAGES);
-        if picture.data != image(&self.pattern, number) {
+        if picture.data() != image(&self.pattern, number) {
             self.spoilt += 1;
         }
     }

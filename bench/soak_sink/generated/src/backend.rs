@@ -11,4 +11,4 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::conn
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_sink\",\"model\":\"8f24f7e50ad34976\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_sink\",\"model\":\"02d31a7b35d36201\",\"middleware\":\"iceoryx2\"}\0";

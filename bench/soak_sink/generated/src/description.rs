@@ -52,7 +52,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_sink",
-    model_hash: 0x8f24f7e50ad34976,
+    model_hash: 0x02d31a7b35d36201,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: None,

@@ -11,4 +11,4 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::conn
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_source\",\"model\":\"be0214611142c222\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_source\",\"model\":\"5574f712c7b52f7a\",\"middleware\":\"iceoryx2\"}\0";

@@ -47,7 +47,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_source",
-    model_hash: 0xbe0214611142c222,
+    model_hash: 0x5574f712c7b52f7a,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,

@@ -4,4 +4,5 @@
 pub mod rc_bench;
 pub mod rc_soak;
 
+pub use rc_bench::*;
 pub use rc_soak::*;

@@ -3,9 +3,7 @@
 //!
 //! Pictures, as a camera sends them.
 
-use crate::types::rc_soak;
 use rc_runtime::middleware::typed::Operation;
-use rc_runtime::middleware::{DecodeError, Reader};
 
 /// `image`
 pub(crate) const IMAGE: Operation = Operation {
@@ -17,8 +15,3 @@ pub(crate) const IMAGE: Operation = Operation {
 
 /// All operations, in the order of the IDSL.
 pub(crate) const OPERATIONS: &[Operation] = &[IMAGE];
-
-pub(crate) fn read_image(reader: &mut Reader<'_>) -> Result<rc_soak::Image, DecodeError> {
-    let image: rc_soak::Image = reader.get()?;
-    Ok(image)
-}

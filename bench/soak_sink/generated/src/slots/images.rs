@@ -2,7 +2,6 @@
 //! The slot `Images`, which subscribesTo `Images`.
 
 use crate::context::Context;
-use crate::interfaces::images;
 use crate::types::rc_soak;
 use rc_runtime::middleware::Reader;
 use rc_runtime::middleware::typed::HandlerError;
@@ -10,7 +9,7 @@ use rc_runtime::middleware::typed::HandlerError;
 /// Pictures, as a camera sends them.
 pub trait Images {
     /// The image's number counts from 0.
-    fn image(&mut self, ctx: &mut Context, image: rc_soak::Image);
+    fn image(&mut self, ctx: &mut Context, image: &rc_soak::ImageInPlace);
 }
 
 /// Takes one value of a topic.
@@ -22,8 +21,8 @@ pub(crate) fn receive<W: Images>(
 ) -> Result<(), HandlerError> {
     match operation {
         0 => {
-            let image = images::read_image(reader)?;
-            worker.image(ctx, image);
+            let image = reader.in_place::<rc_soak::ImageInPlace>()?;
+            worker.image(ctx, &image);
             Ok(())
         }
         _ => Err(HandlerError("there is no such topic here".to_owned())),

@@ -6,7 +6,7 @@
 use crate::types::rc_soak;
 use rc_runtime::Ports;
 use rc_runtime::middleware::typed::{Operation, Topic};
-use rc_runtime::middleware::{OpenError, SendError};
+use rc_runtime::middleware::{OpenError, SendError, in_place};
 
 /// `image`
 pub(crate) const IMAGE: Operation = Operation {
@@ -43,5 +43,10 @@ impl ImagesPublisher {
         let writer = self.image.begin();
         writer.put(image);
         self.image.publish()
+    }
+
+    /// The same, written in place: in shared memory, where the middleware has some. What is not sent is dropped.
+    pub fn loan_image(&mut self) -> Result<in_place::Loan<'_, rc_soak::ImageInPlace>, SendError> {
+        self.image.loan()
     }
 }
