@@ -1,15 +1,21 @@
-//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures, `fuzz` searches for
-//! texts that do harm, `chaos` kills.
+//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures, `soak` lets components
+//! talk for an hour, `chaos` kills them, `fuzz` searches for texts that do harm.
 
 mod bench;
 mod chaos;
+mod compare;
+mod ice;
 mod languages;
 mod pair;
 mod programs;
+mod slots;
+mod soak;
+mod usage;
 
 use std::process::{Command, ExitCode};
 
-const COMPONENTS: [&str; 7] = [
+/// What the tests start.
+const COMPONENTS: [&str; 9] = [
     "simulator",
     "avoider",
     "pose_monitor",
@@ -17,6 +23,8 @@ const COMPONENTS: [&str; 7] = [
     "image_monitor",
     "speech_server",
     "speech_client",
+    "soak_source",
+    "soak_sink",
 ];
 
 fn main() -> ExitCode {
@@ -30,10 +38,16 @@ fn main() -> ExitCode {
         ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
             chaos::run(&orders).map_err(|e| e.to_string())
         }
+        ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
+        ["soak"] => soak::run("3600").map_err(|e| e.to_string()),
+        ["soak", "--smoke"] => soak::smoke().map_err(|e| e.to_string()),
+        ["soak", seconds] if seconds.parse::<u32>().is_ok() => {
+            soak::run(seconds).map_err(|e| e.to_string())
+        }
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | --smoke] | fuzz SECONDS | chaos [--kills N] [--seed S]"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | ice | --smoke] | soak [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

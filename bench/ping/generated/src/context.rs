@@ -13,6 +13,8 @@ pub struct Context {
     pub echo: EchoClient,
     /// publishes `Sample`
     pub sample: SamplePublisher,
+    /// publishes `Pictures`
+    pub pictures: PicturesPublisher,
 }
 
 impl Context {
@@ -22,6 +24,7 @@ impl Context {
             core,
             echo: EchoClient::new(ports.caller(0)?),
             sample: SamplePublisher::new(ports, 1)?,
+            pictures: PicturesPublisher::new(ports, 2)?,
         })
     }
 
@@ -32,6 +35,7 @@ impl Context {
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = usize::from(self.echo.is_connected());
         peers[1] = self.sample.subscribers();
+        peers[2] = self.pictures.subscribers();
     }
 }
 

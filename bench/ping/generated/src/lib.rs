@@ -21,3 +21,4 @@ pub use interfaces::*;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, State, WorkerError};
+pub use types::*;

@@ -44,6 +44,7 @@ pub fn run<W>() -> ExitCode
 where
     W: Worker,
     W: slots::Echo,
+    W: slots::Pictures,
     W: slots::Sample,
 {
     rc_runtime::run(&DESCRIPTION, start::<W>)
@@ -54,6 +55,7 @@ pub fn embed<W>(args: &[&str]) -> Result<Embedded, StartError>
 where
     W: Worker + 'static,
     W: slots::Echo,
+    W: slots::Pictures,
     W: slots::Sample,
 {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
@@ -69,6 +71,7 @@ impl<W> Component for Adapter<W>
 where
     W: Worker,
     W: slots::Echo,
+    W: slots::Pictures,
     W: slots::Sample,
 {
     fn core(&mut self) -> &mut Core {
@@ -110,6 +113,7 @@ where
     ) -> Result<(), HandlerError> {
         match slot {
             1 => slots::sample::receive(&mut self.worker, &mut self.ctx, operation, reader),
+            2 => slots::pictures::receive(&mut self.worker, &mut self.ctx, operation, reader),
             _ => Err(HandlerError("there is no such slot here".to_owned())),
         }
     }

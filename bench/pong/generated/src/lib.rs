@@ -23,4 +23,6 @@ pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, State, WorkerError};
 pub use slots::Echo;
+pub use slots::Pictures;
 pub use slots::Sample;
+pub use types::*;

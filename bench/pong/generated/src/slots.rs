@@ -2,7 +2,9 @@
 //! What the user's worker implements: one trait a slot that receives.
 
 pub(crate) mod echo;
+pub(crate) mod pictures;
 pub(crate) mod sample;
 
 pub use echo::Echo;
+pub use pictures::Pictures;
 pub use sample::Sample;
