@@ -71,11 +71,44 @@ fn test(rest: &[&str]) -> Result<(), String> {
     let mut test = vec!["test", "--workspace", "--no-fail-fast"];
     test.extend(rest);
     let list = std::env::temp_dir().join(format!("rc-skipped-{}", std::process::id()));
-    let tested = cargo_with(&test, &[("RC_TEST_SKIPPED", &list.to_string_lossy())]);
+    let mut tested = cargo_with(&test, &[("RC_TEST_SKIPPED", &list.to_string_lossy())]);
+    let mut skipped = String::new();
+    if rest.is_empty() {
+        match miri() {
+            Ok(outcome) => tested = tested.and(outcome),
+            Err(why) => skipped = format!("skipped: values in place under Miri: {why}\n"),
+        }
+    }
     // What tests need and this machine does not have is told where nobody misses it.
-    print!("{}", std::fs::read_to_string(&list).unwrap_or_default());
+    print!(
+        "{}{skipped}",
+        std::fs::read_to_string(&list).unwrap_or_default()
+    );
     let _ = std::fs::remove_file(&list);
     tested
+}
+
+/// Reads hostile images under Miri, which sees undefined behaviour; `Err` where there is no Miri and none can be had.
+fn miri() -> Result<Result<(), String>, String> {
+    let run = |program: &str, args: &[&str]| {
+        println!("+ {program} {}", args.join(" "));
+        let status = Command::new(program).args(args).status();
+        status.map_err(|e| format!("{program} cannot be started: {e}"))
+    };
+    let install =
+        "toolchain install nightly --profile minimal --component miri,rust-src --no-self-update";
+    if !run("cargo", &["+nightly", "miri", "--version"]).is_ok_and(|s| s.success())
+        && !run("rustup", &install.split(' ').collect::<Vec<_>>())?.success()
+    {
+        return Err(format!("rustup {install} failed"));
+    }
+    let test = "+nightly miri test -q -p rc-runtime --test in_place";
+    let status = run("cargo", &test.split(' ').collect::<Vec<_>>())?;
+    Ok(if status.success() {
+        Ok(())
+    } else {
+        Err(format!("cargo {test} failed"))
+    })
 }
 
 /// Reads random texts of every language for so long; each run begins where the clock says.
