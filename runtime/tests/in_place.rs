@@ -3,7 +3,12 @@
 //! behaviour, too; there the sequences are read only in part.
 
 #[path = "../../components/camera/generated/src/types/robo_comp_camera.rs"]
-#[allow(dead_code, unreachable_pub, reason = "they are those of another crate")]
+#[allow(
+    dead_code,
+    unreachable_pub,
+    clippy::unreadable_literal,
+    reason = "they are those of another crate"
+)]
 mod types;
 
 use rc_runtime::middleware::{Cdr, DecodeError, Encoding, InPlace, Reader, Writer, in_place};

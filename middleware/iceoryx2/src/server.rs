@@ -179,9 +179,10 @@ impl SharedServer {
                 "an answer of {length} bytes was not sent (the largest has {LARGEST_ANSWER}): {error:?}"
             ))
         };
-        let encoding = match answer.chosen {
-            true => Encoding::Image,
-            false => Encoding::Cdr,
+        let encoding = if answer.chosen {
+            Encoding::Image
+        } else {
+            Encoding::Cdr
         };
         let header = MessageHeader::new(Header { encoding, ..header });
         match answer.loan.filter(|_| answer.chosen) {
