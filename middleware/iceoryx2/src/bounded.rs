@@ -9,8 +9,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
-/// How long one opening may take.
-const LIMIT: Duration = Duration::from_secs(5);
+/// How long one opening may take, with some clean-ups in between. Less than the ten seconds that `rcdeploy` waits for a
+/// component, so that the reason is told.
+const LIMIT: Duration = Duration::from_secs(8);
 
 /// Opens one end with `work`.
 pub(crate) fn open<T: Send + 'static>(

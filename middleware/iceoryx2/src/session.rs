@@ -45,7 +45,7 @@ impl Session {
     pub(crate) fn open(environment: &Environment) -> Result<Arc<Self>, OpenError> {
         set_log_level(LogLevel::Fatal);
         let owned = environment.clone();
-        bounded::run(&environment.directory, &environment.network, move || {
+        let session = bounded::run(&environment.directory, &environment.network, move || {
             let refused = |reason: String| OpenError::Backend {
                 address: owned.network.clone(),
                 reason,
@@ -71,9 +71,15 @@ impl Session {
                 _watcher: watcher,
                 _presence: presence,
             };
-            session.clean();
             Ok(Arc::new(session))
-        })
+        })?;
+        // It lists all shared memory several times for each of the dead. Where there is much of it, on a busy machine,
+        // that takes seconds: then it goes on beside what comes now, and is no failure.
+        let own = Arc::clone(&session);
+        let _ = bounded::run(&environment.directory, &environment.network, move || {
+            Ok(own.clean())
+        });
+        Ok(session)
     }
 
     /// Removes what the dead left behind; says how many dead there were.

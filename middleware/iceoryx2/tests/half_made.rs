@@ -13,8 +13,8 @@ const ROLES: [&str; 4] = ["server", "publisher", "client", "subscriber"];
 /// death `check` is done.
 fn die_at_each_file(network: &Network, role: &str, from: From, mut check: impl FnMut()) -> usize {
     let mut deaths = 0;
-    for power in (3_u32..40).step_by(2) {
-        // Less than the smallest file, then four times as much each time.
+    for power in (3_u32..40).step_by(3) {
+        // Less than the smallest file, then eight times as much each time.
         let bytes = if power == 3 { 0 } else { 1_u64 << power };
         let mut process = network.doomed(role, from, bytes);
         let Some(status) = process.outcome() else {

@@ -19,8 +19,7 @@ pub(super) const NAMES: [&str; 3] = ["simulator", "monitor", "avoider"];
 /// Their programs.
 pub(super) const PROGRAMS: [&str; 3] = ["simulator", "pose_monitor", "avoider"];
 
-/// How long all may take until it works again. Half a second is for what somebody left half made, five are the most
-/// that one opening may take.
+/// How long all may take until it works again: much more than it should, for a machine that is busy.
 pub(super) const RECOVERY: Duration = Duration::from_secs(20);
 /// How long what ends may take.
 pub(super) const END: Duration = Duration::from_secs(20);
