@@ -49,7 +49,6 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
             .into_iter()
             .chain(idle()?)
             .chain(languages::figures()?);
-        println!();
         met &= table(figures);
     }
     if !met {

@@ -6,6 +6,7 @@
 
 mod judge;
 
+use crate::bench::BUILD;
 use crate::pair::Network;
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::usage::{descriptors, made_memory, processor_time, shared_memory};
@@ -19,8 +20,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A first build may take this long.
-const BUILD: Duration = Duration::from_secs(900);
 /// How long it may take until a component says its first counts, or its next.
 const COUNTS: Duration = Duration::from_secs(20);
 /// How long a component may take to end.
@@ -227,10 +226,10 @@ impl Soak {
             self.sent = counts(line)?;
         }
         let sent = &self.sent;
-        let limit = Instant::now() + END;
-        // A report that was made after the source's end tells all: not the next one, but the one after it.
+        // What it said before the source's end tells too little; of what comes now the first may have been on its way.
+        self.sink.heard()?;
         for _ in 0..2 {
-            self.came = counts(&self.sink.hear(limit - Instant::now().min(limit))?)?;
+            self.came = counts(&self.sink.hear(COUNTS)?)?;
         }
         complaints.extend(complaint("soak_sink", &status(&self.network, "soak_sink")?));
         self.sink.end(END)?;
