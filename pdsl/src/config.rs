@@ -4,11 +4,16 @@
 
 mod block;
 mod document;
+mod live;
 mod parameters;
+mod path;
 mod rules;
+mod save;
 mod template;
 mod values;
 
+pub use live::{Accepted, Live, ParamChange, ParameterStatus};
+pub use save::Unsaved;
 pub use template::template;
 pub use values::Values;
 
@@ -173,7 +178,7 @@ impl Checker {
         for (_, broken) in rules::broken(rules, &block) {
             self.found.push(broken.diagnostic());
         }
-        out.parameters = block.into_values();
+        out.parameters = block.values();
     }
 
     /// A table of `root`, and where it stands.

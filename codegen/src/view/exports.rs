@@ -10,10 +10,11 @@ use rc_idsl::model::TypeId;
 use std::collections::BTreeSet;
 
 /// What `lib.rs` exports by name, whatever the component is.
-const OWN: [&str; 8] = [
+const OWN: [&str; 9] = [
     "CallError",
     "Context",
     "Embedded",
+    "ParamChange",
     "Params",
     "SendError",
     "State",
