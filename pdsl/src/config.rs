@@ -12,6 +12,7 @@ mod save;
 mod template;
 mod values;
 
+pub use document::argument;
 pub use live::{Accepted, Live, ParamChange, ParameterStatus};
 pub use save::Unsaved;
 pub use template::template;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The network of the README, as its file is.
@@ -19,6 +19,16 @@ pub(crate) struct Ran {
     pub(crate) code: i32,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
+}
+
+/// A component that was started by hand.
+pub(crate) struct ByHand(pub(crate) Child);
+
+impl Drop for ByHand {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 pub(crate) struct Site {
@@ -107,19 +117,30 @@ impl Site {
         path
     }
 
-    fn run(&self, mut command: Command) -> Ran {
+    /// Gives a command the folders of this test.
+    fn at_home(&self, command: &mut Command) {
         let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
             .ancestors()
             .nth(2)
             .expect("the target folder");
-        let output = command
+        command
             .current_dir(self.path("networks"))
             .env("XDG_RUNTIME_DIR", self.path("run"))
             .env("XDG_STATE_HOME", self.path("state"))
             .env("CARGO_TARGET_DIR", target)
-            .stdin(Stdio::null())
-            .output()
-            .expect("to run");
+            .stdin(Stdio::null());
+    }
+
+    /// Starts a component of this repository by hand. It is killed if the test fails.
+    pub(crate) fn start(&self, name: &str, args: &[&str]) -> ByHand {
+        let mut command = Command::new(Self::executable(name));
+        self.at_home(command.args(args));
+        ByHand(command.spawn().expect("to start"))
+    }
+
+    fn run(&self, mut command: Command) -> Ran {
+        self.at_home(&mut command);
+        let output = command.output().expect("to run");
         Ran {
             code: output.status.code().unwrap_or(-1),
             stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
@@ -177,12 +198,13 @@ impl Site {
 
     /// How often a component has printed a text.
     pub(crate) fn count_in_log(&self, component: &str, text: &str) -> usize {
-        let log = self
-            .path("state/robocomp")
-            .join(&self.network)
-            .join(format!("{component}.log"));
-        let log = std::fs::read_to_string(&log).unwrap_or_default();
-        log.matches(text).count()
+        self.log(component).matches(text).count()
+    }
+
+    /// What a component has printed.
+    pub(crate) fn log(&self, component: &str) -> String {
+        let logs = self.path("state/robocomp").join(&self.network);
+        std::fs::read_to_string(logs.join(format!("{component}.log"))).unwrap_or_default()
     }
 
     /// Waits until the status of a component is as it should be.

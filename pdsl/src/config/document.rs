@@ -100,13 +100,18 @@ pub(super) fn json(item: &Item) -> Json {
             .collect();
     }
     match value(item) {
-        Some(Value::Text(text)) => Json::from(text),
-        Some(Value::Int(value)) => Json::from(value),
-        Some(Value::Float(value)) => Json::from(value),
-        Some(Value::Bool(value)) => Json::from(value),
-        _ => item
+        Some(value) => value.to_json(),
+        None => item
             .as_datetime()
             .map_or(Json::Null, |date| Json::from(date.to_string())),
+    }
+}
+
+/// The value that a command line gives as `text`: one of TOML, and anything else is a text.
+pub fn argument(text: &str) -> Json {
+    match text.parse::<toml_edit::Value>() {
+        Ok(value) => json(&Item::Value(value)),
+        Err(_) => Json::from(text),
     }
 }
 
