@@ -220,13 +220,11 @@ impl Tuning {
         let mut answers = Vec::new();
         loop {
             if let Some(in_flight) = self.in_flight.take() {
-                match in_flight.decided() {
-                    Some(decision) => answers.push(self.decided(in_flight, decision)),
-                    None => {
-                        self.in_flight = Some(in_flight);
-                        return answers;
-                    }
-                }
+                let Some(decision) = in_flight.decided() else {
+                    self.in_flight = Some(in_flight);
+                    return answers;
+                };
+                answers.push(self.decided(in_flight, decision));
             }
             let Some(request) = self.queue.pop_front() else {
                 return answers;

@@ -5,6 +5,7 @@
 
 use crate::languages;
 use crate::pair::{Network, Pair, ROWS, Times, quantile};
+use crate::parameters;
 use crate::programs::{Failure, Program, cargo, finish, root, target};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -42,7 +43,8 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         let figures = [generation()?, rebuild()?, regeneration()?]
             .into_iter()
             .chain(idle()?)
-            .chain(languages::figures()?);
+            .chain(languages::figures()?)
+            .chain(parameters::figures()?);
         println!();
         met &= table(figures);
     }
@@ -57,6 +59,16 @@ pub(crate) fn languages() -> Result<(), Failure> {
     finish(cargo(&["build", "--release", "-p", "rc-codegen"])?, BUILD)?;
     println!("{}\n", machine());
     if !table(languages::figures()?) {
+        eprintln!("xtask: a goal was missed");
+    }
+    Ok(())
+}
+
+/// Measures what concerns parameters alone.
+pub(crate) fn parameters() -> Result<(), Failure> {
+    build(true)?;
+    println!("{}\n", machine());
+    if !table(parameters::figures()?) {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())

@@ -4,6 +4,7 @@
 mod bench;
 mod languages;
 mod pair;
+mod parameters;
 mod programs;
 
 use std::process::{Command, ExitCode};
@@ -23,10 +24,11 @@ fn main() -> ExitCode {
         ["bench"] => bench::run(false).map_err(|e| e.to_string()),
         ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
+        ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | --smoke] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [languages | parameters | --smoke] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

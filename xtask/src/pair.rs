@@ -20,6 +20,13 @@ pub(crate) struct Row {
     count: usize,
 }
 
+impl Row {
+    /// Whether it goes there and back.
+    pub(crate) fn is_query(&self) -> bool {
+        self.kind == "query"
+    }
+}
+
 /// What is measured.
 pub(crate) const ROWS: [Row; 3] = [
     Row {
@@ -69,7 +76,7 @@ impl Drop for Network {
 pub(crate) struct Pair {
     ping: Program,
     pong: Program,
-    _network: Network,
+    network: Network,
 }
 
 impl Pair {
@@ -83,7 +90,7 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: network,
+            network,
         })
     }
 
@@ -100,7 +107,7 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: network,
+            network,
         })
     }
 
@@ -110,10 +117,20 @@ impl Pair {
         let Row { kind, size, .. } = row;
         self.ping.say(&format!("{kind} {size} {count}"))?;
         let asked = times(&self.ping.hear(BLOCK)?)?;
-        if *kind == "query" {
+        if row.is_query() {
             return Ok(asked);
         }
+        self.times_of_pong()
+    }
+
+    /// What pong reports next.
+    pub(crate) fn times_of_pong(&self) -> Result<Vec<i64>, Failure> {
         times(&self.pong.hear(BLOCK)?)
+    }
+
+    /// The run directory of both.
+    pub(crate) fn directory(&self) -> &RunDirectory {
+        &self.network.directory
     }
 }
 

@@ -6,7 +6,7 @@
 //! | pong, ping | `ready` | its connections are open |
 //! | xtask to ping | `publish SIZE COUNT`, `query SIZE COUNT` | one block is to be measured |
 //! | ping | `times …` (a query), `times` (a publish) | the block is done |
-//! | pong | `times …` | the block of values has ended |
+//! | pong | `times …` | the block of values, or of changes of its parameter `sent`, has ended |
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
 

@@ -46,9 +46,12 @@ impl ParamChange {
 
 impl fmt::Display for ParamChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = |value: &Value| match self.secret {
-            true => SECRET.to_owned(),
-            false => value.to_toml(),
+        let text = |value: &Value| {
+            if self.secret {
+                SECRET.to_owned()
+            } else {
+                value.to_toml()
+            }
         };
         write!(
             f,
@@ -260,15 +263,14 @@ impl Live {
             missing: Vec::new(),
             sample: false,
         };
-        let new = match (array, target.element) {
-            (Some(_), Some(_)) => reader.scalar(parameter, *ty, &item, path, place.start()),
-            _ => {
-                let mut field = target.field(&self.next)?.clone();
-                reader.given(parameter, &item, &mut field);
-                match field.content {
-                    Some(Content::Value(value)) => Some(value),
-                    _ => None,
-                }
+        let new = if let (Some(_), Some(_)) = (array, target.element) {
+            reader.scalar(parameter, *ty, &item, path, place.start())
+        } else {
+            let mut field = target.field(&self.next)?.clone();
+            reader.given(parameter, &item, &mut field);
+            match field.content {
+                Some(Content::Value(value)) => Some(value),
+                _ => None,
             }
         };
         let fits = !errors.has_errors();

@@ -171,14 +171,13 @@ impl Edit<'_> {
         let Ok(new) = self.change.new.to_toml().parse::<toml_edit::Value>() else {
             return;
         };
-        match table.get_mut(name).and_then(Item::as_value_mut) {
-            Some(old) => replace(old, new),
-            None => {
-                if in_line {
-                    close_up(table);
-                }
-                table.insert(name, Item::Value(new));
+        if let Some(old) = table.get_mut(name).and_then(Item::as_value_mut) {
+            replace(old, new);
+        } else {
+            if in_line {
+                close_up(table);
             }
+            table.insert(name, Item::Value(new));
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::backend;
 use crate::interfaces;
+use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
 use rc_runtime::{Role, Slot};
@@ -33,10 +34,10 @@ const SLOT_SAMPLE: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pong",
-    model_hash: 0xdc559f21fac51a09,
+    model_hash: 0x90495fd83362fa2e,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
-    parameters: None,
+    parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ECHO, SLOT_SAMPLE],
     backends: backend::BACKENDS,

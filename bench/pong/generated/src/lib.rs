@@ -12,6 +12,7 @@ mod backend;
 mod context;
 mod description;
 pub mod interfaces;
+pub mod parameters;
 mod slots;
 pub mod types;
 
@@ -19,6 +20,7 @@ pub use adapter::{Worker, embed, run};
 pub use bench_protocol;
 pub use context::Context;
 pub use interfaces::*;
+pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
