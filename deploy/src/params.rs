@@ -64,7 +64,7 @@ pub fn list(network: &str, name: &str, paths: &[String]) -> Result<Parameters, E
 }
 
 /// Changes values, all or none.
-pub fn set(network: &str, name: &str, changes: Map<String, Value>) -> Result<Changed, Error> {
+pub fn set(network: &str, name: &str, changes: &Map<String, Value>) -> Result<Changed, Error> {
     let changes = json!({ "changes": changes });
     ask(network, name, "parameters_set", &changes)
 }
@@ -163,12 +163,12 @@ impl fmt::Display for Parameters {
         });
         let rows: Vec<[String; 5]> = std::iter::once(head).chain(rows).collect();
         let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-        let [a, b, c, d] = [0, 1, 2, 3].map(|column| width(column).unwrap_or(0));
-        for [path, value, default, allowed, changes] in &rows {
-            writeln!(
-                f,
-                "{path:a$}  {value:b$}  {default:c$}  {allowed:d$}  {changes}"
-            )?;
+        let widths = [0, 1, 2, 3].map(|column| width(column).unwrap_or(0));
+        for row in &rows {
+            for (cell, width) in row.iter().zip(widths) {
+                write!(f, "{cell:width$}  ")?;
+            }
+            writeln!(f, "{}", row[4])?;
         }
         for parameter in &self.parameters {
             if let Some(pending) = &parameter.pending {

@@ -251,7 +251,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         } => {
             let network = network_of(&network.unwrap_or_default())?;
             let listed = params::list(&network, &name.unwrap_or_default(), &[])?;
-            show(format, &listed, |l| l.to_string())
+            show(format, &listed, ToString::to_string)
         }
         Command::Guard { network, hold } => {
             let held = RefCell::new(services::hold(&network, &hold));
@@ -284,7 +284,7 @@ fn params(action: Action) -> Result<u8, Failure> {
                 }
                 all.insert(path, value);
             }
-            let changed = params::set(&network_of(&of.network)?, &of.name, all)?;
+            let changed = params::set(&network_of(&of.network)?, &of.name, &all)?;
             show(of.format, &changed, |changed| {
                 let now = changed.changed.iter().map(|c| format!("{c}\n"));
                 let later = changed.pending.iter();
