@@ -107,6 +107,7 @@ pub(crate) fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)
             place: Place { source },
             found: &mut Diagnostics::new(),
             missing: Vec::new(),
+            secrets: Vec::new(),
             sample,
         };
         let start = reader.place.start();
@@ -171,14 +172,17 @@ impl Checker {
             place: self.place,
             found: &mut self.found,
             missing: Vec::new(),
+            secrets: Vec::new(),
             sample: false,
         };
         let block = reader.block(declared, table, "", at);
         self.missing = reader.missing;
+        let secrets = reader.secrets;
         let rules = parameters.map_or(&[][..], |model| &model.rules);
         for (_, broken) in rules::broken(rules, &block) {
             self.found.push(broken.diagnostic());
         }
+        self.found.hide(&secrets);
         out.parameters = block.values();
     }
 

@@ -261,6 +261,7 @@ impl Live {
             place,
             found: &mut errors,
             missing: Vec::new(),
+            secrets: Vec::new(),
             sample: false,
         };
         let new = if let (Some(_), Some(_)) = (array, target.element) {

@@ -13,6 +13,8 @@ pub(super) struct Reader<'a> {
     pub(super) found: &'a mut Diagnostics,
     /// The paths that have neither a value nor a default.
     pub(super) missing: Vec<String>,
+    /// The places of values that are secret.
+    pub(super) secrets: Vec<Span>,
     /// Whether a list that is not there has one element, so that the rules in it are tried.
     pub(super) sample: bool,
 }
@@ -47,6 +49,9 @@ impl Reader<'_> {
             match item {
                 Some((key, item)) => {
                     field.at = self.place.of(item.span().or(key.span()), at);
+                    if parameter.secret {
+                        self.secrets.push(field.at);
+                    }
                     self.given(parameter, item, &mut field);
                 }
                 None => self.absent(parameter, &mut field),
