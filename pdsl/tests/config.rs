@@ -459,5 +459,6 @@ fn what_is_secret_is_shown_in_no_line_of_a_finding() {
           |                ^^^^
           |
           = help: allowed is a whole number of 64 bits
-    "#]].assert_eq(&render(&sources, &found, Format::Human));
+    "#]]
+    .assert_eq(&render(&sources, &found, Format::Human));
 }
