@@ -173,7 +173,7 @@ fn reexports(component: &rc_cdsl::Component, traits: &[String]) -> Vec<String> {
         "context::Context",
         "rc_runtime::middleware::{CallError, InPlace, SendError}",
         "rc_runtime::tracing",
-        "rc_runtime::{Embedded, State, WorkerError}",
+        "rc_runtime::{Embedded, ParamChange, State, WorkerError}",
     ]
     .map(str::to_owned)
     .to_vec();

@@ -7,8 +7,9 @@ use crate::plan::check_name;
 use crate::status::Status;
 use rc_middleware::RunDirectory;
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// How long the supervisor may take to answer.
@@ -60,16 +61,28 @@ pub fn networks() -> Vec<String> {
     names
 }
 
-struct Connection {
-    network: String,
+/// A caller of the supervisor, or of the management of a component.
+pub(crate) struct Connection {
+    who: String,
+    limit: Duration,
     stream: BufReader<UnixStream>,
 }
 
 impl Connection {
     fn open(network: &str) -> Result<Self, Error> {
         check_name("network", network)?;
+        let who = format!("the supervisor of network {network}");
         let path = RunDirectory::of(network).socket(control::NAME);
-        let stream = match UnixStream::connect(&path) {
+        let there = Self::to(&path, who, ANSWER_LIMIT)?;
+        there.ok_or_else(|| Error::NotUp {
+            network: network.to_owned(),
+            others: networks(),
+        })
+    }
+
+    /// Connects to a socket, whose answers may each take `limit`; none where nobody listens.
+    pub(crate) fn to(path: &Path, who: String, limit: Duration) -> Result<Option<Self>, Error> {
+        let stream = match UnixStream::connect(path) {
             Ok(stream) => stream,
             Err(error)
                 if matches!(
@@ -77,30 +90,36 @@ impl Connection {
                     ErrorKind::NotFound | ErrorKind::ConnectionRefused
                 ) =>
             {
-                return Err(Error::NotUp {
-                    network: network.to_owned(),
-                    others: networks(),
-                });
+                return Ok(None);
             }
             Err(error) => {
                 return Err(error).or_cannot(format!("connect to {}", path.display()));
             }
         };
         stream
-            .set_read_timeout(Some(ANSWER_LIMIT))
-            .and_then(|()| stream.set_write_timeout(Some(ANSWER_LIMIT)))
+            .set_read_timeout(Some(limit))
+            .and_then(|()| stream.set_write_timeout(Some(limit)))
             .or_cannot("limit the time of a call")?;
-        Ok(Self {
-            network: network.to_owned(),
+        Ok(Some(Self {
+            who,
+            limit,
             stream: BufReader::new(stream),
-        })
+        }))
     }
 
     fn ask(&mut self, method: &str) -> Result<Value, Error> {
-        let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": {}});
+        let answer = self.request(method, &json!({}))?;
+        match answer.get("result") {
+            Some(result) => Ok(result.clone()),
+            None => Err(self.strange(&answer)),
+        }
+    }
+
+    /// The whole answer to a request, with its `result` or its `error`.
+    pub(crate) fn request(&mut self, method: &str, params: &Value) -> Result<Value, Error> {
+        let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
         let line = format!("{request}\n");
-        let talking = || format!("talk to the supervisor of {}", self.network);
-        let what = talking();
+        let what = format!("talk to {}", self.who);
         self.stream
             .get_mut()
             .write_all(line.as_bytes())
@@ -109,21 +128,31 @@ impl Connection {
         (&mut self.stream)
             .take(ANSWER_LENGTH)
             .read_line(&mut line)
-            .or_cannot(&what)?;
-        let answer: Value = serde_json::from_str(&line).unwrap_or(Value::String(line));
-        match answer.get("result") {
-            Some(result) => Ok(result.clone()),
-            None => Err(self.strange(&answer)),
+            .map_err(|error| self.unheard(error, &what))?;
+        Ok(serde_json::from_str(&line).unwrap_or(Value::String(line)))
+    }
+
+    fn unheard(&self, source: io::Error, what: &str) -> Error {
+        match source.kind() {
+            ErrorKind::WouldBlock | ErrorKind::TimedOut => Error::Silent {
+                who: self.who.clone(),
+                limit: self.limit,
+            },
+            _ => Error::System {
+                action: what.to_owned(),
+                source,
+            },
         }
     }
 
-    fn strange(&self, answer: &Value) -> Error {
+    /// The error of an answer that cannot be understood.
+    pub(crate) fn strange(&self, answer: &Value) -> Error {
         let mut answer = answer.to_string();
         if let Some((end, _)) = answer.char_indices().nth(200) {
             answer.truncate(end);
         }
         Error::Protocol {
-            network: self.network.clone(),
+            who: self.who.clone(),
             answer,
         }
     }

@@ -49,11 +49,45 @@ pub enum Error {
     /// The second process, which cleans up after the supervisor, does not start.
     #[error("the guard process does not start: {0}")]
     Guard(String),
-    /// The supervisor's answer is not what this version expects.
-    #[error("the supervisor of network {network} answers with {answer}; is it of another version?")]
-    Protocol {
+    /// No component of that name answers in this network.
+    #[error("no component {name} runs in network {network}{}", running(.others))]
+    NoComponent {
         /// The network.
         network: String,
+        /// The component.
+        name: String,
+        /// Those that run in it.
+        others: Vec<String>,
+    },
+    /// A component refuses what it is asked for.
+    #[error("{name} refuses: {reason}")]
+    Refused {
+        /// The component.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A component cannot do what it is asked for.
+    #[error("{name}: {reason}")]
+    Failed {
+        /// The component.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// No answer comes.
+    #[error("{who} has not answered within {limit:?}; its process may be stopped or hang")]
+    Silent {
+        /// Who was asked.
+        who: String,
+        /// How long it was waited for.
+        limit: Duration,
+    },
+    /// An answer is not what this version expects.
+    #[error("{who} answers with {answer}; is it of another version?")]
+    Protocol {
+        /// Who gave it.
+        who: String,
         /// What it said.
         answer: String,
     },
@@ -74,10 +108,10 @@ pub enum Error {
 }
 
 impl Error {
-    /// The exit code of the command: 1 for a wrong plan, else 3.
+    /// The exit code of the command: 1 for a wrong plan and a change that is refused, else 3.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Plan(_) => 1,
+            Self::Plan(_) | Self::Refused { .. } => 1,
             _ => 3,
         }
     }
@@ -88,6 +122,14 @@ fn named(names: &[String]) -> String {
         "; no network is".to_owned()
     } else {
         format!("; these are: {}", names.join(", "))
+    }
+}
+
+fn running(names: &[String]) -> String {
+    if names.is_empty() {
+        "; nothing runs there".to_owned()
+    } else {
+        format!("; there are: {}", names.join(", "))
     }
 }
 

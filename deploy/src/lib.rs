@@ -12,7 +12,7 @@
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
-//! - [`client`], [`detach`](mod@detach), [`logs`]: the other commands.
+//! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
 //! that no stranger who got a pid for the second time is ever hit.
@@ -30,6 +30,7 @@ mod link;
 mod lock;
 pub mod logs;
 pub mod network;
+pub mod params;
 pub mod plan;
 pub mod process;
 mod relay;

@@ -49,6 +49,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What is allowed, or what to do.
     pub help: Option<String>,
+    /// Places of what is secret: who shows a line of the text hides them.
+    pub secrets: Vec<Span>,
 }
 
 impl Diagnostic {
@@ -61,6 +63,7 @@ impl Diagnostic {
             span,
             labels: Vec::new(),
             help: None,
+            secrets: Vec::new(),
         }
     }
 
@@ -147,6 +150,13 @@ impl Diagnostics {
     /// Adds all of `others`.
     pub fn extend(&mut self, others: impl IntoIterator<Item = Diagnostic>) {
         others.into_iter().for_each(|d| self.push(d));
+    }
+
+    /// Hides these places wherever a finding so far shows their line.
+    pub fn hide(&mut self, secrets: &[Span]) {
+        for diagnostic in &mut self.all {
+            diagnostic.secrets.extend_from_slice(secrets);
+        }
     }
 
     /// Whether any of them is an error.

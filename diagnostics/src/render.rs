@@ -3,6 +3,7 @@
 use crate::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 /// How findings are printed.
@@ -76,6 +77,34 @@ fn human(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
     Renderer::plain().render(&[group])
 }
 
+/// A part of a text, which begins at `start`, with a star for each byte of what is secret: places stay what they are.
+fn hidden<'a>(
+    text: &'a str,
+    source: crate::SourceId,
+    start: usize,
+    diagnostic: &Diagnostic,
+) -> Cow<'a, str> {
+    let mut out = Cow::Borrowed(text);
+    for secret in diagnostic.secrets.iter().filter(|s| s.source == source) {
+        let within = |at: usize| at.saturating_sub(start).min(text.len());
+        let (from, to) = (within(secret.start), within(secret.end));
+        let stars = text.get(from..to).map(|value| {
+            let star = |c: char| {
+                if matches!(c, '\n' | '\r') {
+                    c.to_string()
+                } else {
+                    "*".repeat(c.len_utf8())
+                }
+            };
+            value.chars().map(star).collect::<String>()
+        });
+        if let Some(stars) = stars.filter(|stars| !stars.is_empty()) {
+            out.to_mut().replace_range(from..to, &stars);
+        }
+    }
+    out
+}
+
 fn snippet<'a>(
     sources: &'a SourceMap,
     diagnostic: &'a Diagnostic,
@@ -88,7 +117,7 @@ fn snippet<'a>(
     let all = spans.reduce(Span::to).unwrap_or(diagnostic.span);
     // The lines concerned alone: the renderer goes through all that it is given.
     let (start, end) = sources.lines(all);
-    let text = &sources.text(source)[start..end];
+    let text = hidden(&sources.text(source)[start..end], source, start, diagnostic);
     let within = |at: usize| at.clamp(start, end) - start;
     let range = |span: Span| within(span.start)..within(span.end);
     let mut snippet = Snippet::source(text)

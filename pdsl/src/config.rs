@@ -4,11 +4,17 @@
 
 mod block;
 mod document;
+mod live;
 mod parameters;
+mod path;
 mod rules;
+mod save;
 mod template;
 mod values;
 
+pub use document::argument;
+pub use live::{Accepted, Live, ParamChange, ParameterStatus};
+pub use save::Unsaved;
 pub use template::template;
 pub use values::Values;
 
@@ -101,6 +107,7 @@ pub(crate) fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)
             place: Place { source },
             found: &mut Diagnostics::new(),
             missing: Vec::new(),
+            secrets: Vec::new(),
             sample,
         };
         let start = reader.place.start();
@@ -165,15 +172,18 @@ impl Checker {
             place: self.place,
             found: &mut self.found,
             missing: Vec::new(),
+            secrets: Vec::new(),
             sample: false,
         };
         let block = reader.block(declared, table, "", at);
         self.missing = reader.missing;
+        let secrets = reader.secrets;
         let rules = parameters.map_or(&[][..], |model| &model.rules);
         for (_, broken) in rules::broken(rules, &block) {
             self.found.push(broken.diagnostic());
         }
-        out.parameters = block.into_values();
+        self.found.hide(&secrets);
+        out.parameters = block.values();
     }
 
     /// A table of `root`, and where it stands.

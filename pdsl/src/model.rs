@@ -4,6 +4,7 @@ use crate::condition::Condition;
 use rc_diagnostics::{duration_nanoseconds, duration_text, nearest};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
+use std::time::Duration;
 
 /// All parameters of a component.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -290,6 +291,59 @@ impl Value {
         match self {
             Self::Text(text) => Some(text),
             _ => None,
+        }
+    }
+
+    /// `true` or `false`, if it is one of them.
+    pub fn as_bool(&self) -> Option<bool> {
+        match self {
+            Self::Bool(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The whole number, if it is one: the value of an `int` or a `long`.
+    pub fn as_int(&self) -> Option<i64> {
+        match self {
+            Self::Int(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The number, if it is one: the value of a `float` or a `double`.
+    pub fn as_float(&self) -> Option<f64> {
+        match self {
+            Self::Float(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The time, if it is one.
+    pub fn as_duration(&self) -> Option<Duration> {
+        match self {
+            Self::Duration(value) => Some(Duration::from_nanos(*value)),
+            _ => None,
+        }
+    }
+
+    /// The elements, if it is an array.
+    pub fn as_array(&self) -> Option<&[Self]> {
+        match self {
+            Self::Array(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// As JSON: a time as a text like `50ms`; what JSON has no number for as TOML writes it, `inf`, `nan`.
+    pub fn to_json(&self) -> serde_json::Value {
+        match self {
+            Self::Bool(value) => (*value).into(),
+            Self::Int(value) => (*value).into(),
+            Self::Float(value) if value.is_finite() => (*value).into(),
+            Self::Float(_) => self.to_toml().into(),
+            Self::Text(value) => value.as_str().into(),
+            Self::Duration(value) => duration_text(*value).into(),
+            Self::Array(values) => values.iter().map(Self::to_json).collect(),
         }
     }
 

@@ -428,3 +428,37 @@ fn the_template_gives_the_defaults_again() {
         ("", Some("info"))
     );
 }
+
+#[test]
+fn what_is_secret_is_shown_in_no_line_of_a_finding() {
+    let text = "[parameters]\npin = 12345678\ntoken = [\"hush \u{e4}\",\n  \"h2\"]\nlog = { keep = true }\n\n[[parameters.motors]]\nname = \"m\"\nid = 1\n";
+    let mut sources = SourceMap::new();
+    let source = sources.add("config.toml", text);
+    let (_, found) = config::check(&sources, source, Some(&load(BUS)));
+    expect![[r#"
+        error[out-of-range]: `pin` cannot be this number
+         --> config.toml:2:7
+          |
+        2 | pin = ********
+          |       ^^^^^^^^
+          |
+          = help: allowed is a whole number of 32 bits, from 0 to 9999
+        error[wrong-type]: `token` cannot be an array
+         --> config.toml:3:9
+          |
+        3 |   token = ***********
+          |  _________^
+        4 | | *******
+          | |_______^
+          |
+          = help: allowed is a text in quotes
+        error[wrong-type]: `log.keep` cannot be `true`
+         --> config.toml:5:16
+          |
+        5 | log = { keep = true }
+          |                ^^^^
+          |
+          = help: allowed is a whole number of 64 bits
+    "#]]
+    .assert_eq(&render(&sources, &found, Format::Human));
+}

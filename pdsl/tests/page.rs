@@ -1,7 +1,7 @@
 //! What the page about the language shows is what the language does.
 
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_pdsl::config;
+use rc_pdsl::config::{self, Live};
 use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 
@@ -55,4 +55,24 @@ fn the_configuration_on_the_page_breaks_the_rules_that_it_says() {
         rendered.lines().count(),
         "{rendered}"
     );
+}
+
+#[test]
+fn the_change_on_the_page_is_accepted() {
+    let model = load(blocks("pdsl")[0]);
+    let mut sources = SourceMap::new();
+    let text = blocks("toml")[0].replace("id = 1\nmin = 2.0", "id = 2\nmin = 0.5");
+    let source = sources.add("config.toml", text);
+    let (configuration, found) = config::check(&sources, source, Some(&model));
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let live = Live::new(model, &configuration.parameters);
+    let words = blocks("sh")[0].split_whitespace();
+    let changes: Vec<_> = words.filter_map(|word| word.split_once('=')).collect();
+    let changes: Vec<_> = changes
+        .iter()
+        .map(|(path, value)| (*path, config::argument(value)))
+        .collect();
+    let accepted = live.check(changes.iter().map(|(path, value)| (*path, value)));
+    let accepted = accepted.ok().expect("what the page shows");
+    assert_eq!((accepted.changes.len(), accepted.pending.len()), (2, 1));
 }

@@ -3,6 +3,7 @@
 use crate::Core;
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{Backend, Environment, OpenError, Qos, Reader};
+use rc_pdsl::config::{ParamChange, Values};
 use std::time::Duration;
 
 /// Opens a backend; generated code names the functions of the backends that it was generated for.
@@ -84,6 +85,17 @@ pub trait Component {
 
     /// The user's `compute()`.
     fn compute(&mut self) -> Result<(), WorkerError>;
+
+    /// Gives the context these values of its parameters.
+    fn set_parameters(&mut self, values: &Values) {
+        let _ = values;
+    }
+
+    /// The user's `params_changed()`, after [`Component::set_parameters`]; an error refuses the changes.
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+        let _ = changes;
+        Ok(())
+    }
 
     /// Takes the place of `compute()` in the state Emergency.
     fn emergency(&mut self);

@@ -242,6 +242,10 @@ impl<'a> EventLoop<'a> {
         for wish in self.shared.take_wishes() {
             match wish {
                 Wish::Period(period) => self.component.core().new_period = Some(period),
+                Wish::Parameters(proposal) => {
+                    let said = proposal.put_to(self.component);
+                    self.heed(said);
+                }
                 Wish::Emergency(true) => self.enter_emergency("asked for by management"),
                 Wish::Emergency(false) => {
                     if self.component.core().state() == State::Emergency {
@@ -391,7 +395,12 @@ impl<'a> EventLoop<'a> {
                 tracing::warn!("compute(): {message}");
             }
         }
-        match result {
+        self.heed(result);
+    }
+
+    /// What an answer of the worker means for the state.
+    fn heed(&mut self, said: Result<(), WorkerError>) {
+        match said {
             Err(WorkerError::Emergency(reason)) => self.enter_emergency(&reason),
             Err(WorkerError::Fatal(reason)) => self.fatal = Some(reason),
             Ok(()) | Err(WorkerError::Failed(_)) => {}

@@ -1,16 +1,17 @@
 //! The second thread of a component: management over a Unix socket, signals, and the link to a supervisor.
 //!
 //! The socket is `NAME.sock` in the network's run directory and speaks JSON-RPC 2.0, one object a line:
-//! `status`, `parameters`, `period {"ms": 50}`, `emergency {"active": true}`, `stop`. A component whose
-//! environment has `RC_SUPERVISED` has its supervisor at its standard input, a socket: it tells `state`,
-//! `ready` and, twice a second, `heartbeat {"age_ms", "lost"}` (`lost` by slot), and ends when the other side closes.
+//! `status`, `parameters {"paths": ["speed"]}`, `parameters_set {"changes": {"speed": 300}}`, `parameters_save`,
+//! `period {"ms": 50}`, `emergency {"active": true}`, `stop`. A component whose environment has `RC_SUPERVISED` has its
+//! supervisor at its standard input, a socket: it tells `state`, `ready` and, twice a second, `heartbeat {"age_ms", "lost"}`
+//! (`lost` by slot), and ends when the other side closes.
 
 use crate::component::Description;
 use crate::name::Name;
-use crate::process::StartError;
+use crate::parameters::{Answer, Asker, Refusal, Tuning};
+use crate::process::{Configured, StartError};
 use crate::status::{Shared, State, Wish};
 use rc_middleware::{Address, Environment};
-use rc_pdsl::config::Values;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::{Map, Value, json};
 use std::io::{self, Read, Write};
@@ -31,7 +32,7 @@ const MOST_CALLERS: usize = 32;
 pub(crate) struct Management {
     shared: Arc<Shared>,
     facts: Arc<Facts>,
-    end: UnixStream,
+    end: Arc<UnixStream>,
     thread: Option<std::thread::JoinHandle<()>>,
     /// Given back after everything else.
     _name: Name,
@@ -42,7 +43,6 @@ struct Facts {
     description: &'static Description,
     name: String,
     network: String,
-    parameters: Value,
     addresses: Mutex<Vec<String>>,
 }
 
@@ -51,7 +51,7 @@ impl Management {
         description: &'static Description,
         environment: &Environment,
         shared: &Arc<Shared>,
-        parameters: &Values,
+        configured: &Configured,
         whole_process: bool,
     ) -> Result<Self, StartError> {
         let Environment {
@@ -69,17 +69,29 @@ impl Management {
             description,
             name: instance.clone(),
             network: network.clone(),
-            parameters: parameters.to_json(),
             addresses: Mutex::new(Vec::new()),
         });
         let (end, ended) =
             UnixStream::pair().map_err(|e| refuse("a socket pair cannot be made", &e))?;
+        let end = Arc::new(end);
+        let Configured {
+            parameters,
+            configuration,
+            file,
+        } = configured;
         let mut server = Server {
             facts: facts.clone(),
+            tuning: Tuning::new(
+                parameters.clone().unwrap_or_default(),
+                &configuration.parameters,
+                file.clone(),
+                end.clone(),
+            ),
             shared: shared.clone(),
             listener,
             ended,
             callers: Vec::new(),
+            called: 0,
             link: None,
             signals: None,
             told: None,
@@ -115,14 +127,14 @@ impl Management {
     pub(crate) fn ready(&self) {
         self.shared.status().state = State::Running;
         self.shared.turned(std::time::Instant::now());
-        let _ = (&self.end).write_all(b"r");
+        let _ = (&*self.end).write_all(b"r");
     }
 }
 
 /// Ends the thread, however the component ends.
 impl Drop for Management {
     fn drop(&mut self) {
-        let _ = (&self.end).write_all(b"e");
+        let _ = (&*self.end).write_all(b"e");
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -135,7 +147,10 @@ struct Server {
     shared: Arc<Shared>,
     listener: UnixListener,
     ended: UnixStream,
+    tuning: Tuning,
     callers: Vec<Caller>,
+    /// How many callers there have been.
+    called: u64,
     link: Option<UnixStream>,
     signals: Option<UnixStream>,
     told: Option<State>,
@@ -143,6 +158,7 @@ struct Server {
 }
 
 struct Caller {
+    number: u64,
     stream: UnixStream,
     read: Vec<u8>,
 }
@@ -183,6 +199,7 @@ impl Server {
             } else {
                 Duration::from_secs(10)
             };
+            let wait = self.tuning.patience().map_or(wait, |limit| wait.min(limit));
             let events = self.wait(wait);
             if events.first() == Some(&true) {
                 let mut bytes = [0_u8; 8];
@@ -193,6 +210,8 @@ impl Server {
                     self.tell("ready", &json!({}));
                 }
                 if bytes[..count].contains(&b'e') || count == 0 {
+                    let answers = self.tuning.end();
+                    self.send(answers);
                     self.tell_state();
                     return;
                 }
@@ -207,6 +226,8 @@ impl Server {
                 self.linked();
             }
             self.serve(events.get(4..).unwrap_or_default());
+            let answers = self.tuning.turn(&self.shared);
+            self.send(answers);
             if beat.elapsed() >= HEARTBEAT {
                 beat = Instant::now();
                 let lost = self.facts.lost(&self.shared);
@@ -259,7 +280,9 @@ impl Server {
                 && stream.set_nonblocking(true).is_ok()
                 && stream.set_write_timeout(limit).is_ok()
             {
+                self.called += 1;
                 self.callers.push(Caller {
+                    number: self.called,
                     stream,
                     read: Vec::new(),
                 });
@@ -321,19 +344,30 @@ impl Server {
             callers,
             facts,
             shared,
+            tuning,
             ..
         } = self;
         callers.retain_mut(|caller| {
             let ready = readable.get(at).copied().unwrap_or(false);
             at += 1;
-            !ready || caller.serve(facts, shared)
+            !ready || caller.serve(facts, shared, tuning)
         });
+    }
+
+    /// Answers those who have waited, if they are still there.
+    fn send(&mut self, answers: Vec<Answer>) {
+        for (asker, result) in answers {
+            let Some(id) = asker.id else { continue };
+            let answer = envelope(&id, result);
+            self.callers
+                .retain_mut(|c| c.number != asker.caller || c.send(&answer).is_ok());
+        }
     }
 }
 
 impl Caller {
     /// Answers the lines that have come; false when the caller is gone or talks nonsense.
-    fn serve(&mut self, facts: &Facts, shared: &Shared) -> bool {
+    fn serve(&mut self, facts: &Facts, shared: &Shared, tuning: &mut Tuning) -> bool {
         let mut bytes = [0_u8; 4096];
         match self.stream.read(&mut bytes) {
             Ok(0) => return false,
@@ -342,7 +376,7 @@ impl Caller {
         }
         while let Some(end) = self.read.iter().position(|b| *b == b'\n') {
             let line: Vec<u8> = self.read.drain(..=end).collect();
-            if let Some(answer) = facts.answer(&line, shared)
+            if let Some(answer) = facts.answer(&line, self.number, shared, tuning)
                 && self.send(&answer).is_err()
             {
                 return false;
@@ -359,16 +393,30 @@ impl Caller {
 }
 
 impl Facts {
-    /// The answer to one line; none to a notification.
-    fn answer(&self, line: &[u8], shared: &Shared) -> Option<Value> {
-        let Ok(request) = serde_json::from_slice::<Value>(line) else {
-            return Some(error(&Value::Null, -32700, "this is not JSON"));
+    /// The answer to one line; none to a notification, and none yet to a change of parameters.
+    fn answer(
+        &self,
+        line: &[u8],
+        caller: u64,
+        shared: &Shared,
+        tuning: &mut Tuning,
+    ) -> Option<Value> {
+        let Ok(mut request) = serde_json::from_slice::<Value>(line) else {
+            let refusal = Refusal::new(-32700, "this is not JSON");
+            return Some(envelope(&Value::Null, Err(refusal)));
         };
         let id = request.get("id").cloned();
-        let params = request.get("params").cloned().unwrap_or_default();
+        let params = request.get_mut("params").map(Value::take);
+        let params = params.unwrap_or_default();
+        let wrong = |message: &str| Refusal::new(Refusal::INPUT, message);
         let result = match request.get("method").and_then(Value::as_str) {
             Some("status") => Ok(self.status(shared)),
-            Some("parameters") => Ok(self.parameters.clone()),
+            Some("parameters") => tuning.list(&params),
+            Some("parameters_set") => {
+                let (asker, result) = tuning.set(Asker { caller, id }, &params)?;
+                return Some(envelope(&asker.id?, result));
+            }
+            Some("parameters_save") => tuning.save(),
             Some("period") => period(&params).map(|period| {
                 shared.wish(Wish::Period(period));
                 json!({})
@@ -378,22 +426,18 @@ impl Facts {
                     shared.wish(Wish::Emergency(active));
                     Ok(json!({}))
                 }
-                None => Err((-32602, "`emergency` takes {\"active\": true|false}")),
+                None => Err(wrong("`emergency` takes {\"active\": true|false}")),
             },
             Some("stop") => {
                 shared.interrupt.stop();
                 Ok(json!({}))
             }
-            _ => Err((
+            _ => Err(Refusal::new(
                 -32601,
-                "there are `status`, `parameters`, `period`, `emergency` and `stop`",
+                "there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency` and `stop`",
             )),
         };
-        let id = id?;
-        Some(match result {
-            Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
-            Err((code, message)) => error(&id, code, message),
-        })
+        Some(envelope(&id?, result))
     }
 
     /// How many values were lost, by slot; slots that lost none are left out.
@@ -450,15 +494,24 @@ impl Facts {
     }
 }
 
-fn period(params: &Value) -> Result<Duration, (i64, &'static str)> {
+fn period(params: &Value) -> Result<Duration, Refusal> {
     let ms = params
         .get("ms")
         .and_then(Value::as_f64)
         .filter(|ms| (0.1..=3.6e6).contains(ms));
     ms.map(|ms| Duration::from_secs_f64(ms / 1e3))
-        .ok_or((-32602, "`period` takes {\"ms\": 0.1 … 3600000}"))
+        .ok_or_else(|| Refusal::new(Refusal::INPUT, "`period` takes {\"ms\": 0.1 … 3600000}"))
 }
 
-fn error(id: &Value, code: i64, message: &str) -> Value {
-    json!({ "jsonrpc": "2.0", "id": id, "error": { "code": code, "message": message } })
+fn envelope(id: &Value, result: Result<Value, Refusal>) -> Value {
+    match result {
+        Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
+        Err(refusal) => {
+            let mut error = json!({ "code": refusal.code, "message": refusal.message });
+            if let Some(data) = refusal.data {
+                error["data"] = data;
+            }
+            json!({ "jsonrpc": "2.0", "id": id, "error": error })
+        }
+    }
 }

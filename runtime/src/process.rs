@@ -80,7 +80,7 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
             Ok(())
         }
         Task::Check(arguments) => configure(description, &arguments)
-            .and_then(|configuration| bindings(description, &arguments, &configuration))
+            .and_then(|read| bindings(description, &arguments, &read.configuration))
             .map(|_| say(&format!("{}: ok\n", description.name))),
         Task::Run(arguments) => Interrupt::new()
             .map_err(|e| system("an event", &e))
@@ -202,14 +202,15 @@ fn live<C: Component>(
     interrupt: Interrupt,
     process: &Process,
 ) -> Result<(), StartError> {
-    let configuration = configure(description, arguments)?;
+    let configured = configure(description, arguments)?;
+    let configuration = &configured.configuration;
     let level = arguments
         .log
         .as_deref()
         .or(configuration.log.as_deref())
         .unwrap_or("info");
     log(level)?;
-    let bindings = bindings(description, arguments, &configuration)?;
+    let bindings = bindings(description, arguments, configuration)?;
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)
         .map_err(|e| StartError::System(format!("the run directory cannot be made: {e}")))?;
@@ -228,7 +229,7 @@ fn live<C: Component>(
         description,
         &environment,
         &shared,
-        &configuration.parameters,
+        &configured,
         matches!(process, Process::Whole),
     )?;
     let ports = Ports::new(description, &environment, &bindings)?;
@@ -257,11 +258,17 @@ fn live<C: Component>(
     ended.map_err(StartError::System)
 }
 
+/// What a component is told when it starts.
+pub(crate) struct Configured {
+    /// The model of its parameters; none where it has none.
+    pub(crate) parameters: Option<Parameters>,
+    pub(crate) configuration: Configuration,
+    /// The file that was read, with its whole path.
+    pub(crate) file: Option<PathBuf>,
+}
+
 /// Reads and checks the configuration.
-fn configure(
-    description: &Description,
-    arguments: &Arguments,
-) -> Result<Configuration, StartError> {
+fn configure(description: &Description, arguments: &Arguments) -> Result<Configured, StartError> {
     let parameters = match description
         .parameters
         .map(Parameters::from_json)
@@ -275,12 +282,17 @@ fn configure(
         }
     };
     let Some(path) = config_file(description, arguments) else {
-        return config::defaults(parameters.as_ref()).map_err(|missing| {
+        let configuration = config::defaults(parameters.as_ref()).map_err(|missing| {
             StartError::Configuration(format!(
                 "{}: error: there is no configuration file, and these parameters have no default: {}; name one with --config\n",
                 description.name,
                 missing.join(", ")
             ))
+        })?;
+        return Ok(Configured {
+            parameters,
+            configuration,
+            file: None,
         });
     };
     let text = std::fs::read_to_string(&path).map_err(|e| {
@@ -291,7 +303,7 @@ fn configure(
         ))
     })?;
     let mut sources = SourceMap::new();
-    let source = sources.add(path, text);
+    let source = sources.add(&path, text);
     let (configuration, found) = config::check(&sources, source, parameters.as_ref());
     if found.has_errors() {
         return Err(StartError::Configuration(render(
@@ -301,7 +313,13 @@ fn configure(
         )));
     }
     warn(&sources, &found);
-    Ok(configuration)
+    // The worker may change its working directory.
+    let file = std::path::absolute(&path).unwrap_or(path);
+    Ok(Configured {
+        parameters,
+        configuration,
+        file: Some(file),
+    })
 }
 
 fn warn(sources: &SourceMap, found: &Diagnostics) {

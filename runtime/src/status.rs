@@ -1,10 +1,11 @@
 //! What is known of a running component: its state, its counters, its times.
 
+use crate::parameters::Proposal;
 use hdrhistogram::Histogram;
 use rc_middleware::Interrupt;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Where a component is in its life.
@@ -33,10 +34,11 @@ impl State {
 }
 
 /// What the management thread may wish of the worker thread.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug)]
 pub(crate) enum Wish {
     Period(Duration),
     Emergency(bool),
+    Parameters(Arc<Proposal>),
 }
 
 /// What the worker thread and the management thread share.

@@ -6,6 +6,7 @@
 use crate::compare::Peer;
 use crate::languages;
 use crate::pair::{Network, Pair, ROWS, quantile};
+use crate::parameters;
 use crate::programs::{Failure, Program, cargo, finish, root, target};
 use crate::slots;
 use crate::usage::{memory, processor_time};
@@ -48,7 +49,9 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         let figures = [generation()?, rebuild()?, regeneration()?]
             .into_iter()
             .chain(idle()?)
-            .chain(languages::figures()?);
+            .chain(languages::figures()?)
+            .chain(parameters::figures()?);
+        println!();
         met &= table(figures);
     }
     if !met {
@@ -72,6 +75,16 @@ pub(crate) fn languages() -> Result<(), Failure> {
     finish(cargo(&["build", "--release", "-p", "rc-codegen"])?, BUILD)?;
     println!("{}\n", machine());
     if !table(languages::figures()?) {
+        eprintln!("xtask: a goal was missed");
+    }
+    Ok(())
+}
+
+/// Measures what concerns parameters alone.
+pub(crate) fn parameters() -> Result<(), Failure> {
+    build(true)?;
+    println!("{}\n", machine());
+    if !table(parameters::figures()?) {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())

@@ -7,6 +7,7 @@ mod compare;
 mod ice;
 mod languages;
 mod pair;
+mod parameters;
 mod programs;
 mod slots;
 mod soak;
@@ -44,10 +45,11 @@ fn main() -> ExitCode {
         ["soak", seconds] if seconds.parse::<u32>().is_ok() => {
             soak::run(seconds).map_err(|e| e.to_string())
         }
+        ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | ice | --smoke] | soak [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | --smoke] | soak [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

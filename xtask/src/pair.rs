@@ -22,6 +22,13 @@ pub(crate) struct Row {
     pub(crate) count: usize,
 }
 
+impl Row {
+    /// Whether it goes there and back.
+    pub(crate) fn is_query(&self) -> bool {
+        self.kind == "query"
+    }
+}
+
 /// What is measured.
 pub(crate) const ROWS: [Row; 5] = [
     Row {
@@ -91,7 +98,7 @@ impl Drop for Network {
 pub(crate) struct Pair {
     ping: Program,
     pong: Program,
-    _network: Option<Network>,
+    network: Option<Network>,
 }
 
 impl Pair {
@@ -105,7 +112,7 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: Some(network),
+            network: Some(network),
         })
     }
 
@@ -119,7 +126,7 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: Some(network),
+            network: Some(network),
         })
     }
 
@@ -132,7 +139,7 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: None,
+            network: None,
         })
     }
 
@@ -147,9 +154,14 @@ impl Pair {
         let Row { kind, size, .. } = row;
         self.ping.say(&format!("{kind} {size} {count}"))?;
         let asked = times(&self.ping.hear(BLOCK)?)?;
-        if *kind == "query" {
+        if row.is_query() {
             return Ok(asked);
         }
+        self.times_of_pong()
+    }
+
+    /// What pong reports next.
+    pub(crate) fn times_of_pong(&self) -> Result<Vec<i64>, Failure> {
         times(&self.pong.hear(BLOCK)?)
     }
 
@@ -167,6 +179,11 @@ impl Pair {
             came: came.len(),
             coming: (took + last) as f64 / 1e9,
         })
+    }
+
+    /// The run directory of both, where they have one.
+    pub(crate) fn directory(&self) -> Option<&RunDirectory> {
+        self.network.as_ref().map(|network| &network.directory)
     }
 }
 

@@ -2,7 +2,9 @@
 
 use bench_protocol::{now, ready, report};
 use pong_generated::tracing::error;
-use pong_generated::{Context, Echo, PictureInPlace, Pictures, Sample, Worker, WorkerError};
+use pong_generated::{
+    Context, Echo, ParamChange, PictureInPlace, Pictures, Sample, Worker, WorkerError,
+};
 
 pub(crate) struct SpecificWorker {
     times: Vec<i64>,
@@ -15,6 +17,20 @@ impl Worker for SpecificWorker {
     }
 
     fn compute(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn params_changed(
+        &mut self,
+        ctx: &mut Context,
+        _changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        if ctx.params.sent != 0 {
+            self.times.push(now() - ctx.params.sent);
+            return Ok(());
+        }
+        report(&self.times)?;
+        self.times.clear();
         Ok(())
     }
 }

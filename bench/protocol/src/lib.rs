@@ -6,7 +6,7 @@
 //! | pong, ping | `ready` | its connections are open |
 //! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `flood` | one block is to be measured |
 //! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block is done |
-//! | pong | `times …`, one for each value that came | the block of values has ended |
+//! | pong | `times …`, one for each value that came | the block of values, or of changes of its parameter `sent`, has ended |
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
 

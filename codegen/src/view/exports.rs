@@ -10,11 +10,12 @@ use rc_idsl::model::TypeId;
 use std::collections::BTreeSet;
 
 /// What `lib.rs` exports by name, whatever the component is.
-const OWN: [&str; 9] = [
+const OWN: [&str; 10] = [
     "CallError",
     "Context",
     "Embedded",
     "InPlace",
+    "ParamChange",
     "Params",
     "SendError",
     "State",

@@ -24,6 +24,8 @@ pub struct Struct {
     pub doc: Vec<String>,
     /// Its fields.
     pub fields: Vec<Field>,
+    /// What shows it without what is secret; none where nothing is.
+    pub debug: Option<String>,
 }
 
 /// One field.
@@ -82,12 +84,31 @@ impl Structs {
 
     fn add(&mut self, name: String, doc: &[String], parameters: &[Parameter]) {
         let fields = parameters.iter().map(|p| field(&name, p, self)).collect();
+        let hides = parameters.iter().any(|p| p.secret);
         self.done.push(Struct {
+            debug: hides.then(|| debug(&name, parameters)),
             name,
             doc: crate::layout::doc(doc),
             fields,
         });
     }
+}
+
+/// The body of `fmt`.
+fn debug(name: &str, parameters: &[Parameter]) -> String {
+    let field = |parameter: &Parameter| {
+        let field = names::snake(&parameter.name);
+        let value = if parameter.secret {
+            "&\"***\"".to_owned()
+        } else {
+            format!("&self.{field}")
+        };
+        layout::call(12, ".field", &[format!("{:?}", parameter.name), value], "")
+    };
+    let mut calls: Vec<String> = parameters.iter().map(field).collect();
+    calls.push(".finish()".to_owned());
+    let calls: Vec<&str> = calls.iter().map(String::as_str).collect();
+    layout::chain(8, 0, &format!("f.debug_struct({name:?})"), &calls)
 }
 
 fn field(owner: &str, parameter: &Parameter, out: &mut Structs) -> Field {

@@ -6,9 +6,12 @@
 use clap::{Args, Parser, Subcommand};
 use rc_codegen::FileLoader;
 use rc_deploy::network::{self, Network, Profile};
-use rc_deploy::{Format, GuardCommand, Options, services};
+use rc_deploy::{Format, GuardCommand, Options, params, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
+use rc_pdsl::config::ParameterStatus;
+use serde::Serialize;
+use serde_json::{Map, Value};
 use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -78,6 +81,23 @@ enum Command {
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
     },
+    /// Shows the parameters of a running component, changes them, and saves what was changed.
+    ///
+    /// `params NETWORK NAME` shows all of them. It does not matter whether rcdeploy has started the component.
+    #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+    Params {
+        #[command(subcommand)]
+        action: Option<Action>,
+        /// The network or its .ddsl.
+        #[arg(required = true)]
+        network: Option<String>,
+        /// The component.
+        #[arg(required = true)]
+        name: Option<String>,
+        /// human, or json: one document.
+        #[arg(long, default_value = "human", value_parser = format)]
+        format: Format,
+    },
     /// The process that cleans up when its supervisor is gone; started by `up`.
     #[command(hide = true)]
     Guard {
@@ -87,6 +107,51 @@ enum Command {
         #[arg(long, default_value = "[]")]
         hold: String,
     },
+}
+
+#[derive(Subcommand)]
+enum Action {
+    /// Shows some of them, as `PATH = VALUE`.
+    Get {
+        #[command(flatten)]
+        of: Running,
+        /// Which, as in `speed` or `motors[2].max`; of a group or a list all that is in it.
+        #[arg(required = true, value_name = "PATH")]
+        paths: Vec<String>,
+    },
+    /// Changes values, all or none.
+    Set {
+        #[command(flatten)]
+        of: Running,
+        /// What is to be, as in `speed=300`, `period=200ms`, `gains=[1,2,3]` or `name="left"`; a text needs its quotes
+        /// only where it could be something else.
+        #[arg(required = true, value_name = "PATH=VALUE", value_parser = change)]
+        changes: Vec<(String, Value)>,
+    },
+    /// Writes what was changed into the configuration file, which keeps its comments and its order.
+    Save {
+        #[command(flatten)]
+        of: Running,
+    },
+}
+
+/// A component that runs.
+#[derive(Args)]
+struct Running {
+    /// The network or its .ddsl.
+    network: String,
+    /// The component.
+    name: String,
+    /// human, or json: one document.
+    #[arg(long, default_value = "human", value_parser = format)]
+    format: Format,
+}
+
+fn change(text: &str) -> Result<(String, Value), String> {
+    match text.split_once('=') {
+        Some((path, value)) => Ok((path.trim().to_owned(), rc_pdsl::config::argument(value))),
+        None => Err("a change looks like `speed=300`".to_owned()),
+    }
 }
 
 #[derive(Args)]
@@ -160,14 +225,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         }
         Command::Status { network, format } => {
             let status = rc_deploy::status(&named(network)?)?;
-            match format {
-                Format::Human => print_line(format_args!("{}", status.to_string().trim_end())),
-                Format::Json => print_line(format_args!(
-                    "{}",
-                    serde_json::to_string(&status).map_err(|e| system(&e))?
-                )),
-            }
-            Ok(0)
+            show(format, &status, ToString::to_string)
         }
         Command::Logs {
             network,
@@ -181,6 +239,20 @@ fn run(command: Command) -> Result<u8, Failure> {
             rc_deploy::logs::print(&network, component.as_deref(), lines, follow, format, out)?;
             Ok(0)
         }
+        Command::Params {
+            action: Some(action),
+            ..
+        } => params(action),
+        Command::Params {
+            network,
+            name,
+            format,
+            ..
+        } => {
+            let network = network_of(&network.unwrap_or_default())?;
+            let listed = params::list(&network, &name.unwrap_or_default(), &[])?;
+            show(format, &listed, ToString::to_string)
+        }
         Command::Guard { network, hold } => {
             let held = RefCell::new(services::hold(&network, &hold));
             let clean = || {
@@ -192,6 +264,67 @@ fn run(command: Command) -> Result<u8, Failure> {
             Ok(0)
         }
     }
+}
+
+fn params(action: Action) -> Result<u8, Failure> {
+    match action {
+        Action::Get { of, paths } => {
+            let listed = params::list(&network_of(&of.network)?, &of.name, &paths)?;
+            show(of.format, &listed, |listed| {
+                let line =
+                    |p: &ParameterStatus| format!("{} = {}\n", p.path, params::text(&p.value));
+                listed.parameters.iter().map(line).collect()
+            })
+        }
+        Action::Set { of, changes } => {
+            let mut all = Map::new();
+            for (path, value) in changes {
+                if all.contains_key(&path) {
+                    return Err(Failure(2, format!("`{path}` is given twice")));
+                }
+                all.insert(path, value);
+            }
+            let changed = params::set(&network_of(&of.network)?, &of.name, &all)?;
+            show(of.format, &changed, |changed| {
+                let now = changed.changed.iter().map(|c| format!("{c}\n"));
+                let later = changed.pending.iter();
+                let later = later.map(|c| format!("{c}, at the next start if it is saved\n"));
+                let lines: String = now.chain(later).collect();
+                if lines.is_empty() {
+                    "these are the values already\n".to_owned()
+                } else {
+                    lines
+                }
+            })
+        }
+        Action::Save { of } => {
+            let saved = params::save(&network_of(&of.network)?, &of.name)?;
+            show(of.format, &saved, |saved| {
+                let file = saved.file.display();
+                if saved.saved.is_empty() {
+                    return format!("{file}: nothing has changed\n");
+                }
+                let lines = saved.saved.iter().map(|change| format!("  {change}\n"));
+                format!("{file}\n{}", lines.collect::<String>())
+            })
+        }
+    }
+}
+
+/// Prints an answer.
+fn show<T: Serialize>(
+    format: Format,
+    answer: &T,
+    human: impl FnOnce(&T) -> String,
+) -> Result<u8, Failure> {
+    match format {
+        Format::Human => print_line(format_args!("{}", human(answer).trim_end())),
+        Format::Json => print_line(format_args!(
+            "{}",
+            serde_json::to_string(answer).map_err(|e| system(&e))?
+        )),
+    }
+    Ok(0)
 }
 
 /// Removes what the default middleware keeps in memory for a network.

@@ -3,6 +3,7 @@
 mod camera;
 mod groups;
 mod late;
+mod params;
 mod patrol;
 mod python;
 mod site;

@@ -33,7 +33,9 @@ fn patrol_runs_in_the_background_and_leaves_nothing() {
             .is_some_and(|a| a.starts_with(&site.network))),
         "{simulator}"
     );
-    assert_eq!(site.ask("avoider", "parameters")["safe_distance"], 700.0);
+    let parameters = &site.ask("avoider", "parameters")["parameters"];
+    assert_eq!(parameters[0]["path"], "safe_distance");
+    assert_eq!(parameters[0]["value"], 700.0);
 
     let again = site.rcdeploy(&["up", "--profile", "dev"], true);
     assert_eq!(again.code, 3);

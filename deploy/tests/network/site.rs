@@ -1,6 +1,7 @@
 //! A place of its own for a test: its network, its run directory, its logs, its files.
 
 use rc_middleware::RunDirectory;
+use rustix::process::Pid;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
@@ -31,6 +32,10 @@ impl Running {
     /// What it has printed.
     pub(crate) fn log(&self) -> String {
         std::fs::read_to_string(&self.log).expect("its log")
+    }
+
+    pub(crate) fn pid(&self) -> Pid {
+        Pid::from_child(&self.child)
     }
 
     /// Waits until it ends by itself; gives its exit code.
@@ -139,6 +144,7 @@ impl Site {
         path
     }
 
+    /// Gives a command the folders of this test.
     fn place(&self, command: &mut Command) {
         let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
             .ancestors()
@@ -251,12 +257,13 @@ impl Site {
 
     /// How often a component has printed a text.
     pub(crate) fn count_in_log(&self, component: &str, text: &str) -> usize {
-        let log = self
-            .path("state/robocomp")
-            .join(&self.network)
-            .join(format!("{component}.log"));
-        let log = std::fs::read_to_string(&log).unwrap_or_default();
-        log.matches(text).count()
+        self.log(component).matches(text).count()
+    }
+
+    /// What a component has printed.
+    pub(crate) fn log(&self, component: &str) -> String {
+        let logs = self.path("state/robocomp").join(&self.network);
+        std::fs::read_to_string(logs.join(format!("{component}.log"))).unwrap_or_default()
     }
 
     /// Waits until the status of a component is as it should be.

@@ -1,25 +1,36 @@
 //! The values of one table as they were read, each with its place, so that a broken rule can name it.
 
 use super::values::{Entry, Values};
-use crate::model::Value;
+use crate::model::{Kind, Parameter, Value};
 use rc_diagnostics::Span;
 
 /// A table: all parameters, a group, or one element of a list.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Block {
     /// In the order of the model.
     pub(super) fields: Vec<Field>,
 }
 
+/// Where a value comes from. What stands later is more likely what was meant by somebody who broke a rule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Origin {
+    /// From the `.pdsl`.
+    Default,
+    /// It was there before the change that is checked.
+    Kept,
+    /// From the file or the change that is checked.
+    Given,
+}
+
 /// What stands under one name.
+#[derive(Clone)]
 pub(super) struct Field {
     pub(super) name: String,
     /// From the outermost table: `motors[2].max`.
     pub(super) path: String,
     /// Its place; that of the table around it where the file does not give it.
     pub(super) at: Span,
-    /// Whether the file gives it.
-    pub(super) given: bool,
+    pub(super) origin: Origin,
     /// Whether something is wrong with it, so that rules about it say nothing.
     pub(super) faulty: bool,
     pub(super) secret: bool,
@@ -28,6 +39,7 @@ pub(super) struct Field {
     pub(super) elements: Vec<Span>,
 }
 
+#[derive(Clone)]
 pub(super) enum Content {
     Value(Value),
     Group(Block),
@@ -40,19 +52,62 @@ impl Block {
     }
 
     /// The values without their places.
-    pub(super) fn into_values(self) -> Values {
+    pub(super) fn values(&self) -> Values {
         let mut values = Values::default();
-        for field in self.fields {
-            let entry = match field.content {
-                Some(Content::Value(value)) => Entry::Value(value, field.secret),
-                Some(Content::Group(block)) => Entry::Group(block.into_values()),
+        for field in &self.fields {
+            let entry = match &field.content {
+                Some(Content::Value(value)) => Entry::Value(value.clone(), field.secret),
+                Some(Content::Group(block)) => Entry::Group(block.values()),
                 Some(Content::List(blocks)) => {
-                    Entry::List(blocks.into_iter().map(Block::into_values).collect())
+                    Entry::List(blocks.iter().map(Block::values).collect())
                 }
                 None => continue,
             };
-            values.push(field.name, entry);
+            values.push(field.name.clone(), entry);
         }
         values
+    }
+
+    /// The values of a configuration that was checked, by the model of its parameters.
+    pub(super) fn of(parameters: &[Parameter], values: &Values, path: &str, at: Span) -> Self {
+        let field = |parameter: &Parameter| {
+            let name = &parameter.name;
+            let path = inner(path, name);
+            let content = match &parameter.kind {
+                Kind::Scalar { .. } => values.value(name).cloned().map(Content::Value),
+                Kind::Group(members) => {
+                    let group = Self::of(members, values.group(name), &path, at);
+                    Some(Content::Group(group))
+                }
+                Kind::List { parameters, .. } => {
+                    let elements = values.list(name).iter().enumerate();
+                    let block = |(index, element)| {
+                        Self::of(parameters, element, &format!("{path}[{index}]"), at)
+                    };
+                    Some(Content::List(elements.map(block).collect()))
+                }
+            };
+            Field {
+                name: name.clone(),
+                path,
+                at,
+                origin: Origin::Kept,
+                faulty: content.is_none(),
+                secret: parameter.secret,
+                content,
+                elements: Vec::new(),
+            }
+        };
+        let fields = parameters.iter().map(field).collect();
+        Self { fields }
+    }
+}
+
+/// The path of what is called `name` in `path`.
+pub(super) fn inner(path: &str, name: &str) -> String {
+    if path.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{path}.{name}")
     }
 }

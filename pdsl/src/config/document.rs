@@ -100,12 +100,45 @@ pub(super) fn json(item: &Item) -> Json {
             .collect();
     }
     match value(item) {
-        Some(Value::Text(text)) => Json::from(text),
-        Some(Value::Int(value)) => Json::from(value),
-        Some(Value::Float(value)) => Json::from(value),
-        Some(Value::Bool(value)) => Json::from(value),
-        _ => item
+        Some(value) => value.to_json(),
+        None => item
             .as_datetime()
             .map_or(Json::Null, |date| Json::from(date.to_string())),
     }
+}
+
+/// The value that a command line gives as `text`: one of TOML, and anything else is a text.
+pub fn argument(text: &str) -> Json {
+    match text.parse::<toml_edit::Value>() {
+        Ok(value) => json(&Item::Value(value)),
+        Err(_) => Json::from(text),
+    }
+}
+
+/// A value of JSON as one of TOML, so that the same code reads both; none for null. JSON has no word for `nan` and the
+/// infinities: for a `number` they are texts.
+pub(super) fn from_json(json: &Json, number: bool) -> Option<Item> {
+    value_from_json(json, number).map(Item::Value)
+}
+
+fn value_from_json(json: &Json, number: bool) -> Option<toml_edit::Value> {
+    Some(match json {
+        Json::Null => return None,
+        Json::Bool(value) => (*value).into(),
+        Json::Number(value) => match value.as_i64() {
+            Some(int) => int.into(),
+            None => value.as_f64()?.into(),
+        },
+        Json::String(text) => match text.as_str() {
+            "nan" if number => f64::NAN.into(),
+            "inf" | "+inf" if number => f64::INFINITY.into(),
+            "-inf" if number => f64::NEG_INFINITY.into(),
+            text => text.into(),
+        },
+        Json::Array(values) => {
+            let values = values.iter().map(|value| value_from_json(value, number));
+            toml_edit::Value::Array(values.collect::<Option<_>>()?)
+        }
+        Json::Object(_) => toml_edit::InlineTable::new().into(),
+    })
 }

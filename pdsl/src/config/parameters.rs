@@ -1,6 +1,6 @@
 //! `[parameters]` against the model: every fault is found, and every default is filled in.
 
-use super::block::{Block, Content, Field};
+use super::block::{Block, Content, Field, Origin, inner};
 use super::document::{self, Place};
 use crate::model::{Kind, Length, Misfit, Parameter, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -13,6 +13,8 @@ pub(super) struct Reader<'a> {
     pub(super) found: &'a mut Diagnostics,
     /// The paths that have neither a value nor a default.
     pub(super) missing: Vec<String>,
+    /// The places of values that are secret.
+    pub(super) secrets: Vec<Span>,
     /// Whether a list that is not there has one element, so that the rules in it are tried.
     pub(super) sample: bool,
 }
@@ -34,7 +36,11 @@ impl Reader<'_> {
                 name: parameter.name.clone(),
                 path,
                 at,
-                given: item.is_some(),
+                origin: if item.is_some() {
+                    Origin::Given
+                } else {
+                    Origin::Default
+                },
                 faulty: false,
                 secret: parameter.secret,
                 content: None,
@@ -43,6 +49,9 @@ impl Reader<'_> {
             match item {
                 Some((key, item)) => {
                     field.at = self.place.of(item.span().or(key.span()), at);
+                    if parameter.secret {
+                        self.secrets.push(field.at);
+                    }
                     self.given(parameter, item, &mut field);
                 }
                 None => self.absent(parameter, &mut field),
@@ -99,7 +108,8 @@ impl Reader<'_> {
         }
     }
 
-    fn given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
+    /// Reads `item` into `field`, which is that of `parameter`.
+    pub(super) fn given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
         let (path, at) = (field.path.as_str(), field.at);
         let content = match &parameter.kind {
             Kind::Scalar { ty, array: None } => self
@@ -158,7 +168,7 @@ impl Reader<'_> {
         length.allows(count)
     }
 
-    fn wrong_type(&mut self, parameter: &Parameter, item: &Item, path: &str, at: Span) {
+    pub(super) fn wrong_type(&mut self, parameter: &Parameter, item: &Item, path: &str, at: Span) {
         let what = document::described(item, parameter.secret);
         let message = format!("`{path}` cannot be {what}");
         let help = format!("allowed is {}", parameter.allowed());
@@ -167,7 +177,7 @@ impl Reader<'_> {
     }
 
     /// One value, or one element of an array.
-    fn scalar(
+    pub(super) fn scalar(
         &mut self,
         parameter: &Parameter,
         ty: Type,
@@ -202,14 +212,5 @@ impl Reader<'_> {
         self.found
             .push(Diagnostic::error(code, at, message).help(format!("allowed is {allowed}")));
         None
-    }
-}
-
-/// The path of what is called `name` in `path`.
-fn inner(path: &str, name: &str) -> String {
-    if path.is_empty() {
-        name.to_owned()
-    } else {
-        format!("{path}.{name}")
     }
 }

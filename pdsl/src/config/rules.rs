@@ -1,6 +1,6 @@
 //! Rules across parameters: where each applies, and what is said where it is broken.
 
-use super::block::{Block, Content, Field};
+use super::block::{Block, Content, Field, Origin};
 use crate::condition::{Function, Given, Reference, Trouble, extreme, repeated};
 use crate::model::{Rule, Value};
 use rc_diagnostics::{Diagnostic, Span};
@@ -8,7 +8,7 @@ use rc_diagnostics::{Diagnostic, Span};
 /// A rule that does not hold.
 pub(super) struct Broken<'a> {
     rule: &'a Rule,
-    /// The first of the values that break it, or the first that the file gives.
+    /// The first of the values that break it, of those that are given if there are any.
     main: Spot,
     others: Vec<Spot>,
     /// The condition and the values that break it.
@@ -19,7 +19,7 @@ pub(super) struct Broken<'a> {
 struct Spot {
     path: String,
     at: Span,
-    given: bool,
+    origin: Origin,
     /// "is 3"
     what: String,
 }
@@ -74,9 +74,10 @@ fn apply<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Broken<'a>> {
     let values: Vec<String> = spots.iter().map(Spot::described).collect();
     let why = format!("`{}` {verdict}: {}", rule.text, values.join(", "));
     // A default has no line of its own; another value may have one.
-    let main = spots.iter().position(|spot| spot.given).unwrap_or(0);
+    let origin = spots.iter().map(|spot| spot.origin).max();
+    let main = spots.iter().position(|spot| Some(spot.origin) == origin);
     // A condition without parameters is refused when the `.pdsl` is read.
-    let main = (main < spots.len()).then(|| spots.remove(main))?;
+    let main = spots.remove(main?);
     Some(Broken {
         rule,
         main,
@@ -90,7 +91,10 @@ impl Broken<'_> {
     pub(super) fn diagnostic(self) -> Diagnostic {
         let message = format!("`{}` breaks a rule: {}", self.main.path, self.rule.message);
         let diagnostic = Diagnostic::error("rule-broken", self.main.at, message).help(self.why);
-        let others = self.others.into_iter().filter(|spot| spot.given);
+        let others = self
+            .others
+            .into_iter()
+            .filter(|spot| spot.origin == Origin::Given);
         others.fold(diagnostic, |diagnostic, spot| {
             diagnostic.label(spot.at, format!("`{}`", spot.path))
         })
@@ -99,7 +103,10 @@ impl Broken<'_> {
 
 impl Spot {
     fn described(&self) -> String {
-        let default = if self.given { "" } else { " by default" };
+        let default = match self.origin {
+            Origin::Default => " by default",
+            Origin::Kept | Origin::Given => "",
+        };
         format!("`{}` {}{default}", self.path, self.what)
     }
 }
@@ -237,7 +244,7 @@ impl Field {
         Spot {
             path: self.path.clone(),
             at: self.at,
-            given: self.given,
+            origin: self.origin,
             what,
         }
     }

@@ -1,11 +1,13 @@
 //! The values of one configuration, for generated code and for the management endpoint.
 
 use crate::model::Value;
-use rc_diagnostics::duration_text;
 use serde_json::{Map, Value as Json};
 use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// What is shown of a value that is secret.
+pub(super) const SECRET: &str = "***";
 
 /// What stands under one name.
 #[derive(Clone, PartialEq)]
@@ -60,27 +62,34 @@ impl Values {
 
     /// A `bool`.
     pub fn bool(&self, name: &str) -> bool {
-        self.value(name).and_then(as_bool).unwrap_or_default()
+        self.value(name)
+            .and_then(Value::as_bool)
+            .unwrap_or_default()
     }
 
     /// An `int` or a `long`.
     pub fn int(&self, name: &str) -> i64 {
-        self.value(name).and_then(as_int).unwrap_or_default()
+        self.value(name).and_then(Value::as_int).unwrap_or_default()
     }
 
     /// A `float` or a `double`.
     pub fn float(&self, name: &str) -> f64 {
-        self.value(name).and_then(as_float).unwrap_or_default()
+        self.value(name)
+            .and_then(Value::as_float)
+            .unwrap_or_default()
     }
 
     /// A `string`.
     pub fn text(&self, name: &str) -> String {
-        self.value(name).and_then(as_text).unwrap_or_default()
+        let text = self.value(name).and_then(Value::as_text);
+        text.unwrap_or_default().to_owned()
     }
 
     /// A `duration`.
     pub fn duration(&self, name: &str) -> Duration {
-        self.value(name).and_then(as_duration).unwrap_or_default()
+        self.value(name)
+            .and_then(Value::as_duration)
+            .unwrap_or_default()
     }
 
     /// A `path`.
@@ -90,36 +99,46 @@ impl Values {
 
     /// An array of `bool`.
     pub fn bools(&self, name: &str) -> Vec<bool> {
-        self.elements(name).iter().filter_map(as_bool).collect()
+        self.elements(name)
+            .iter()
+            .filter_map(Value::as_bool)
+            .collect()
     }
 
     /// An array of `int` or `long`.
     pub fn ints(&self, name: &str) -> Vec<i64> {
-        self.elements(name).iter().filter_map(as_int).collect()
+        self.elements(name)
+            .iter()
+            .filter_map(Value::as_int)
+            .collect()
     }
 
     /// An array of `float` or `double`.
     pub fn floats(&self, name: &str) -> Vec<f64> {
-        self.elements(name).iter().filter_map(as_float).collect()
+        self.elements(name)
+            .iter()
+            .filter_map(Value::as_float)
+            .collect()
     }
 
     /// An array of `string`.
     pub fn texts(&self, name: &str) -> Vec<String> {
-        self.elements(name).iter().filter_map(as_text).collect()
+        let texts = self.elements(name).iter().filter_map(Value::as_text);
+        texts.map(str::to_owned).collect()
     }
 
     /// An array of `duration`.
     pub fn durations(&self, name: &str) -> Vec<Duration> {
-        self.elements(name).iter().filter_map(as_duration).collect()
+        self.elements(name)
+            .iter()
+            .filter_map(Value::as_duration)
+            .collect()
     }
 
     /// An array of `path`.
     pub fn paths(&self, name: &str) -> Vec<PathBuf> {
-        self.elements(name)
-            .iter()
-            .filter_map(as_text)
-            .map(PathBuf::from)
-            .collect()
+        let texts = self.elements(name).iter().filter_map(Value::as_text);
+        texts.map(PathBuf::from).collect()
     }
 
     /// A group.
@@ -143,8 +162,8 @@ impl Values {
         let mut object = Map::new();
         for (name, entry) in &self.entries {
             let value = match entry {
-                Entry::Value(_, true) => Json::from("***"),
-                Entry::Value(value, false) => json(value),
+                Entry::Value(_, true) => Json::from(SECRET),
+                Entry::Value(value, false) => value.to_json(),
                 Entry::Group(values) => values.to_json(),
                 Entry::List(list) => list.iter().map(Values::to_json).collect(),
             };
@@ -157,49 +176,5 @@ impl Values {
 impl fmt::Debug for Values {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.to_json())
-    }
-}
-
-fn as_bool(value: &Value) -> Option<bool> {
-    match value {
-        Value::Bool(value) => Some(*value),
-        _ => None,
-    }
-}
-
-fn as_int(value: &Value) -> Option<i64> {
-    match value {
-        Value::Int(value) => Some(*value),
-        _ => None,
-    }
-}
-
-fn as_float(value: &Value) -> Option<f64> {
-    match value {
-        Value::Float(value) => Some(*value),
-        _ => None,
-    }
-}
-
-fn as_text(value: &Value) -> Option<String> {
-    value.as_text().map(str::to_owned)
-}
-
-fn as_duration(value: &Value) -> Option<Duration> {
-    match value {
-        Value::Duration(value) => Some(Duration::from_nanos(*value)),
-        _ => None,
-    }
-}
-
-fn json(value: &Value) -> Json {
-    match value {
-        Value::Bool(value) => Json::from(*value),
-        Value::Int(value) => Json::from(*value),
-        // JSON has no word for what is not a number.
-        Value::Float(value) => Json::from(*value),
-        Value::Text(value) => Json::from(value.as_str()),
-        Value::Duration(value) => Json::from(duration_text(*value)),
-        Value::Array(values) => values.iter().map(json).collect(),
     }
 }

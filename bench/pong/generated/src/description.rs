@@ -3,6 +3,7 @@
 
 use crate::backend;
 use crate::interfaces;
+use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
 use rc_runtime::{Role, Slot};
@@ -44,10 +45,10 @@ const SLOT_PICTURES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pong",
-    model_hash: 0x42dbd9f8de4efc29,
+    model_hash: 0x6774056ebfad9a13,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
-    parameters: None,
+    parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_ECHO, SLOT_SAMPLE, SLOT_PICTURES],
     backends: backend::BACKENDS,

@@ -21,7 +21,7 @@ pub use context::Context;
 pub use interfaces::*;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
-pub use rc_runtime::{Embedded, State, WorkerError};
+pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use slots::Echo;
 pub use slots::Images;
 pub use slots::Ticks;

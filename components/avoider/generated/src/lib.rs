@@ -21,5 +21,5 @@ pub use interfaces::*;
 pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
-pub use rc_runtime::{Embedded, State, WorkerError};
+pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use types::*;

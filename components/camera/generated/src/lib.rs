@@ -22,6 +22,6 @@ pub use interfaces::*;
 pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
-pub use rc_runtime::{Embedded, State, WorkerError};
+pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use slots::Camera;
 pub use types::*;

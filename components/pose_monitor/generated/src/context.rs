@@ -26,6 +26,10 @@ impl Context {
         &mut self.core
     }
 
+    pub(crate) fn set_parameters(&mut self, values: &Values) {
+        self.params = Params::from_values(values);
+    }
+
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
         let _ = peers;
     }

@@ -29,6 +29,10 @@ impl Context {
         &mut self.core
     }
 
+    pub(crate) fn set_parameters(&mut self, values: &Values) {
+        self.params = Params::from_values(values);
+    }
+
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
         peers[2] = self.full_pose_estimation_pub.subscribers();
     }

@@ -23,7 +23,7 @@ pub use parameters::Params;
 pub use planar_map;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
-pub use rc_runtime::{Embedded, State, WorkerError};
+pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
 pub use slots::DifferentialRobot;
 pub use slots::Laser;
 pub use types::*;

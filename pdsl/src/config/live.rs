@@ -1,0 +1,423 @@
+//! The parameters of a running component: what they are, and what may become of them.
+
+use super::block::{Block, Content, Origin};
+use super::document::{self, Place};
+use super::parameters::Reader;
+use super::path::{Target, resolve};
+use super::rules;
+use super::values::{SECRET, Values};
+use crate::model::{Kind, Parameter, Parameters, Value};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use serde::{Deserialize, Serialize};
+use serde_json::Value as Json;
+use std::fmt;
+
+/// One parameter that is another one now. What is secret in it is shown by no `{}` and no `{:?}`.
+#[derive(Clone, PartialEq)]
+pub struct ParamChange {
+    /// Its path, `motors[2].max`.
+    pub path: String,
+    /// What it was.
+    pub old: Value,
+    /// What it is.
+    pub new: Value,
+    /// Whether its values are never shown.
+    pub secret: bool,
+}
+
+impl ParamChange {
+    /// The way back.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let mut back = self.clone();
+        std::mem::swap(&mut back.old, &mut back.new);
+        back
+    }
+
+    /// `{"path", "old", "new"}`, with `***` for what is secret.
+    pub fn to_json(&self) -> Json {
+        serde_json::json!({
+            "path": self.path,
+            "old": shown(&self.old, self.secret),
+            "new": shown(&self.new, self.secret),
+        })
+    }
+}
+
+impl fmt::Display for ParamChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = |value: &Value| {
+            if self.secret {
+                SECRET.to_owned()
+            } else {
+                value.to_toml()
+            }
+        };
+        write!(
+            f,
+            "{}: {} -> {}",
+            self.path,
+            text(&self.old),
+            text(&self.new)
+        )
+    }
+}
+
+impl fmt::Debug for ParamChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "ParamChange({self})")
+    }
+}
+
+/// What can be told of one parameter; what is secret is `***` in it. This is what the management of a component says,
+/// and what tools read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterStatus {
+    /// Its path, `motors[2].max`.
+    pub path: String,
+    /// What it is.
+    pub value: Json,
+    /// What it will be at the next start, where that is something else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pending: Option<Json>,
+    /// What it is where the configuration says nothing; none where that has to say something.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<Json>,
+    /// Its type and limits in the words of PDSL: "float, from 0 to 1500, in mm/s".
+    pub allowed: String,
+    /// Its unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// `T`: it may be changed while the component runs.
+    pub editable: bool,
+    /// A change is accepted and takes effect at the next start.
+    pub restart: bool,
+    /// Its value is never shown.
+    pub secret: bool,
+    /// Its documentation, line by line.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doc: Vec<String>,
+}
+
+/// The values of a running component, those of its next start, and what its configuration file says.
+pub struct Live {
+    pub(super) model: Parameters,
+    running: Block,
+    /// With the changes of parameters that take effect at the next start.
+    pub(super) next: Block,
+    /// What the file says, so far as is known.
+    pub(super) saved: Block,
+}
+
+/// Changes that were checked. They are taken over by [`Live::accept`].
+pub struct Accepted {
+    running: Block,
+    next: Block,
+    /// What is another value at once.
+    pub changes: Vec<ParamChange>,
+    /// What will be another value at the next start.
+    pub pending: Vec<ParamChange>,
+}
+
+impl Accepted {
+    /// All values of the running component after the changes.
+    pub fn values(&self) -> Values {
+        self.running.values()
+    }
+}
+
+impl Live {
+    /// The parameters of a component that starts with `values`, which are a configuration that was checked.
+    pub fn new(model: Parameters, values: &Values) -> Self {
+        let at = nowhere().start();
+        let running = Block::of(&model.parameters, values, "", at);
+        Self {
+            next: running.clone(),
+            saved: running.clone(),
+            running,
+            model,
+        }
+    }
+
+    /// The values of the running component.
+    pub fn values(&self) -> Values {
+        self.running.values()
+    }
+
+    /// Checks changes, each a path and a value, as a whole: what they make of the running component and of its next start
+    /// must be a configuration that its `.pdsl` accepts. All that is wrong is found at once; the places in it are no
+    /// places of any text. A value that is the same already is no change.
+    pub fn check<'c>(
+        &self,
+        changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
+    ) -> Result<Accepted, Diagnostics> {
+        let mut found = Diagnostics::new();
+        let mut wanted: Vec<(Target<'_>, Value)> = Vec::new();
+        for (path, value) in changes {
+            match self.wanted(path, value, &mut found) {
+                Some((target, _)) if wanted.iter().any(|(other, _)| other.meets(&target)) => {
+                    let message = format!("`{}` is changed twice", target.path);
+                    let diagnostic =
+                        Diagnostic::error("repeated-change", nowhere().start(), message);
+                    found.push(diagnostic.help("give each parameter one value"));
+                }
+                other => wanted.extend(other),
+            }
+        }
+        if found.has_errors() {
+            return Err(found);
+        }
+        let mut accepted = Accepted {
+            running: self.running.clone(),
+            next: self.next.clone(),
+            changes: Vec::new(),
+            pending: Vec::new(),
+        };
+        for (target, new) in wanted {
+            let restart = target.parameter.restart;
+            let (old, list) = if restart {
+                (target.value(&self.next), &mut accepted.pending)
+            } else {
+                (target.value(&self.running), &mut accepted.changes)
+            };
+            let Some(old) = old.filter(|old| **old != new) else {
+                continue;
+            };
+            list.push(ParamChange {
+                path: target.path.clone(),
+                old: old.clone(),
+                new: new.clone(),
+                secret: target.parameter.secret,
+            });
+            if !restart {
+                put(&target, &mut accepted.running, &new);
+            }
+            put(&target, &mut accepted.next, &new);
+        }
+        let now = rules::broken(&self.model.rules, &accepted.running);
+        for (_, broken) in now {
+            found.push(broken.diagnostic());
+        }
+        // Only a change that waits for the next start makes that differ from what runs.
+        for (_, mut broken) in rules::broken(&self.model.rules, &accepted.next) {
+            broken.why.push_str(", at the next start");
+            found.push(broken.diagnostic());
+        }
+        if found.has_errors() {
+            return Err(found);
+        }
+        for block in [&mut accepted.running, &mut accepted.next] {
+            keep(block);
+        }
+        Ok(accepted)
+    }
+
+    /// One change by itself: what it concerns, and the value that this becomes.
+    fn wanted<'m>(
+        &'m self,
+        path: &str,
+        value: &Json,
+        found: &mut Diagnostics,
+    ) -> Option<(Target<'m>, Value)> {
+        let place = nowhere();
+        let target = resolve(path, &self.model.parameters, &self.next, place.start());
+        let target = target.map_err(|diagnostic| found.push(diagnostic)).ok()?;
+        let (parameter, path) = (target.parameter, target.path.as_str());
+        let Kind::Scalar { ty, array } = &parameter.kind else {
+            let message = format!("`{path}` cannot be changed as a whole");
+            let diagnostic = Diagnostic::error("wrong-type", place.start(), message);
+            let (element, members) = match &parameter.kind {
+                Kind::List { parameters, .. } if !path.ends_with(']') => ("[0]", parameters),
+                Kind::List { parameters, .. } | Kind::Group(parameters) => ("", parameters),
+                Kind::Scalar { .. } => return None,
+            };
+            let within = format!("{path}{element}.");
+            found.push(match members.first() {
+                Some(first) => {
+                    let example = format!("{within}{}", first.name);
+                    diagnostic.help(format!("name a parameter in it, as in `{example}`"))
+                }
+                None => diagnostic.help("there are no parameters in it"),
+            });
+            return None;
+        };
+        if !parameter.editable && !parameter.restart {
+            let message = format!("`{path}` is fixed when the component starts");
+            let diagnostic = Diagnostic::error("fixed-parameter", place.start(), message);
+            found.push(diagnostic.help(format!(
+                "change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `{}` and generate anew",
+                self.model.name
+            )));
+            return None;
+        }
+        let Some(item) = document::from_json(value, ty.is_number()) else {
+            let message = format!("`{path}` cannot be null");
+            let diagnostic = Diagnostic::error("wrong-type", place.start(), message);
+            found.push(diagnostic.help(format!("allowed is {}", parameter.allowed())));
+            return None;
+        };
+        let mut errors = Diagnostics::new();
+        let mut reader = Reader {
+            place,
+            found: &mut errors,
+            missing: Vec::new(),
+            secrets: Vec::new(),
+            sample: false,
+        };
+        let new = if let (Some(_), Some(_)) = (array, target.element) {
+            reader.scalar(parameter, *ty, &item, path, place.start())
+        } else {
+            let mut field = target.field(&self.next)?.clone();
+            reader.given(parameter, &item, &mut field);
+            match field.content {
+                Some(Content::Value(value)) => Some(value),
+                _ => None,
+            }
+        };
+        let fits = !errors.has_errors();
+        found.extend(errors);
+        new.filter(|_| fits).map(|new| (target, new))
+    }
+
+    /// Takes over changes that were checked. Those of another check in between would be lost, so there must be none.
+    pub fn accept(&mut self, accepted: Accepted) {
+        self.running = accepted.running;
+        self.next = accepted.next;
+    }
+
+    /// What can be told of the parameters that `paths` name, of groups and lists all that is in them; of all where
+    /// there is none.
+    pub fn list(&self, paths: &[&str]) -> Result<Vec<ParameterStatus>, Diagnostics> {
+        let mut all = Vec::new();
+        collect(&self.model.parameters, &self.running, &self.next, &mut all);
+        if paths.is_empty() {
+            return Ok(all);
+        }
+        let (mut chosen, mut found) = (Vec::new(), Diagnostics::new());
+        for path in paths {
+            let target = resolve(
+                path,
+                &self.model.parameters,
+                &self.running,
+                nowhere().start(),
+            );
+            let target = match target {
+                Ok(target) => target,
+                Err(diagnostic) => {
+                    found.push(diagnostic);
+                    continue;
+                }
+            };
+            if let (Some(value), Some(_)) = (target.value(&self.running), target.element) {
+                let next = target.value(&self.next);
+                let mut status = status(target.parameter, &target.path, value, next);
+                status.default = None;
+                chosen.push(status);
+                continue;
+            }
+            let path = &target.path;
+            let within = |status: &&ParameterStatus| match status.path.strip_prefix(path) {
+                Some(rest) => rest.is_empty() || rest.starts_with(['.', '[']),
+                None => false,
+            };
+            chosen.extend(all.iter().filter(within).cloned());
+        }
+        if found.is_empty() {
+            Ok(chosen)
+        } else {
+            Err(found)
+        }
+    }
+}
+
+fn collect(
+    parameters: &[Parameter],
+    running: &Block,
+    next: &Block,
+    all: &mut Vec<ParameterStatus>,
+) {
+    let fields = running.fields.iter().zip(&next.fields);
+    for (parameter, (field, next)) in parameters.iter().zip(fields) {
+        match (&parameter.kind, &field.content, &next.content) {
+            (Kind::Group(members), Some(Content::Group(a)), Some(Content::Group(b))) => {
+                collect(members, a, b, all);
+            }
+            (Kind::List { parameters, .. }, Some(Content::List(a)), Some(Content::List(b))) => {
+                for (a, b) in a.iter().zip(b) {
+                    collect(parameters, a, b, all);
+                }
+            }
+            (_, Some(Content::Value(value)), next) => {
+                let next = match next {
+                    Some(Content::Value(next)) => Some(next),
+                    _ => None,
+                };
+                all.push(status(parameter, &field.path, value, next));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn status(
+    parameter: &Parameter,
+    path: &str,
+    value: &Value,
+    next: Option<&Value>,
+) -> ParameterStatus {
+    let show = |value: &Value| shown(value, parameter.secret);
+    ParameterStatus {
+        path: path.to_owned(),
+        value: show(value),
+        pending: next.filter(|next| *next != value).map(show),
+        default: parameter.default.as_ref().map(show),
+        allowed: parameter.summary(),
+        unit: parameter.unit.clone(),
+        editable: parameter.editable,
+        restart: parameter.restart,
+        secret: parameter.secret,
+        doc: parameter.doc.clone(),
+    }
+}
+
+fn shown(value: &Value, secret: bool) -> Json {
+    if secret {
+        Json::from(SECRET)
+    } else {
+        value.to_json()
+    }
+}
+
+/// A place for findings about what stands in no text.
+pub(super) fn nowhere() -> Place {
+    let source = SourceMap::new().add("", "");
+    Place { source }
+}
+
+/// Sets a value.
+fn put(target: &Target<'_>, root: &mut Block, new: &Value) {
+    let Some(field) = target.field_mut(root) else {
+        return;
+    };
+    field.origin = Origin::Given;
+    match (&mut field.content, target.element) {
+        (Some(Content::Value(Value::Array(values))), Some(at)) => {
+            if let Some(value) = values.get_mut(at) {
+                value.clone_from(new);
+            }
+        }
+        (content, _) => *content = Some(Content::Value(new.clone())),
+    }
+}
+
+/// What was given has become what is there.
+fn keep(block: &mut Block) {
+    for field in &mut block.fields {
+        field.origin = Origin::Kept;
+        match &mut field.content {
+            Some(Content::Group(block)) => keep(block),
+            Some(Content::List(blocks)) => blocks.iter_mut().for_each(keep),
+            Some(Content::Value(_)) | None => {}
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Changed values on their way back into the configuration file, which keeps its comments and its order.
+
+use super::block::{Block, Content};
+use super::live::{Live, ParamChange, nowhere};
+use crate::model::{Kind, Parameter, Value};
+use rc_diagnostics::{Diagnostics, SourceMap};
+use std::path::Path;
+use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike};
+
+/// Why values are not written into a file.
+#[derive(Debug)]
+pub enum Unsaved {
+    /// The file, or what it would become, is not what the `.pdsl` accepts.
+    Wrong(SourceMap, Diagnostics),
+    /// Somebody else has changed what would be written; a line for each.
+    Conflicts(Vec<String>),
+}
+
+/// A value that is another one than the file has.
+struct Edit<'m> {
+    parameter: &'m Parameter,
+    /// From the outermost table, each with the element of a list.
+    way: Vec<(&'m str, Option<usize>)>,
+    change: ParamChange,
+}
+
+impl Live {
+    /// The values of the next start that the file does not have, so far as is known.
+    pub fn unsaved(&self) -> Vec<ParamChange> {
+        self.edits().into_iter().map(|edit| edit.change).collect()
+    }
+
+    /// `text`, which the file `path` holds now, with the values of the next start. Only those that were changed since
+    /// the component has read the file, or has last written it, are written; whatever else was edited in between stays.
+    pub fn save(&self, path: &Path, text: &str) -> Result<String, Unsaved> {
+        let present = self.read(path, text)?;
+        let mut edits = self.edits();
+        let conflicts = edits.iter().filter_map(|edit| edit.conflict(&present));
+        let conflicts: Vec<String> = conflicts.collect();
+        if !conflicts.is_empty() {
+            return Err(Unsaved::Conflicts(conflicts));
+        }
+        edits.retain(|edit| edit.value_in(&present) != Some(&edit.change.new));
+        // Right now, since it was read just before.
+        let mut document: DocumentMut = text.parse().unwrap_or_default();
+        for edit in &edits {
+            edit.write(&mut document);
+        }
+        let mut new = document.to_string();
+        if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
+            new = new.replace("\r\n", "\n").replace('\n', "\r\n");
+        }
+        // What somebody else has edited may break a rule together with what is written.
+        self.read(path, &new)?;
+        Ok(new)
+    }
+
+    /// Notes that the file has the values of the next start.
+    pub fn saved(&mut self) {
+        self.saved = self.next.clone();
+    }
+
+    fn read(&self, path: &Path, text: &str) -> Result<Block, Unsaved> {
+        let mut sources = SourceMap::new();
+        let source = sources.add(path, text);
+        let (configuration, found) = super::check(&sources, source, Some(&self.model));
+        if found.has_errors() {
+            return Err(Unsaved::Wrong(sources, found));
+        }
+        let (parameters, values) = (&self.model.parameters, &configuration.parameters);
+        Ok(Block::of(parameters, values, "", nowhere().start()))
+    }
+
+    fn edits(&self) -> Vec<Edit<'_>> {
+        let mut edits = Vec::new();
+        let (parameters, way) = (&self.model.parameters, &mut Vec::new());
+        compare(parameters, &self.saved, &self.next, way, &mut edits);
+        edits
+    }
+}
+
+fn compare<'m>(
+    parameters: &'m [Parameter],
+    old: &Block,
+    new: &Block,
+    way: &mut Vec<(&'m str, Option<usize>)>,
+    edits: &mut Vec<Edit<'m>>,
+) {
+    for (parameter, (a, b)) in parameters.iter().zip(old.fields.iter().zip(&new.fields)) {
+        way.push((&parameter.name, None));
+        match (&parameter.kind, &a.content, &b.content) {
+            (Kind::Group(members), Some(Content::Group(a)), Some(Content::Group(b))) => {
+                compare(members, a, b, way, edits);
+            }
+            (Kind::List { parameters, .. }, Some(Content::List(a)), Some(Content::List(b))) => {
+                for (at, (a, b)) in a.iter().zip(b).enumerate() {
+                    way.pop();
+                    way.push((&parameter.name, Some(at)));
+                    compare(parameters, a, b, way, edits);
+                }
+            }
+            (_, Some(Content::Value(old)), Some(Content::Value(new))) if old != new => {
+                let change = ParamChange {
+                    path: a.path.clone(),
+                    old: old.clone(),
+                    new: new.clone(),
+                    secret: parameter.secret,
+                };
+                edits.push(Edit {
+                    parameter,
+                    way: way.clone(),
+                    change,
+                });
+            }
+            _ => {}
+        }
+        way.pop();
+    }
+}
+
+impl Edit<'_> {
+    fn value_in<'b>(&self, mut block: &'b Block) -> Option<&'b Value> {
+        for (name, element) in &self.way {
+            block = match (block.field(name)?.content.as_ref()?, element) {
+                (Content::Value(value), _) => return Some(value),
+                (Content::Group(block), _) => block,
+                (Content::List(blocks), Some(at)) => blocks.get(*at)?,
+                (Content::List(_), None) => return None,
+            };
+        }
+        None
+    }
+
+    /// What is to be said where the file has neither the old value nor the new one.
+    fn conflict(&self, present: &Block) -> Option<String> {
+        let ParamChange {
+            path,
+            old,
+            new,
+            secret,
+        } = &self.change;
+        let Some(there) = self.value_in(present) else {
+            return Some(format!("`{path}` is not in the file any more"));
+        };
+        if there == old || there == new {
+            return None;
+        }
+        if *secret {
+            return Some(format!("`{path}` is another one in the file"));
+        }
+        let [old, new, there] = [old, new, there].map(Value::to_toml);
+        Some(format!(
+            "`{path}` was {old} when the file was read, is {there} in it now, and {new} here"
+        ))
+    }
+
+    fn write(&self, document: &mut DocumentMut) {
+        if !document.contains_key("parameters") {
+            document.insert("parameters", Item::Table(Table::new()));
+        }
+        let mut place = document.get_mut("parameters").and_then(table_of);
+        let last = self.way.len().saturating_sub(1);
+        for (name, element) in &self.way[..last] {
+            place = place.and_then(|place| inner(place, name, *element));
+        }
+        // What is not as expected is found when the text is read again.
+        let Some((table, in_line)) = place else {
+            return;
+        };
+        let name = self.parameter.name.as_str();
+        let Ok(new) = self.change.new.to_toml().parse::<toml_edit::Value>() else {
+            return;
+        };
+        if let Some(old) = table.get_mut(name).and_then(Item::as_value_mut) {
+            replace(old, new);
+        } else {
+            if in_line {
+                close_up(table);
+            }
+            table.insert(name, Item::Value(new));
+        }
+    }
+}
+
+/// A table, and whether it stands in a line: then all in it does.
+type Place<'t> = (&'t mut dyn TableLike, bool);
+
+fn table_of(item: &mut Item) -> Option<Place<'_>> {
+    let in_line = item.is_inline_table();
+    Some((item.as_table_like_mut()?, in_line))
+}
+
+/// The table called `name` in another one, which is made if it is not there; or one of its elements.
+fn inner<'t>((table, in_line): Place<'t>, name: &str, element: Option<usize>) -> Option<Place<'t>> {
+    let Some(at) = element else {
+        if !table.contains_key(name) {
+            let new = if in_line {
+                close_up(table);
+                Item::Value(InlineTable::new().into())
+            } else {
+                Item::Table(Table::new())
+            };
+            table.insert(name, new);
+        }
+        return table.get_mut(name).and_then(table_of);
+    };
+    match table.get_mut(name)? {
+        Item::ArrayOfTables(tables) => tables.get_mut(at).map(|table| (table as _, false)),
+        item => {
+            let table = item.as_array_mut()?.get_mut(at)?.as_inline_table_mut()?;
+            Some((table, true))
+        }
+    }
+}
+
+/// Takes away the space between the last value of a line and its bracket, where a comma is to come.
+fn close_up(table: &mut dyn TableLike) {
+    let last = table.iter_mut().last().map(|(_, item)| item);
+    if let Some(value) = last.and_then(Item::as_value_mut) {
+        value.decor_mut().set_suffix("");
+    }
+}
+
+/// Puts `new` where `old` stands, and leaves what is around it: the comment behind a value, the lines of an array.
+fn replace(old: &mut toml_edit::Value, mut new: toml_edit::Value) {
+    if let (Some(there), Some(wanted)) = (old.as_array_mut(), new.as_array()) {
+        while there.len() > wanted.len() {
+            there.remove(there.len() - 1);
+        }
+        let kept = there.len();
+        for (old, new) in there.iter_mut().zip(wanted) {
+            replace(old, new.clone());
+        }
+        for value in wanted.iter().skip(kept) {
+            // Like the one before it; an array that was empty stays on its line.
+            let before = there.len().checked_sub(1).and_then(|at| there.get(at));
+            let prefix = before.and_then(|value| value.decor().prefix()?.as_str());
+            // Its line feed and its indentation, without a comment that stands there.
+            let prefix = prefix.map(|text| &text[text.rfind('\n').unwrap_or(0)..]);
+            let prefix = prefix.map(str::to_owned).filter(|_| there.len() > 1);
+            let mut value = value.clone();
+            if let Some(prefix) = prefix {
+                value.decor_mut().set_prefix(prefix);
+                there.push_formatted(value);
+            } else {
+                there.push(value);
+            }
+        }
+        return;
+    }
+    *new.decor_mut() = old.decor().clone();
+    *old = new;
+}

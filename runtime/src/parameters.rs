@@ -1,0 +1,415 @@
+//! The parameters of the running component, as management sees them: what they are, how they change, how they are saved.
+//!
+//! A change is checked on the management thread and put to the worker on its own thread, between two computes or handlers.
+//! Who asked for it waits, within a limit, and learns what has become of it. One change is with the worker at a time, others
+//! wait their turn.
+
+use crate::component::{Component, WorkerError};
+use crate::status::{Shared, Wish};
+use rc_diagnostics::{Diagnostic, Diagnostics, Format, render};
+use rc_pdsl::Parameters;
+use rc_pdsl::config::{Accepted, Live, ParamChange, Unsaved, Values};
+use serde_json::{Map, Value, json};
+use std::collections::VecDeque;
+use std::fs;
+use std::io::Write;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A worker that has not decided about a change by then hangs, or does something that takes too long.
+const CHANGE_LIMIT: Duration = Duration::from_secs(3);
+
+/// Why a request fails: the code of JSON-RPC, what is said, and what tools may want to know.
+pub(crate) struct Refusal {
+    pub(crate) code: i64,
+    pub(crate) message: String,
+    pub(crate) data: Option<Value>,
+}
+
+impl Refusal {
+    /// The request is not made as it has to be, or the checker refuses what it asks for.
+    pub(crate) const INPUT: i64 = -32602;
+    /// The worker refuses a change.
+    const WORKER: i64 = -32001;
+    /// The worker does not decide.
+    const SILENCE: i64 = -32002;
+    /// The file is not one that can be written into.
+    const FILE: i64 = -32003;
+    /// The system refuses.
+    const SYSTEM: i64 = -32004;
+
+    pub(crate) fn new(code: i64, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            message: message.into(),
+            data: None,
+        }
+    }
+
+    /// What the checker has found.
+    fn found(found: &Diagnostics) -> Self {
+        let line = |finding: &Diagnostic| match &finding.help {
+            Some(help) => format!("{} ({help})", finding.message),
+            None => finding.message.clone(),
+        };
+        let lines: Vec<String> = found.iter().map(line).collect();
+        let findings = found.iter().map(|finding| {
+            json!({ "code": finding.code, "message": finding.message, "help": finding.help })
+        });
+        Self {
+            data: Some(json!({ "findings": findings.collect::<Vec<_>>() })),
+            ..Self::new(Self::INPUT, lines.join("; "))
+        }
+    }
+}
+
+/// A change on its way to the worker.
+#[derive(Debug)]
+pub(crate) struct Proposal {
+    old: Values,
+    new: Values,
+    changes: Vec<ParamChange>,
+    stage: Mutex<Stage>,
+    /// Wakes the management thread.
+    end: Arc<UnixStream>,
+}
+
+#[derive(Debug)]
+enum Stage {
+    Waiting,
+    WithWorker,
+    Withdrawn,
+    Decided(Result<(), String>),
+}
+
+impl Proposal {
+    fn stage(&self) -> MutexGuard<'_, Stage> {
+        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// On the worker's thread: gives the worker the new values, and takes them back if it refuses. Returns what the
+    /// worker has said.
+    pub(crate) fn put_to(&self, component: &mut dyn Component) -> Result<(), WorkerError> {
+        {
+            let mut stage = self.stage();
+            if !matches!(*stage, Stage::Waiting) {
+                return Ok(());
+            }
+            *stage = Stage::WithWorker;
+        }
+        component.set_parameters(&self.new);
+        let said = component.parameters_changed(&self.changes);
+        if said.is_err() {
+            component.set_parameters(&self.old);
+        }
+        let decision = said
+            .as_ref()
+            .map_or_else(|e| Err(e.to_string()), |()| Ok(()));
+        {
+            let mut stage = self.stage();
+            if matches!(*stage, Stage::WithWorker) {
+                *stage = Stage::Decided(decision);
+                drop(stage);
+                let _ = (&*self.end).write_all(b"c");
+                return said;
+            }
+        }
+        // It was withdrawn meanwhile, and who asked was told that nothing has changed.
+        if said.is_ok() {
+            component.set_parameters(&self.old);
+            let back: Vec<_> = self.changes.iter().map(ParamChange::reversed).collect();
+            tracing::warn!(
+                "a change of parameters took longer than {CHANGE_LIMIT:?} and is taken back"
+            );
+            if let Err(error) = component.parameters_changed(&back) {
+                tracing::warn!("params_changed() refuses the way back: {error}");
+            }
+        }
+        said
+    }
+}
+
+/// Who is to be answered.
+pub(crate) struct Asker {
+    pub(crate) caller: u64,
+    /// None for a notification, which gets no answer.
+    pub(crate) id: Option<Value>,
+}
+
+/// An answer that is due now, and who waits for it.
+pub(crate) type Answer = (Asker, Result<Value, Refusal>);
+
+struct Request {
+    asker: Asker,
+    changes: Map<String, Value>,
+    until: Instant,
+}
+
+struct InFlight {
+    request: Request,
+    proposal: Arc<Proposal>,
+    accepted: Accepted,
+}
+
+/// The parameters of one component.
+pub(crate) struct Tuning {
+    live: Live,
+    /// The configuration that was read.
+    file: Option<PathBuf>,
+    end: Arc<UnixStream>,
+    queue: VecDeque<Request>,
+    in_flight: Option<InFlight>,
+}
+
+impl Tuning {
+    pub(crate) fn new(
+        model: Parameters,
+        values: &Values,
+        file: Option<PathBuf>,
+        end: Arc<UnixStream>,
+    ) -> Self {
+        Self {
+            live: Live::new(model, values),
+            file,
+            end,
+            queue: VecDeque::new(),
+            in_flight: None,
+        }
+    }
+
+    /// `parameters {"paths"}`
+    pub(crate) fn list(&self, params: &Value) -> Result<Value, Refusal> {
+        let usage = || {
+            let message = "`parameters` takes {} or {\"paths\": [\"motors[0].max\", …]}";
+            Refusal::new(Refusal::INPUT, message)
+        };
+        let paths = match params.get("paths") {
+            None | Some(Value::Null) => Vec::new(),
+            Some(paths) => {
+                let paths = paths.as_array().ok_or_else(usage)?.iter();
+                let paths: Option<Vec<&str>> = paths.map(Value::as_str).collect();
+                paths.ok_or_else(usage)?
+            }
+        };
+        let parameters = self
+            .live
+            .list(&paths)
+            .map_err(|found| Refusal::found(&found))?;
+        Ok(json!({ "file": self.file, "parameters": parameters }))
+    }
+
+    /// `parameters_set {"changes"}`: the answer comes with [`Tuning::turn`].
+    pub(crate) fn set(&mut self, asker: Asker, params: &Value) -> Option<Answer> {
+        let changes = params.get("changes").and_then(Value::as_object);
+        let Some(changes) = changes.filter(|changes| !changes.is_empty()) else {
+            let message = "`parameters_set` takes {\"changes\": {\"motors[0].max\": 1.5, …}}";
+            return Some((asker, Err(Refusal::new(Refusal::INPUT, message))));
+        };
+        self.queue.push_back(Request {
+            asker,
+            changes: changes.clone(),
+            until: Instant::now() + CHANGE_LIMIT,
+        });
+        None
+    }
+
+    /// What the worker has decided meanwhile is told, and the next change goes its way.
+    pub(crate) fn turn(&mut self, shared: &Shared) -> Vec<Answer> {
+        let mut answers = Vec::new();
+        loop {
+            if let Some(in_flight) = self.in_flight.take() {
+                let Some(decision) = in_flight.decided() else {
+                    self.in_flight = Some(in_flight);
+                    return answers;
+                };
+                answers.push(self.decided(in_flight, decision));
+            }
+            let Some(request) = self.queue.pop_front() else {
+                return answers;
+            };
+            answers.extend(self.propose(request, shared));
+        }
+    }
+
+    /// Checks a change, and gives it to the worker.
+    fn propose(&mut self, request: Request, shared: &Shared) -> Option<Answer> {
+        let changes = request.changes.iter();
+        let accepted = match self
+            .live
+            .check(changes.map(|(path, value)| (path.as_str(), value)))
+        {
+            Ok(accepted) => accepted,
+            Err(found) => return Some((request.asker, Err(Refusal::found(&found)))),
+        };
+        if accepted.changes.is_empty() {
+            return Some((request.asker, Ok(self.accept(accepted))));
+        }
+        let proposal = Arc::new(Proposal {
+            old: self.live.values(),
+            new: accepted.values(),
+            changes: accepted.changes.clone(),
+            stage: Mutex::new(Stage::Waiting),
+            end: self.end.clone(),
+        });
+        shared.wish(Wish::Parameters(proposal.clone()));
+        self.in_flight = Some(InFlight {
+            request,
+            proposal,
+            accepted,
+        });
+        None
+    }
+
+    fn decided(&mut self, in_flight: InFlight, decision: Result<(), Refusal>) -> Answer {
+        let InFlight {
+            request, accepted, ..
+        } = in_flight;
+        (request.asker, decision.map(|()| self.accept(accepted)))
+    }
+
+    fn accept(&mut self, accepted: Accepted) -> Value {
+        for change in &accepted.changes {
+            tracing::info!("parameter {change}");
+        }
+        for change in &accepted.pending {
+            tracing::info!("parameter {change}, at the next start");
+        }
+        let list = |changes: &[ParamChange]| -> Vec<Value> {
+            changes.iter().map(ParamChange::to_json).collect()
+        };
+        let answer = json!({
+            "changed": list(&accepted.changes),
+            "pending": list(&accepted.pending),
+        });
+        self.live.accept(accepted);
+        answer
+    }
+
+    /// How long until a change has waited long enough.
+    pub(crate) fn patience(&self) -> Option<Duration> {
+        let in_flight = self.in_flight.as_ref()?;
+        Some(
+            in_flight
+                .request
+                .until
+                .saturating_duration_since(Instant::now()),
+        )
+    }
+
+    /// The component ends: what is under way does not happen.
+    pub(crate) fn end(&mut self) -> Vec<Answer> {
+        let mut answers = Vec::new();
+        if let Some(in_flight) = self.in_flight.take() {
+            let decision = in_flight.withdraw("the component ends");
+            answers.push(self.decided(in_flight, decision));
+        }
+        let ends = || Refusal::new(Refusal::SILENCE, "the component ends; nothing has changed");
+        answers.extend(
+            self.queue
+                .drain(..)
+                .map(|request| (request.asker, Err(ends()))),
+        );
+        answers
+    }
+
+    /// `parameters_save`
+    pub(crate) fn save(&mut self) -> Result<Value, Refusal> {
+        let Some(file) = &self.file else {
+            let message = "the component has read no configuration file; start it with --config FILE, a file that may be empty";
+            return Err(Refusal::new(Refusal::FILE, message));
+        };
+        let unsaved = self.live.unsaved();
+        let saved: Vec<Value> = unsaved.iter().map(ParamChange::to_json).collect();
+        if !saved.is_empty() {
+            write(&self.live, file)?;
+            self.live.saved();
+        }
+        Ok(json!({ "file": file, "saved": saved }))
+    }
+}
+
+impl InFlight {
+    /// None while the worker may still decide.
+    fn decided(&self) -> Option<Result<(), Refusal>> {
+        let late = Instant::now() >= self.request.until;
+        if matches!(*self.proposal.stage(), Stage::Decided(_)) || late {
+            let limit = format!("the worker has not decided within {CHANGE_LIMIT:?}");
+            return Some(self.withdraw(&limit));
+        }
+        None
+    }
+
+    /// What the worker has decided; where it has not, it cannot any more.
+    fn withdraw(&self, why: &str) -> Result<(), Refusal> {
+        let mut stage = self.proposal.stage();
+        match &*stage {
+            Stage::Decided(Ok(())) => Ok(()),
+            Stage::Decided(Err(reason)) => Err(Refusal::new(Refusal::WORKER, reason)),
+            Stage::Waiting | Stage::WithWorker | Stage::Withdrawn => {
+                let message = match *stage {
+                    Stage::WithWorker => {
+                        format!("{why}: it is in params_changed(); nothing has changed")
+                    }
+                    _ => format!(
+                        "{why}: its compute() or a handler takes too long; nothing has changed"
+                    ),
+                };
+                *stage = Stage::Withdrawn;
+                Err(Refusal::new(Refusal::SILENCE, message))
+            }
+        }
+    }
+}
+
+/// Writes the values of the next start into the configuration: all of it, or nothing.
+fn write(live: &Live, file: &Path) -> Result<(), Refusal> {
+    let shown = file.display();
+    let refuse = |what: &str, error: &std::io::Error| {
+        Refusal::new(
+            Refusal::SYSTEM,
+            format!("{shown} cannot be {what}: {error}"),
+        )
+    };
+    // A link stays one.
+    let file = fs::canonicalize(file).map_err(|e| refuse("found", &e))?;
+    let text = fs::read_to_string(&file).map_err(|e| refuse("read", &e))?;
+    let new = live.save(&file, &text).map_err(|unsaved| match unsaved {
+        Unsaved::Conflicts(lines) => Refusal::new(
+            Refusal::FILE,
+            format!(
+                "somebody else has changed {shown}, and nothing was written: {}; restart the component to take what the file says, or change it back and save again",
+                lines.join("; ")
+            ),
+        ),
+        Unsaved::Wrong(sources, found) => {
+            let found = render(&sources, &found, Format::Short);
+            let message = format!("{shown} has changed, and with it the configuration is wrong; nothing was written: {}", found.trim_end());
+            Refusal::new(Refusal::FILE, message)
+        }
+    })?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let beside = file.with_file_name(format!(".{name}.{}", std::process::id()));
+    let written = replace(&file, &beside, &text, &new);
+    if written.is_err() {
+        let _ = fs::remove_file(&beside);
+    }
+    written.map_err(|e| refuse("written", &e))
+}
+
+/// Writes `new` to the disk as `beside`, then gives it the name of `file`, which still must hold `old`.
+fn replace(file: &Path, beside: &Path, old: &str, new: &str) -> std::io::Result<()> {
+    let mut out = fs::File::create(beside)?;
+    out.set_permissions(fs::metadata(file)?.permissions())?;
+    out.write_all(new.as_bytes())?;
+    out.sync_all()?;
+    if fs::read_to_string(file)? != old {
+        return Err(std::io::Error::other("it is being edited; try again"));
+    }
+    fs::rename(beside, file)?;
+    match file.parent() {
+        Some(folder) => fs::File::open(folder)?.sync_all(),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,474 @@
+//! The life of a change of parameters: from the management socket to the worker, and what becomes of it.
+
+use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Reader, RunDirectory};
+use rc_runtime::{
+    Component, Core, Description, Embedded, ParamChange, Ports, StartError, Values, WorkerError,
+    embed,
+};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::UnixStream;
+use std::sync::{Condvar, Mutex};
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(15);
+
+static DESCRIPTION: Description = Description {
+    name: "tuned",
+    model_hash: 1,
+    middleware: "none",
+    period: Duration::from_millis(2),
+    parameters: Some(
+        r#"{"name":"tuned","parameters":[
+        {"name":"speed","doc":["How fast."],"kind":{"scalar":{"type":"float"}},"default":{"float":1.0},
+         "range":{"min":{"float":0.0},"max":{"float":10.0}},"unit":"m/s","editable":true},
+        {"name":"limit","kind":{"scalar":{"type":"float"}},"default":{"float":5.0},"editable":true},
+        {"name":"device","kind":{"scalar":{"type":"path"}},"default":{"text":"/dev/a"},"restart":true},
+        {"name":"token","kind":{"scalar":{"type":"string"}},"default":{"text":"s3cret"},"editable":true,"secret":true},
+        {"name":"fixed","kind":{"scalar":{"type":"int"}},"default":{"int":1}}],
+        "rules":[{"condition":[{"parameter":{"path":["speed"]}},{"parameter":{"path":["limit"]}},{"compare":"<="}],
+         "text":"speed <= limit","message":"it moves too fast"}]}"#,
+    ),
+    folder: "/nowhere",
+    slots: &[],
+    backends: &[],
+    note: b"",
+};
+
+/// What a worker has seen, by the component's name.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    /// The speed of the last compute, and how many computes there have been.
+    speed: f64,
+    computes: u32,
+    /// What `params_changed` was told, with the speed that the context had then.
+    told: Vec<(String, f64)>,
+    /// Whether the worker waits to be let go on, and whether it is.
+    hangs: bool,
+    free: bool,
+}
+
+static SEEN: Mutex<BTreeMap<String, Seen>> = Mutex::new(BTreeMap::new());
+static NEWS: Condvar = Condvar::new();
+
+/// Notes something, and wakes who waits.
+fn note(name: &str, what: impl FnOnce(&mut Seen)) {
+    what(
+        SEEN.lock()
+            .expect("notes")
+            .entry(name.to_owned())
+            .or_default(),
+    );
+    NEWS.notify_all();
+}
+
+/// Waits until `so`.
+fn until(name: &str, so: impl Fn(&Seen) -> bool) -> Seen {
+    let seen = SEEN.lock().expect("notes");
+    let (seen, waited) = NEWS
+        .wait_timeout_while(seen, LIMIT, |seen| !seen.get(name).is_some_and(&so))
+        .expect("notes");
+    assert!(!waited.timed_out(), "{name}: {:?}", seen.get(name));
+    seen[name].clone()
+}
+
+fn hang(name: &str) {
+    note(name, |seen| seen.hangs = true);
+    until(name, |seen| seen.free);
+    note(name, |seen| seen.hangs = false);
+}
+
+struct Worker {
+    core: Core,
+    speed: f64,
+    hung: bool,
+}
+
+impl Worker {
+    fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
+        Ok(Self {
+            core,
+            speed: values.float("speed"),
+            hung: false,
+        })
+    }
+}
+
+impl Component for Worker {
+    fn core(&mut self) -> &mut Core {
+        &mut self.core
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        let name = self.core.name().to_owned();
+        if name == "hangs" && !self.hung {
+            self.hung = true;
+            hang(&name);
+        }
+        note(&name, |seen| {
+            seen.speed = self.speed;
+            seen.computes += 1;
+        });
+        Ok(())
+    }
+
+    fn set_parameters(&mut self, values: &Values) {
+        self.speed = values.float("speed");
+    }
+
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+        let name = self.core.name().to_owned();
+        for change in changes {
+            note(&name, |seen| {
+                seen.told.push((change.to_string(), self.speed))
+            });
+        }
+        if name == "slow" && !self.hung {
+            self.hung = true;
+            hang(&name);
+        }
+        match changes.iter().find_map(|change| change.new.as_float()) {
+            Some(4.0) => Err(WorkerError::Failed("the gear is stuck".to_owned())),
+            Some(4.5) => Err(WorkerError::Emergency("it burns".to_owned())),
+            _ => Ok(()),
+        }
+    }
+
+    fn emergency(&mut self) {}
+
+    fn restore(&mut self) {}
+
+    fn finalize(&mut self) {}
+
+    fn sending_peers(&self, _: &mut [usize]) {}
+
+    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        request.unknown()
+    }
+
+    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+        Ok(())
+    }
+}
+
+fn network(name: &str) -> String {
+    format!("parameters_{name}_{}", std::process::id())
+}
+
+fn run(name: &str, config: &[&str]) -> Embedded {
+    let network = network(name);
+    let mut args = vec!["--network", &network, "--name", name];
+    args.extend(config);
+    embed(&DESCRIPTION, Worker::start, &args).expect("to run")
+}
+
+fn connect(name: &str) -> BufReader<UnixStream> {
+    let socket = RunDirectory::of(&network(name)).socket(name);
+    let stream = UnixStream::connect(socket).expect("its socket");
+    stream.set_read_timeout(Some(LIMIT)).expect("a limit");
+    BufReader::new(stream)
+}
+
+fn send(stream: &mut BufReader<UnixStream>, id: u32, method: &str, params: &Value) {
+    let request = json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params });
+    let line = format!("{request}\n");
+    stream.get_mut().write_all(line.as_bytes()).expect("to ask");
+}
+
+fn hear(stream: &mut BufReader<UnixStream>) -> Value {
+    let mut line = String::new();
+    stream.read_line(&mut line).expect("an answer");
+    serde_json::from_str(&line).expect("JSON")
+}
+
+fn ask(name: &str, method: &str, params: &Value) -> Value {
+    let mut stream = connect(name);
+    send(&mut stream, 7, method, params);
+    let answer = hear(&mut stream);
+    assert_eq!(answer["id"], 7);
+    answer
+}
+
+fn set(name: &str, changes: &Value) -> Value {
+    ask(name, "parameters_set", &json!({ "changes": changes }))
+}
+
+fn get(name: &str, path: &str) -> Value {
+    let answer = ask(name, "parameters", &json!({ "paths": [path] }));
+    answer["result"]["parameters"][0].clone()
+}
+
+fn end(component: Embedded) {
+    component.stop();
+    component.join().expect("an orderly end");
+}
+
+#[test]
+fn a_change_reaches_the_worker_and_what_the_checker_refuses_does_not() {
+    let component = run("accepts", &[]);
+    let answer = set("accepts", &json!({ "speed": 2 }));
+    let expected =
+        json!({ "changed": [{ "path": "speed", "old": 1.0, "new": 2.0 }], "pending": [] });
+    assert_eq!(answer["result"], expected, "{answer}");
+    // It was told before the answer, and its context had the new value then.
+    let seen = until("accepts", |seen| seen.speed == 2.0);
+    assert_eq!(seen.told, [("speed: 1.0 -> 2.0".to_owned(), 2.0)]);
+    assert_eq!(get("accepts", "speed")["value"], json!(2.0));
+
+    // One of several is wrong: none of them happens, and all that is wrong is said.
+    let answer = set(
+        "accepts",
+        &json!({ "speed": 3, "limt": 9, "fixed": 2, "token": 5 }),
+    );
+    assert_eq!(answer["error"]["code"], -32602, "{answer}");
+    let findings = answer["error"]["data"]["findings"]
+        .as_array()
+        .expect("a list");
+    let codes: Vec<&Value> = findings.iter().map(|f| &f["code"]).collect();
+    assert_eq!(
+        codes,
+        ["fixed-parameter", "unknown-parameter", "wrong-type"]
+    );
+    let message = answer["error"]["message"].as_str().expect("a text");
+    assert!(message.contains("did you mean `limit`?"), "{message}");
+    let broken = set("accepts", &json!({ "speed": 6 }));
+    assert_eq!(
+        broken["error"]["data"]["findings"][0]["code"],
+        "rule-broken"
+    );
+    // Both together keep the rule, and the worker gets both at once.
+    let answer = set("accepts", &json!({ "speed": 6, "limit": 7 }));
+    assert_eq!(
+        answer["result"]["changed"].as_array().map(Vec::len),
+        Some(2)
+    );
+    // What is so already is no change.
+    let answer = set("accepts", &json!({ "speed": 6 }));
+    assert_eq!(answer["result"], json!({ "changed": [], "pending": [] }));
+    let told = until("accepts", |seen| seen.speed == 6.0).told;
+    let told: Vec<&str> = told.iter().map(|(change, _)| change.as_str()).collect();
+    assert_eq!(
+        told,
+        [
+            "speed: 1.0 -> 2.0",
+            "limit: 5.0 -> 7.0",
+            "speed: 2.0 -> 6.0"
+        ]
+    );
+    for wrong in [
+        json!({}),
+        json!({ "changes": [] }),
+        json!({ "changes": {} }),
+    ] {
+        let answer = ask("accepts", "parameters_set", &wrong);
+        assert_eq!(answer["error"]["code"], -32602, "{answer}");
+    }
+    end(component);
+}
+
+#[test]
+fn what_the_worker_refuses_has_not_happened() {
+    let component = run("refuses", &[]);
+    let answer = set(
+        "refuses",
+        &json!({ "speed": 4, "token": "n3w", "device": "/dev/b" }),
+    );
+    assert_eq!(
+        answer["error"],
+        json!({ "code": -32001, "message": "the gear is stuck" })
+    );
+    let seen = until("refuses", |seen| !seen.told.is_empty());
+    // It had the new value when it was asked, and has the old one now.
+    assert!(seen.told.iter().all(|(_, speed)| *speed == 4.0), "{seen:?}");
+    let computes = seen.computes;
+    until("refuses", |seen| {
+        seen.computes > computes + 1 && seen.speed == 1.0
+    });
+    assert_eq!(get("refuses", "speed")["value"], json!(1.0));
+    assert_eq!(get("refuses", "device")["pending"], Value::Null);
+    // It may also say that its work cannot go on.
+    let answer = set("refuses", &json!({ "speed": 4.5 }));
+    assert_eq!(answer["error"]["message"], "it burns");
+    let start = Instant::now();
+    while ask("refuses", "status", &Value::Null)["result"]["state"] != "emergency" {
+        assert!(start.elapsed() < LIMIT, "it is not in the state Emergency");
+    }
+    assert_eq!(get("refuses", "speed")["value"], json!(1.0));
+    end(component);
+}
+
+#[test]
+fn a_change_for_the_next_start_is_remembered_and_not_told() {
+    let component = run("later", &[]);
+    let answer = set("later", &json!({ "device": "/dev/b" }));
+    let expected = json!([{ "path": "device", "old": "/dev/a", "new": "/dev/b" }]);
+    assert_eq!(answer["result"]["pending"], expected, "{answer}");
+    let device = get("later", "device");
+    assert_eq!(
+        (&device["value"], &device["pending"]),
+        (&json!("/dev/a"), &json!("/dev/b"))
+    );
+    let computes = until("later", |seen| seen.computes > 0).computes;
+    assert!(
+        until("later", |seen| seen.computes > computes + 1)
+            .told
+            .is_empty()
+    );
+    // There is no file to keep it in.
+    let answer = ask("later", "parameters_save", &json!({}));
+    assert_eq!(answer["error"]["code"], -32003, "{answer}");
+    end(component);
+}
+
+#[test]
+fn what_is_secret_is_in_no_answer() {
+    let component = run("hides", &[]);
+    let answers = [
+        set("hides", &json!({ "token": "n3w" })),
+        set("hides", &json!({ "token": 770_019_283_746_i64 })),
+        set("hides", &json!({ "token": ["770019283746"], "speed": 99 })),
+        ask("hides", "parameters", &json!({})),
+        ask("hides", "status", &json!({})),
+    ];
+    let told = until("hides", |seen| !seen.told.is_empty()).told;
+    assert_eq!(told[0].0, "token: *** -> ***");
+    for answer in answers.iter().map(ToString::to_string) {
+        for secret in ["s3cret", "n3w", "7700192"] {
+            assert!(!answer.contains(secret), "{answer}");
+        }
+    }
+    end(component);
+}
+
+#[test]
+fn a_worker_that_hangs_loses_the_change() {
+    let component = run("hangs", &[]);
+    until("hangs", |seen| seen.hangs);
+    // Two ask; management goes on meanwhile.
+    let (mut first, mut second) = (connect("hangs"), connect("hangs"));
+    send(
+        &mut first,
+        1,
+        "parameters_set",
+        &json!({ "changes": { "speed": 2 } }),
+    );
+    send(
+        &mut second,
+        2,
+        "parameters_set",
+        &json!({ "changes": { "speed": 3 } }),
+    );
+    assert_eq!(
+        ask("hangs", "status", &Value::Null)["result"]["state"],
+        "running"
+    );
+    for stream in [&mut first, &mut second] {
+        let answer = hear(stream);
+        assert_eq!(answer["error"]["code"], -32002, "{answer}");
+        let message = answer["error"]["message"].as_str().expect("a text");
+        assert!(message.contains("nothing has changed"), "{message}");
+    }
+    note("hangs", |seen| seen.free = true);
+    let seen = until("hangs", |seen| seen.computes > 3);
+    assert_eq!((seen.speed, seen.told), (1.0, Vec::new()));
+    assert_eq!(get("hangs", "speed")["value"], json!(1.0));
+    // It works again.
+    assert!(set("hangs", &json!({ "speed": 3 }))["result"].is_object());
+    until("hangs", |seen| seen.speed == 3.0);
+    end(component);
+}
+
+#[test]
+fn a_change_that_the_worker_takes_too_long_for_is_taken_back() {
+    let component = run("slow", &[]);
+    let answer = set("slow", &json!({ "speed": 2 }));
+    assert_eq!(answer["error"]["code"], -32002, "{answer}");
+    let message = answer["error"]["message"].as_str().expect("a text");
+    assert!(message.contains("params_changed()"), "{message}");
+    note("slow", |seen| seen.free = true);
+    let seen = until("slow", |seen| seen.told.len() == 2);
+    assert_eq!(seen.told[1], ("speed: 2.0 -> 1.0".to_owned(), 1.0));
+    until("slow", |seen| seen.computes > 1 && seen.speed == 1.0);
+    assert_eq!(get("slow", "speed")["value"], json!(1.0));
+    end(component);
+}
+
+#[test]
+fn a_component_that_ends_answers_first() {
+    let component = run("ends", &[]);
+    let mut streams: Vec<_> = (0..8).map(|_| connect("ends")).collect();
+    for (id, stream) in (0..).zip(&mut streams) {
+        let changes = json!({ "changes": { "speed": f64::from(id) / 2.0 } });
+        send(stream, id, "parameters_set", &changes);
+    }
+    send(&mut streams[7], 99, "stop", &Value::Null);
+    component.join().expect("an orderly end");
+    for stream in &mut streams {
+        let answer = hear(stream);
+        assert!(
+            answer["result"].is_object() || answer["error"].is_object(),
+            "{answer}"
+        );
+    }
+}
+
+#[test]
+fn what_was_changed_is_saved_and_everything_else_in_the_file_stays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("tuned.toml");
+    let text = "# Tuned.\n[component]\nlog = \"error\"\n\n[parameters]\nspeed = 1.5   # slow\n# device = \"/dev/x\"\n";
+    std::fs::write(&file, text).expect("to write");
+    let mode = std::fs::Permissions::from_mode(0o640);
+    std::fs::set_permissions(&file, mode).expect("to set");
+    let link = folder.path().join("link.toml");
+    std::os::unix::fs::symlink(&file, &link).expect("a link");
+    let component = run("saves", &["--config", link.to_str().expect("a path")]);
+
+    let nothing = ask("saves", "parameters_save", &json!({}));
+    assert_eq!(nothing["result"]["saved"], json!([]), "{nothing}");
+    set(
+        "saves",
+        &json!({ "speed": 2.5, "device": "/dev/b", "token": "n3w" }),
+    );
+    let saved = ask("saves", "parameters_save", &json!({}));
+    assert_eq!(
+        saved["result"]["saved"].as_array().map(Vec::len),
+        Some(3),
+        "{saved}"
+    );
+    assert!(!saved.to_string().contains("n3w"));
+    let expected = text.replace("1.5 ", "2.5 ");
+    let expected = expected.replace("# device", "device = \"/dev/b\"\ntoken = \"n3w\"\n# device");
+    assert_eq!(std::fs::read_to_string(&file).expect("the file"), expected);
+    let metadata = std::fs::metadata(&file).expect("the file");
+    assert_eq!(metadata.permissions().mode() & 0o777, 0o640);
+    assert!(link.is_symlink());
+    assert_eq!(
+        std::fs::read_dir(folder.path()).expect("a folder").count(),
+        2
+    );
+
+    // Somebody edits the same line, then another one.
+    set("saves", &json!({ "speed": 3 }));
+    std::fs::write(&file, expected.replace("2.5 ", "2.0 ")).expect("to write");
+    let conflict = ask("saves", "parameters_save", &json!({}));
+    assert_eq!(conflict["error"]["code"], -32003, "{conflict}");
+    let message = conflict["error"]["message"].as_str().expect("a text");
+    assert!(message.contains("is 2.0 in it now"), "{message}");
+    std::fs::write(&file, expected.replace("# Tuned", "# Fine-tuned")).expect("to write");
+    let saved = ask("saves", "parameters_save", &json!({}));
+    assert!(saved["result"].is_object(), "{saved}");
+    let text = std::fs::read_to_string(&file).expect("the file");
+    assert!(
+        text.starts_with("# Fine-tuned") && text.contains("speed = 3.0   # slow"),
+        "{text}"
+    );
+    std::fs::remove_file(&file).expect("to remove");
+    set("saves", &json!({ "speed": 1 }));
+    let gone = ask("saves", "parameters_save", &json!({}));
+    assert_eq!(gone["error"]["code"], -32004, "{gone}");
+    end(component);
+}
