@@ -8,12 +8,14 @@ mod programs;
 
 use std::process::{Command, ExitCode};
 
-const COMPONENTS: [&str; 5] = [
+const COMPONENTS: [&str; 7] = [
     "simulator",
     "avoider",
     "pose_monitor",
     "speech_server",
     "speech_client",
+    "motor_bus",
+    "joint_controller",
 ];
 
 fn main() -> ExitCode {
