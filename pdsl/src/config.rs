@@ -6,9 +6,13 @@ mod block;
 mod document;
 mod parameters;
 mod rules;
+#[cfg(feature = "language")]
+mod schema;
 mod template;
 mod values;
 
+#[cfg(feature = "language")]
+pub use schema::{Slot, schema};
 pub use template::template;
 pub use values::Values;
 

@@ -8,6 +8,9 @@ use rc_pdsl::config;
 use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 use std::collections::HashMap;
+use std::time::Duration;
+
+const PERIOD: Duration = Duration::from_millis(100);
 
 /// One parameter, group or list, with what a test has to know of it.
 struct Node {
@@ -387,7 +390,7 @@ fn property(u: &mut Unstructured<'_>) -> Result<usize> {
     // A component reads its model from JSON.
     let again = Parameters::from_json(&model.to_json()).expect("its own JSON");
     assert_eq!(again, model);
-    let (text, lines) = fill(&config::template("C", Some(&model)), &nodes);
+    let (text, lines) = fill(&config::template("C", PERIOD, Some(&model)), &nodes);
     let (_, shown) = check(&model, &text.join("\n"));
     assert_eq!(shown, "", "{}\n{pdsl}", text.join("\n"));
     let mut property = Property {

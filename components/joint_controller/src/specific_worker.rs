@@ -14,8 +14,8 @@ pub(crate) struct SpecificWorker {
     sine: Sine,
     tour: Tour,
     now: Instant,
-    /// Whether the joint moved towards larger angles, to tell where it turns.
-    rising: Option<bool>,
+    /// Where the joint was when it was last seen to move, in rad, and whether it moved towards larger angles.
+    seen: Option<(f32, bool)>,
 }
 
 impl Worker for SpecificWorker {
@@ -25,7 +25,7 @@ impl Worker for SpecificWorker {
             sine: Sine::default(),
             tour: Tour::default(),
             now: Instant::now(),
-            rising: None,
+            seen: None,
         })
     }
 
@@ -104,10 +104,12 @@ impl SpecificWorker {
         if velocity == 0.0 {
             return;
         }
-        let rising = velocity > 0.0;
-        if self.rising.is_some_and(|before| before != rising) {
-            info!("turns at {position:.3} rad");
+        let rises = velocity > 0.0;
+        if let Some((farthest, rose)) = self.seen
+            && rose != rises
+        {
+            info!("turns at {farthest:.2} rad");
         }
-        self.rising = Some(rising);
+        self.seen = Some((position, rises));
     }
 }

@@ -1,17 +1,21 @@
 //! The first configuration file of a component, which its user then owns.
 
 use crate::model::{Kind, Parameter, Parameters};
+use rc_diagnostics::duration_text;
 use std::fmt::Write;
+use std::time::Duration;
 
 /// The text of `etc/config.toml`: every parameter with its documentation, what is allowed, and its default. A
-/// parameter without default is a comment that says that it must be set.
-pub fn template(component_name: &str, parameters: Option<&Parameters>) -> String {
+/// parameter without default is a comment that says that it must be set. `period` is the component's own.
+pub fn template(component_name: &str, period: Duration, parameters: Option<&Parameters>) -> String {
+    let period = format!("period = \"{}\"", duration_text(period.as_nanos() as u64));
     let mut out = format!(
-        "# The configuration of {component_name}. It was written once and is yours to change.\n\
+        "#:schema ../generated/config.schema.json\n\
+         # The configuration of {component_name}. It was written once and is yours to change.\n\
          \n\
          # [component]\n\
-         # period = \"100ms\"    # how often it computes\n\
-         # log = \"info\"        # error, warn, info, debug or trace\n"
+         # {period:<20}  # how often it computes\n\
+         # log = \"info\"          # error, warn, info, debug or trace\n"
     );
     if let Some(model) = parameters {
         out.push('\n');
@@ -59,11 +63,8 @@ fn scalar(out: &mut String, parameter: &Parameter) {
     out.push('\n');
     comment(out, &parameter.doc);
     let mut allowed = parameter.summary();
-    if parameter.editable {
-        allowed.push_str("; may be changed while the component runs");
-    }
-    if parameter.restart {
-        allowed.push_str("; a change takes effect at the next start");
+    if let Some(change) = parameter.change() {
+        let _ = write!(allowed, "; {change}");
     }
     comment(out, &[allowed]);
     let _ = match &parameter.default {
