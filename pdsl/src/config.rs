@@ -9,11 +9,15 @@ mod rules;
 #[cfg(feature = "language")]
 mod schema;
 mod template;
+#[cfg(feature = "language")]
+mod update;
 mod values;
 
 #[cfg(feature = "language")]
 pub use schema::{Slot, schema};
 pub use template::template;
+#[cfg(feature = "language")]
+pub use update::{Change, Update, What, unset, update};
 pub use values::Values;
 
 use crate::model::{Misfit, Parameters, Type, Value};

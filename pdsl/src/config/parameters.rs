@@ -205,8 +205,38 @@ impl Reader<'_> {
     }
 }
 
+/// Whether `item` may be the value of `parameter`; of a table, whether it is one.
+#[cfg(feature = "language")]
+pub(super) fn fits(parameter: &Parameter, item: &Item, place: Place) -> bool {
+    match &parameter.kind {
+        Kind::Group(_) => item.is_table_like(),
+        Kind::List { .. } => document::tables(item).is_some(),
+        Kind::Scalar { .. } => {
+            let mut found = Diagnostics::new();
+            let mut reader = Reader {
+                place,
+                found: &mut found,
+                missing: Vec::new(),
+                sample: false,
+            };
+            let mut field = Field {
+                name: String::new(),
+                path: String::new(),
+                at: place.start(),
+                given: true,
+                faulty: false,
+                secret: false,
+                content: None,
+                elements: Vec::new(),
+            };
+            reader.given(parameter, item, &mut field);
+            found.is_empty()
+        }
+    }
+}
+
 /// The path of what is called `name` in `path`.
-fn inner(path: &str, name: &str) -> String {
+pub(super) fn inner(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {
