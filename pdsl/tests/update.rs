@@ -392,7 +392,9 @@ parameters.motors = [
 
 #[test]
 fn tables_that_only_have_tables() {
-    update("[parameters.log]\npath = \"/var\"\n", &expect![[r#"
+    update(
+        "[parameters.log]\npath = \"/var\"\n",
+        &expect![[r#"
         add `device` = "/dev/ttyUSB0"
         add `rate` = 115200
         add `safe_distance` = 0.5
@@ -449,12 +451,15 @@ fn tables_that_only_have_tables() {
         #
         # # double
         # x = 0.0
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
 fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
-    update("[component]\nlog = \"warn\"", &expect![[r#"
+    update(
+        "[component]\nlog = \"warn\"",
+        &expect![[r#"
         add `device` = "/dev/ttyUSB0"
         add `rate` = 115200
         add `safe_distance` = 0.5
@@ -518,7 +523,8 @@ fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
         #
         # # double
         # x = 0.0
-    "#]]);
+    "#]],
+    );
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", "[parameters]\nx = 1\n");
     let update = config::update(&sources, source, None).expect("TOML");

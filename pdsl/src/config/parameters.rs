@@ -3,7 +3,7 @@
 use super::block::{Block, Content, Field};
 use super::document::{self, Place};
 use crate::model::{Kind, Length, Misfit, Parameter, Type, Value};
-use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
 use std::collections::HashSet;
 use toml_edit::{Item, TableLike};
 
@@ -62,10 +62,17 @@ impl Reader<'_> {
             let message = format!("unknown parameter `{}`", inner(path, name));
             let diagnostic =
                 Diagnostic::error("unknown-parameter", self.place.of(span, at), message);
-            self.found.push(if parameters.is_empty() {
-                diagnostic.help("there are no parameters here")
-            } else {
-                diagnostic.suggest(name, parameters.iter().map(|p| p.name.as_str()))
+            if parameters.is_empty() {
+                self.found
+                    .push(diagnostic.help("there are no parameters here"));
+                continue;
+            }
+            // What is there already is rarely meant.
+            let absent = parameters.iter().filter(|p| !table.contains_key(&p.name));
+            let near = nearest(name, absent.map(|p| p.name.as_str()));
+            self.found.push(match near {
+                Some(_) => diagnostic.help_nearest(near),
+                None => diagnostic.suggest(name, parameters.iter().map(|p| p.name.as_str())),
             });
         }
     }

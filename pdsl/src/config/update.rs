@@ -289,10 +289,7 @@ impl Updater<'_> {
                 place = end.or(place);
                 continue;
             }
-            let what = match &parameter.default {
-                Some(default) => What::New(default.to_toml()),
-                None => What::Required,
-            };
+            let what = new(parameter);
             let name = format!("{}{}", within.prefix, parameter.name);
             let start = within.body.unwrap_or(0);
             let body = start..self.text.end_of(within.body);
@@ -337,17 +334,9 @@ impl Updater<'_> {
     fn added(&mut self, parameters: &[Parameter], path: &str, at: Span) {
         for parameter in parameters {
             let path = inner(path, &parameter.name);
-            match (&parameter.kind, &parameter.default) {
-                (Kind::Group(members), _) => self.added(members, &path, at),
-                (Kind::List { length, .. }, _) if length.min == 0 => {
-                    self.change(path, at, What::New("[]".to_owned()));
-                }
-                (Kind::Scalar { .. }, Some(default)) => {
-                    self.change(path, at, What::New(default.to_toml()));
-                }
-                (Kind::Scalar { .. } | Kind::List { .. }, _) => {
-                    self.change(path, at, What::Required);
-                }
+            match &parameter.kind {
+                Kind::Group(members) => self.added(members, &path, at),
+                Kind::Scalar { .. } | Kind::List { .. } => self.change(path, at, new(parameter)),
             }
         }
     }
@@ -406,6 +395,16 @@ impl Updater<'_> {
                 self.text.comment_out(key.start..end, std::mem::take(note));
             }
         }
+    }
+}
+
+/// What is said of a value or a list that is new.
+fn new(parameter: &Parameter) -> What {
+    match (&parameter.kind, &parameter.default) {
+        (Kind::List { length, .. }, _) if length.min == 0 => What::New("[]".to_owned()),
+        (_, Some(_)) if parameter.secret => What::New("***".to_owned()),
+        (_, Some(default)) => What::New(default.to_toml()),
+        (_, None) => What::Required,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Tables in braces, which have no room for comments: `{ id = 1, max = 2.0 }`.
 
 use super::names::Names;
-use super::{GONE, Updater, What, inner};
+use super::{GONE, Updater, What, inner, new};
 use crate::model::{Kind, Parameter};
 use toml_edit::{InlineTable, TableLike, Value};
 
@@ -101,7 +101,7 @@ impl Updater<'_> {
                 let text = format!("{} = {}", parameter.name, default.to_toml());
                 let place = entries.iter().rposition(|(known, _)| *known < index);
                 entries.insert(place.map_or(0, |at| at + 1), (index, text));
-                self.change(path, at, What::New(default.to_toml()));
+                self.change(path, at, new(parameter));
             }
         }
         let texts: Vec<String> = entries.into_iter().map(|(_, text)| text).collect();
