@@ -71,7 +71,8 @@ pub(super) fn table(parameter: &Parameter, path: &str) -> String {
                     &element.lines().map(str::to_owned).collect::<Vec<_>>(),
                 );
             }
-            (0..length.min).for_each(|_| out.push_str(&element));
+            let elements = vec![element; length.min as usize];
+            out.push_str(&elements.join("\n"));
         }
     }
     out

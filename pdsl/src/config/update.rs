@@ -291,10 +291,10 @@ impl Updater<'_> {
             }
             let what = new(parameter);
             let name = format!("{}{}", within.prefix, parameter.name);
-            let start = within.body.unwrap_or(0);
-            let body = start..self.text.end_of(within.body);
             // A comment that asks for a value is enough.
-            let asked = what == What::Required && self.text.has_line(body, &format!("# {name} ="));
+            let request = format!("# {name} =");
+            let asked =
+                what == What::Required && self.text.has_line(within.body, within.body, &request);
             if let (Some(place), false) = (place, asked) {
                 let lines = template::scalar(parameter, &name);
                 let head = if headless {
@@ -319,10 +319,9 @@ impl Updater<'_> {
         let end = before.map_or_else(|| self.text.end(), |head| self.text.end_of(Some(head)));
         let new = within.inner(&parameter.name);
         // A list that may be empty is a comment.
-        let start = within.body.unwrap_or(0);
         let example = format!("# [[{}]]", new.head);
         let is_list = matches!(parameter.kind, Kind::List { .. });
-        if is_list && self.text.has_line(start..end, &example) {
+        if is_list && self.text.has_line(within.body, before, &example) {
             return;
         }
         self.added(std::slice::from_ref(parameter), &within.path, at);

@@ -107,7 +107,7 @@ mod tests {
     fn spellings_and_slips_are_one_name_and_other_words_are_not() {
         for (a, b) in [
             ("maxSpeed", "max_speed"),
-            ("max-speed", "Max_Speed"),
+            ("max-Speed", "Max_Speed"),
             ("speeds", "speed"),
             ("saef_distance", "safe_distance"),
             ("tolerace", "tolerance"),

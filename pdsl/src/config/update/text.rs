@@ -43,15 +43,18 @@ impl<'a> Text<'a> {
         feed.map_or(self.whole.len(), |feed| at + feed + 1)
     }
 
-    /// Where what the table with this head says ends; without a head, where what stands over all heads ends.
+    /// Where what the table with this head says ends; without a head, where what stands over all heads ends. A comment
+    /// over the next head belongs to that.
     pub(super) fn end_of(&self, head: Option<usize>) -> usize {
-        let next = self
-            .heads
-            .iter()
-            .find(|next| head.is_none_or(|head| **next > head));
         let start = head.map_or(0, |head| self.next_line(head));
-        let end = next.map_or(self.whole.len(), |next| self.above(*next));
+        let next = self.next_head(head);
+        let end = next.map_or(self.whole.len(), |next| self.above(next));
         self.back(start, end, |line| line.trim().is_empty())
+    }
+
+    fn next_head(&self, head: Option<usize>) -> Option<usize> {
+        let mut heads = self.heads.iter().copied();
+        heads.find(|next| head.is_none_or(|head| *next > head))
     }
 
     /// Where the comment over a head begins.
@@ -78,9 +81,10 @@ impl<'a> Text<'a> {
         end
     }
 
-    /// Whether a line of `range` begins with `words`.
-    pub(super) fn has_line(&self, range: Range<usize>, words: &str) -> bool {
-        let mut lines = self.slice(range).lines();
+    /// Whether a line begins with `words` from the table with the head `from` up to the head that follows `to`.
+    pub(super) fn has_line(&self, from: Option<usize>, to: Option<usize>, words: &str) -> bool {
+        let end = self.next_head(to).unwrap_or(self.whole.len());
+        let mut lines = self.slice(from.unwrap_or(0)..end).lines();
         lines.any(|line| line.trim_start().starts_with(words))
     }
 
