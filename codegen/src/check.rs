@@ -63,14 +63,14 @@ pub fn file(
             let right = !more.has_errors();
             found.extend(more);
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
-            if let (Some(project), Some(own)) = (project.filter(|_| right), own) {
-                if let Some(text) = configuration::read(&own, sources, found)? {
-                    let source = sources.add(own, text);
-                    found.extend(configuration::check(sources, source, Some(&project)));
-                }
+            if let (Some(project), Some(own)) = (project.filter(|_| right), own)
+                && let Some(text) = configuration::read(&own, sources, found)?
+            {
+                let source = sources.add(own, text);
+                found.extend(configuration::check(sources, source, Some(&project)));
             }
         }
-        Some("idsl" | "pdsl" | "smdsl" | "scxml") if was_read(path, sources) => {}
+        Some("idsl" | "pdsl" | "smdsl" | "scxml" | "toml") if was_read(path, sources) => {}
         Some("idsl") => {
             let source = sources.add(path, load::read(path)?);
             let mut session = Session::new(sources, loader);
@@ -89,7 +89,6 @@ pub fn file(
             let source = sources.add(path, load::read(path)?);
             found.extend(rc_ddsl::load(sources, loader, source).1);
         }
-        Some("toml") if was_read(path, sources) => {}
         Some("toml") => {
             let source = sources.add(path, load::read(path)?);
             let Some(cdsl) = configuration::component(path, source, found)? else {
