@@ -48,6 +48,8 @@ pub fn load(
 
 const WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
 const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
+/// The setting of a slot whose handlers take or make their value in shared memory.
+const IN_PLACE: &str = "in_place";
 const OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
 
 /// The file's name in an import, without its ending.
@@ -265,7 +267,7 @@ impl Resolver<'_> {
                 }
                 names.taken.insert(name.to_ascii_lowercase(), item.span);
                 let backend = item.backend.as_ref().and_then(|b| self.backend(b));
-                let qos = self.qos(*role, &item.qos);
+                let qos = self.qos(*role, interface, &item.qos);
                 slots.push(Slot {
                     name,
                     role: *role,
@@ -397,17 +399,22 @@ impl Resolver<'_> {
         found.map(|(_, backend)| *backend)
     }
 
-    fn qos(&mut self, role: Role, settings: &[(Name, Literal)]) -> Qos {
-        const TOPIC: [&str; 6] = [
+    fn qos(&mut self, role: Role, interface: InterfaceId, settings: &[(Name, Literal)]) -> Qos {
+        const TOPIC: [&str; 7] = [
             "reliability",
             "depth",
             "durability",
             "deadline",
             "lifespan",
             "liveliness",
+            IN_PLACE,
         ];
-        const CALL: [&str; 1] = ["timeout"];
+        const CALL: [&str; 2] = ["timeout", IN_PLACE];
         let allowed: &[&str] = if role.is_topic() { &TOPIC } else { &CALL };
+        // Who sends or calls chooses at each call.
+        let handles = matches!(role, Role::Implements | Role::SubscribesTo);
+        let most = allowed.len() - usize::from(!handles);
+        let allowed = &allowed[..most];
         let mut qos = Qos::default();
         let mut seen = HashMap::new();
         for (name, value) in settings {
@@ -443,6 +450,17 @@ impl Resolver<'_> {
                         .map(|d| d as u32);
                     qos.depth.is_some()
                 }
+                IN_PLACE => {
+                    let choice = match value.kind {
+                        LiteralKind::Bool(choice) => Some(choice),
+                        _ => None,
+                    };
+                    qos.in_place = choice == Some(true);
+                    if qos.in_place {
+                        self.can_be_in_place(role, interface, value);
+                    }
+                    choice.is_some()
+                }
                 "timeout" => set(&mut qos.timeout, time),
                 "deadline" => set(&mut qos.deadline, time),
                 "lifespan" => set(&mut qos.lifespan, time),
@@ -453,6 +471,7 @@ impl Resolver<'_> {
                     "reliability" => "`reliable` or `best_effort`",
                     "durability" => "`volatile` or `transient_local`",
                     "depth" => "a whole number from 1 to 1000",
+                    IN_PLACE => "`true` or `false`",
                     _ => "a time such as `500ms`",
                 };
                 let message = format!(
@@ -465,6 +484,32 @@ impl Resolver<'_> {
             }
         }
         qos
+    }
+
+    /// Whether the interface has an operation whose values can be in place.
+    fn can_be_in_place(&mut self, role: Role, interface: InterfaceId, value: &Literal) {
+        let interface = self.library.interface(interface);
+        let mut operations = interface.operations.iter();
+        let any = operations.any(|operation| {
+            let in_place = match role {
+                Role::SubscribesTo => operation.topic_in_place(&self.library),
+                _ => operation.result_in_place(&self.library),
+            };
+            in_place.is_some()
+        });
+        if !any {
+            let what = match role {
+                Role::SubscribesTo => "parameter",
+                _ => "result",
+            };
+            let message = format!(
+                "no operation of `{}` has, as its only {what}, a plain structure with a bounded sequence",
+                interface.name.text
+            );
+            let help = "plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays";
+            self.found
+                .push(Diagnostic::error("bad-qos", value.span, message).help(help));
+        }
     }
 
     /// An import is used where a slot's interface is in its file, or in a file that one of them imports.

@@ -7,7 +7,7 @@ use crate::component::{Component, Description, WorkerError};
 use crate::ports::Receiver;
 use crate::status::{Shared, State, Wish};
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Header, Reader};
+use rc_middleware::{Header, Reader, Reply};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
@@ -264,7 +264,7 @@ impl<'a> EventLoop<'a> {
             Receiver::Subscriber { port, operation } => port.receive(&mut |header, body| {
                 let expected = description.slots[slot].operations[*operation].type_hash;
                 result = if header.type_hash == 0 || header.type_hash == expected {
-                    component.receive(slot, *operation, &mut Reader::new(body))
+                    component.receive(slot, *operation, &mut Reader::of(body, header.encoding))
                 } else {
                     Err(HandlerError("it is of another type".to_owned()))
                 };
@@ -390,10 +390,10 @@ fn answer(
     slot: usize,
     header: Header,
     body: &[u8],
-    reply: &mut Vec<u8>,
+    reply: &mut dyn Reply,
 ) -> Result<(), HandlerError> {
     let mut request = Request::open(header, body, reply)?;
     let result = component.serve(slot, &mut request);
-    request.close(reply);
+    request.close();
     result
 }

@@ -8,10 +8,12 @@ mod programs;
 
 use std::process::{Command, ExitCode};
 
-const COMPONENTS: [&str; 7] = [
+const COMPONENTS: [&str; 9] = [
     "simulator",
     "avoider",
     "pose_monitor",
+    "camera",
+    "image_monitor",
     "speech_server",
     "speech_client",
     "motor_bus",

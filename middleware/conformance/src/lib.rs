@@ -21,6 +21,7 @@
 
 pub mod calls;
 pub mod failures;
+pub mod in_place;
 pub mod limits;
 pub mod network;
 pub mod topics;
@@ -91,6 +92,10 @@ macro_rules! suite {
         $crate::suite!(@of typed, $subject,
             topics_carry_values
             queries_bring_results_exceptions_and_refusals
+        );
+        $crate::suite!(@of in_place, $subject,
+            topics_carry_values_in_place
+            answers_may_be_in_place
         );
     };
     (@of $module:ident, $subject:expr, $($name:ident)*) => {

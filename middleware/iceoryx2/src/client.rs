@@ -139,10 +139,16 @@ impl SharedClient {
     }
 
     /// Takes the answer, where it is there.
-    fn take(&self, pending: &Pending, reply: &mut Vec<u8>) -> Result<bool, CallError> {
+    fn take(
+        &self,
+        pending: &Pending,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<bool, CallError> {
         match pending.receive() {
             Ok(Some(answer)) => {
-                reply.extend_from_slice(answer.payload());
+                let header = answer.user_header().read();
+                let header = header.map_err(|reason| self.failed_for(reason))?;
+                take(header, answer.payload());
                 Ok(true)
             }
             Ok(None) => Ok(false),
@@ -160,9 +166,13 @@ impl SharedClient {
     }
 
     fn failed(&self, error: &dyn Debug) -> CallError {
+        self.failed_for(format!("{error:?}"))
+    }
+
+    fn failed_for(&self, reason: String) -> CallError {
         CallError::Backend {
             address: self.address.clone(),
-            reason: format!("{error:?}"),
+            reason,
         }
     }
 
@@ -199,9 +209,8 @@ impl Client for SharedClient {
         header: Header,
         request: &[u8],
         limit: Duration,
-        reply: &mut Vec<u8>,
+        take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        reply.clear();
         let start = Instant::now();
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
@@ -212,7 +221,7 @@ impl Client for SharedClient {
             // other. A ring for an earlier request that comes now only wakes once too often.
             self.wait(limit.saturating_sub(start.elapsed()), &mut interrupted);
             self.ear.take();
-            if self.take(&pending, reply)? {
+            if self.take(&pending, take)? {
                 return Ok(());
             }
             // What is found out about the server comes before the look into the queue, so that no answer is missed.
@@ -222,14 +231,15 @@ impl Client for SharedClient {
                 // The server has dropped the request. If it is about to leave, that is seen soon.
                 unanswered.get_or_insert_with(Instant::now);
             }
-            if self.take(&pending, reply)? {
+            if self.take(&pending, take)? {
                 return Ok(());
             }
             if gone {
                 return Err(CallError::ServerDied(self.address.clone()));
             }
             if given_up {
-                return Err(self.failed(&"the server took the request and gave no answer"));
+                let reason = "the server took the request and gave no answer";
+                return Err(self.failed_for(reason.to_owned()));
             }
             if self.session.environment.interrupt.is_stopping() {
                 return Err(CallError::Stopping);

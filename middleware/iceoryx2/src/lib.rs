@@ -13,6 +13,7 @@ mod estate;
 mod holder;
 mod keeper;
 mod last;
+mod memory;
 mod message;
 mod names;
 mod publisher;

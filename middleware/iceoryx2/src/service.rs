@@ -24,6 +24,7 @@ pub(crate) type Listener = listener::Listener<Service>;
 pub(crate) type Notifier = notifier::Notifier<Service>;
 pub(crate) type Topic = publish_subscribe::PortFactory<Service, [u8], MessageHeader>;
 pub(crate) type PublisherPort = publisher::Publisher<Service, [u8], MessageHeader>;
+pub(crate) type Sample = iceoryx2::sample_mut::SampleMut<Service, [u8], MessageHeader>;
 pub(crate) type SubscriberPort = subscriber::Subscriber<Service, [u8], MessageHeader>;
 pub(crate) type Calls =
     request_response::PortFactory<Service, [u8], RequestHeader, [u8], MessageHeader>;
@@ -31,6 +32,7 @@ pub(crate) type ClientPort = client::Client<Service, [u8], RequestHeader, [u8], 
 pub(crate) type ServerPort = server::Server<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type Pending =
     iceoryx2::pending_response::PendingResponse<Service, [u8], RequestHeader, [u8], MessageHeader>;
+pub(crate) type Response = iceoryx2::response_mut::ResponseMut<Service, [u8], MessageHeader>;
 pub(crate) type Active =
     iceoryx2::active_request::ActiveRequest<Service, [u8], RequestHeader, [u8], MessageHeader>;
 

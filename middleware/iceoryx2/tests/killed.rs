@@ -144,7 +144,7 @@ fn role() {
             let mut client = backend.client(&motor).expect("a client");
             println!("ready");
             loop {
-                let _ = client.call(header(1), b"again", LIMIT, &mut Vec::new());
+                let _ = client.call(header(1), b"again", LIMIT, &mut |_, _| {});
             }
         }
         other => panic!("no role `{other}`"),
@@ -155,7 +155,9 @@ fn role() {
 fn ask(client: &mut dyn Client, request: &[u8]) -> Result<Vec<u8>, CallError> {
     let mut reply = Vec::new();
     client
-        .call(header(1), request, LIMIT, &mut reply)
+        .call(header(1), request, LIMIT, &mut |_, body| {
+            body.clone_into(&mut reply)
+        })
         .map(|()| reply)
 }
 

@@ -108,7 +108,9 @@ fn memory_is_used_for_what_is_under_way() {
         let mut reply = Vec::new();
         for _ in 0..10 {
             for client in &mut clients {
-                let done = client.call(header(1), &body[..1000], LIMIT, &mut reply);
+                let done = client.call(header(1), &body[..1000], LIMIT, &mut |_, body| {
+                    body.clone_into(&mut reply)
+                });
                 assert_eq!(done, Ok(()));
             }
         }

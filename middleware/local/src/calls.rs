@@ -3,8 +3,8 @@
 use crate::hub::{self, lock};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::{
-    CallError, Client, Endpoint, Environment, Header, Interrupt, OpenError, ReceiveError, Server,
-    wait,
+    CallError, Client, Endpoint, Environment, Header, Interrupt, OpenError, ReceiveError, Reply,
+    Server, wait,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -187,9 +187,8 @@ impl Client for LocalClient {
         header: Header,
         request: &[u8],
         limit: Duration,
-        reply: &mut Vec<u8>,
+        take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        reply.clear();
         let start = Instant::now();
         let slot = Arc::new(Mutex::new(Answer::default()));
         let asked = self.submit(Request {
@@ -205,7 +204,7 @@ impl Client for LocalClient {
             self.signal.clear();
             match std::mem::take(&mut *lock(&slot)) {
                 Answer::Given(answer) => {
-                    *reply = answer;
+                    take(header, &answer);
                     return Ok(());
                 }
                 Answer::Never => return Err(self.silence(asked)),
@@ -278,7 +277,7 @@ impl Server for LocalServer {
 
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
+        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         let request = lock(&self.state).next();
         let Some(request) = request else {
