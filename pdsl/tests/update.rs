@@ -43,7 +43,10 @@ fn updated(model: &Parameters, toml: &str) -> (Vec<String>, String) {
     let (changes, text) = once(toml);
     let (again, same) = once(&text);
     let by_hand = |change: &String| change.contains("to you");
-    assert!(again.iter().all(by_hand), "{again:?}\n{text}");
+    assert!(
+        again.iter().all(by_hand),
+        "{again:?}\n{toml}\n-----\n{text}"
+    );
     assert_eq!(same, text);
     (changes, text)
 }
@@ -556,4 +559,81 @@ fn what_is_right_and_what_is_wrong_otherwise_stays() {
     assert_eq!(updated(&model, &template), (Vec::new(), template));
     let wrong = "[parameters]\ndevice = 5\nrate = 1\nsafe_distance = \"x\"\nserial = 1\nlog = 3\nmotors = { x = 1 }\npoints = 4\n";
     assert_eq!(updated(&model, wrong), (Vec::new(), wrong.to_owned()));
+}
+
+/// Lines of configurations, right and wrong.
+const LINES: [&str; 34] = [
+    "[parameters]",
+    "[parameters.log]",
+    "[parameters.old]",
+    "[parameters.old.inner]",
+    "[[parameters.motors]]",
+    "[[parameters.motors]]",
+    "[parameters.motors.limits]",
+    "[parameters.motors.limits.deep]",
+    "[parameters.motors.worn]",
+    "[[parameters.points]]",
+    "[[parameters.gone]]",
+    "[component]",
+    "device = '/x' # here",
+    "rate = 9600",
+    "serial = \"A\"",
+    "id = 1",
+    "name = 'n'",
+    "max = 2.5",
+    "low = 0.1",
+    "x = 1.5",
+    "path = '/p'",
+    "old = [\n  1, # one\n  2 ]",
+    "text = '''\na\n[b]\n'''",
+    "log.path = '/v'",
+    "log.lost = 5",
+    "log = { path = '/v', keep = 3, lost = 4 }",
+    "motors = [\n  { id = 1, bad = 2 },\n  # two\n  { name = 'x', id = 3 } ]",
+    "limits = { low = 1.0, more = 2.0 }",
+    "limits.low = 1.0",
+    "older.a.b = 1",
+    "parameters.device = 'z'",
+    "parameters.log.keep = 9",
+    "# A comment.",
+    "",
+];
+
+#[test]
+fn whatever_is_written_stays_or_becomes_a_comment() {
+    let model = load(BUS);
+    let (mut updates, mut changes) = (0, 0);
+    for n in 1..=800_u64 {
+        arbtest::arbtest(|u| {
+            let mut toml = String::new();
+            for _ in 0..u.int_in_range(1..=14)? {
+                toml.push_str(u.choose(&LINES)?);
+                toml.push('\n');
+            }
+            let mut sources = SourceMap::new();
+            let source = sources.add("config.toml", toml.as_str());
+            if config::update(&sources, source, Some(&model)).is_err() {
+                return Ok(());
+            }
+            let (said, text) = updated(&model, &toml);
+            updates += 1;
+            changes += said.len();
+            let source = sources.add("config.toml", text.as_str());
+            let (_, found) = config::check(&sources, source, Some(&model));
+            let bad = ["toml-syntax", "unknown-parameter"];
+            let bad = found.iter().find(|d| bad.contains(&d.code));
+            assert!(bad.is_none(), "{bad:?}\n{toml}\n-----\n{text}");
+            // What is in braces is written anew; its numbers stay.
+            for line in toml.lines().filter(|line| !line.contains('{')) {
+                let kept = |now: &str| now == line || now.strip_prefix("# ") == Some(line);
+                assert!(text.lines().any(kept), "{line}\n{toml}\n-----\n{text}");
+            }
+            let numbers = |text: &str| text.matches(|c: char| c.is_ascii_digit()).count();
+            assert!(numbers(&text) >= numbers(&toml), "{toml}\n-----\n{text}");
+            Ok(())
+        })
+        .seed(n << 32 | 256)
+        .run();
+    }
+    assert!(updates > 200 && changes > 1000, "{updates} {changes}");
 }

@@ -106,9 +106,11 @@ pub fn update(
         }
         (None, Some(model)) if !model.parameters.is_empty() => {
             updater.added(&model.parameters, "", updater.place.start());
-            updater
-                .text
-                .insert(updater.text.end(), &template::root(model));
+            updater.text.insert(
+                updater.text.end(),
+                text::Place::Table,
+                &template::root(model),
+            );
         }
         (None, _) => {}
     }
@@ -257,7 +259,12 @@ impl Updater<'_> {
                     heads_in(item, &mut found);
                     before = found.iter().map(|head| head.start).max().or(before);
                 }
-                None => self.new_table(parameter, within, at, before.or(first(table))),
+                None => {
+                    let above = first(table).map(|first| self.text.above(first));
+                    let end = before.map(|head| self.text.end_of(Some(head)));
+                    let place = end.or(above).unwrap_or_else(|| self.text.end());
+                    self.new_table(parameter, within, at, (place, before));
+                }
             }
         }
     }
@@ -302,31 +309,44 @@ impl Updater<'_> {
                 } else {
                     String::new()
                 };
-                self.text.insert(place, &format!("{head}{lines}"));
+                let kind = if headless {
+                    text::Place::Table
+                } else {
+                    text::Place::Body
+                };
+                self.text.insert(place, kind, &format!("{head}{lines}"));
                 self.change(inner(&within.path, &parameter.name), at, what);
             }
         }
     }
 
-    /// A group or a list that is not there; `before` is the last head that comes before it.
+    /// A group or a list that is not there, its place, and the last head that comes before it.
     fn new_table(
         &mut self,
         parameter: &Parameter,
         within: &Within,
         at: Span,
-        before: Option<usize>,
+        (place, before): (usize, Option<usize>),
     ) {
-        let end = before.map_or_else(|| self.text.end(), |head| self.text.end_of(Some(head)));
         let new = within.inner(&parameter.name);
         // A list that may be empty is a comment.
         let example = format!("# [[{}]]", new.head);
         let is_list = matches!(parameter.kind, Kind::List { .. });
-        if is_list && self.text.has_line(within.body, before, &example) {
+        // Of the elements of a list, each has its own; of all else there is one in the file.
+        let (from, to) = if within.path.contains('[') {
+            (within.body, before)
+        } else {
+            (None, Some(usize::MAX))
+        };
+        if is_list && self.text.has_line(from, to, &example) {
             return;
         }
         self.added(std::slice::from_ref(parameter), &within.path, at);
-        self.text
-            .insert(end, &template::table(parameter, &new.head));
+        self.text.insert(
+            place,
+            text::Place::Table,
+            &template::table(parameter, &new.head),
+        );
     }
 
     /// Notes that these are new, and all that is in them.

@@ -8,7 +8,22 @@ pub(super) struct Text<'a> {
     whole: &'a str,
     /// Where each `[table]` and `[[table]]` begins, in order.
     heads: Vec<usize>,
-    edits: Vec<(Range<usize>, String)>,
+    edits: Vec<Edit>,
+}
+
+struct Edit {
+    range: Range<usize>,
+    place: Place,
+    with: String,
+}
+
+/// What comes first where several insertions are at one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Place {
+    /// The values of the table whose head stands above.
+    Body,
+    /// Another table.
+    Table,
 }
 
 impl<'a> Text<'a> {
@@ -29,7 +44,11 @@ impl<'a> Text<'a> {
     }
 
     pub(super) fn replace(&mut self, range: Range<usize>, with: impl Into<String>) {
-        self.edits.push((range, with.into()));
+        self.edits.push(Edit {
+            range,
+            place: Place::Body,
+            with: with.into(),
+        });
     }
 
     /// Where the line of `at` begins.
@@ -89,7 +108,7 @@ impl<'a> Text<'a> {
     }
 
     /// Inserts whole lines at `at`, the beginning of a line or the end of the text, with blank lines around them.
-    pub(super) fn insert(&mut self, at: usize, lines: &str) {
+    pub(super) fn insert(&mut self, at: usize, place: Place, lines: &str) {
         let above = self.slice(0..at);
         let last = above.strip_suffix('\n').unwrap_or(above);
         let last = last.rsplit('\n').next().unwrap_or_default();
@@ -100,14 +119,11 @@ impl<'a> Text<'a> {
         };
         let below = self.slice(at..self.next_line(at));
         let after = if below.trim().is_empty() { "" } else { "\n" };
-        match self.edits.last_mut() {
-            // What follows another insertion at the same place is a part of it.
-            Some((range, text)) if *range == (at..at) => {
-                text.truncate(text.trim_end_matches('\n').len());
-                text.push_str(&format!("\n\n{lines}{after}"));
-            }
-            _ => self.replace(at..at, format!("{before}{lines}{after}")),
-        }
+        self.edits.push(Edit {
+            range: at..at,
+            place,
+            with: format!("{before}{lines}{after}"),
+        });
     }
 
     /// Makes comments of the lines of `range`, below `note`.
@@ -127,19 +143,29 @@ impl<'a> Text<'a> {
     /// The text with all edits. Lines end as those of the text.
     pub(super) fn finish(mut self) -> String {
         self.edits
-            .sort_by_key(|(range, _)| (range.start, range.end));
+            .sort_by_key(|edit| (edit.range.start, edit.range.end, edit.place));
+        let mut merged: Vec<Edit> = Vec::new();
+        for edit in self.edits.drain(..) {
+            match merged.last_mut() {
+                Some(last) if edit.range.is_empty() && last.range == edit.range => {
+                    let first = last.with.trim_end_matches('\n');
+                    last.with = format!("{first}\n\n{}", edit.with.trim_start_matches('\n'));
+                }
+                _ => merged.push(edit),
+            }
+        }
         let crlf = self.whole.contains("\r\n");
         let mut out = String::with_capacity(self.whole.len());
         let mut at = 0;
-        for (range, with) in &self.edits {
-            out.push_str(self.slice(at..range.start));
-            let with = with.replace("\r\n", "\n");
+        for edit in merged {
+            out.push_str(self.slice(at..edit.range.start));
+            let with = edit.with.replace("\r\n", "\n");
             out.push_str(&if crlf {
                 with.replace('\n', "\r\n")
             } else {
                 with
             });
-            at = range.end.max(at);
+            at = edit.range.end.max(at);
         }
         out.push_str(self.slice(at..self.whole.len()));
         out
