@@ -14,9 +14,10 @@ use super::template;
 use crate::model::{Kind, Parameter, Parameters};
 use names::Names;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
-use text::{Text, head, heads_in};
+use text::{Rank, Text, head, heads_in};
 use toml_edit::{Document, Item, Table};
 
 /// The words over what became a comment.
@@ -106,11 +107,9 @@ pub fn update(
         }
         (None, Some(model)) if !model.parameters.is_empty() => {
             updater.added(&model.parameters, "", updater.place.start());
-            updater.text.insert(
-                updater.text.end(),
-                text::Place::Table,
-                &template::root(model),
-            );
+            updater
+                .text
+                .insert(updater.text.end(), Rank::Table, &template::root(model));
         }
         (None, _) => {}
     }
@@ -123,13 +122,15 @@ pub fn update(
 /// Notes about what a configuration leaves to its defaults, one for each table.
 pub fn unset(update: &Update) -> Vec<Diagnostic> {
     let mut tables: Vec<(Span, Vec<String>)> = Vec::new();
+    let mut known: HashMap<Span, usize> = HashMap::new();
     for change in &update.changes {
         if let What::New(default) = &change.what {
-            let text = format!("`{}` = {default}", change.path);
-            match tables.iter_mut().find(|(at, _)| *at == change.at) {
-                Some((_, texts)) => texts.push(text),
-                None => tables.push((change.at, vec![text])),
+            let index = *known.entry(change.at).or_insert(tables.len());
+            if index == tables.len() {
+                tables.push((change.at, Vec::new()));
             }
+            let text = format!("`{}` = {default}", change.path);
+            tables[index].1.push(text);
         }
     }
     let note = |(at, texts): (Span, Vec<String>)| {
@@ -309,11 +310,7 @@ impl Updater<'_> {
                 } else {
                     String::new()
                 };
-                let kind = if headless {
-                    text::Place::Table
-                } else {
-                    text::Place::Body
-                };
+                let kind = if headless { Rank::Table } else { Rank::Body };
                 self.text.insert(place, kind, &format!("{head}{lines}"));
                 self.change(inner(&within.path, &parameter.name), at, what);
             }
@@ -342,11 +339,8 @@ impl Updater<'_> {
             return;
         }
         self.added(std::slice::from_ref(parameter), &within.path, at);
-        self.text.insert(
-            place,
-            text::Place::Table,
-            &template::table(parameter, &new.head),
-        );
+        self.text
+            .insert(place, Rank::Table, &template::table(parameter, &new.head));
     }
 
     /// Notes that these are new, and all that is in them.

@@ -13,13 +13,13 @@ pub(super) struct Text<'a> {
 
 struct Edit {
     range: Range<usize>,
-    place: Place,
+    rank: Rank,
     with: String,
 }
 
 /// What comes first where several insertions are at one place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Place {
+pub(super) enum Rank {
     /// The values of the table whose head stands above.
     Body,
     /// Another table.
@@ -46,7 +46,7 @@ impl<'a> Text<'a> {
     pub(super) fn replace(&mut self, range: Range<usize>, with: impl Into<String>) {
         self.edits.push(Edit {
             range,
-            place: Place::Body,
+            rank: Rank::Body,
             with: with.into(),
         });
     }
@@ -72,8 +72,9 @@ impl<'a> Text<'a> {
     }
 
     fn next_head(&self, head: Option<usize>) -> Option<usize> {
-        let mut heads = self.heads.iter().copied();
-        heads.find(|next| head.is_none_or(|head| *next > head))
+        let before = |next: &usize| head.is_some_and(|head| *next <= head);
+        let at = self.heads.partition_point(before);
+        self.heads.get(at).copied()
     }
 
     /// Where the comment over a head begins.
@@ -108,7 +109,7 @@ impl<'a> Text<'a> {
     }
 
     /// Inserts whole lines at `at`, the beginning of a line or the end of the text, with blank lines around them.
-    pub(super) fn insert(&mut self, at: usize, place: Place, lines: &str) {
+    pub(super) fn insert(&mut self, at: usize, rank: Rank, lines: &str) {
         let above = self.slice(0..at);
         let last = above.strip_suffix('\n').unwrap_or(above);
         let last = last.rsplit('\n').next().unwrap_or_default();
@@ -121,7 +122,7 @@ impl<'a> Text<'a> {
         let after = if below.trim().is_empty() { "" } else { "\n" };
         self.edits.push(Edit {
             range: at..at,
-            place,
+            rank,
             with: format!("{before}{lines}{after}"),
         });
     }
@@ -143,7 +144,7 @@ impl<'a> Text<'a> {
     /// The text with all edits. Lines end as those of the text.
     pub(super) fn finish(mut self) -> String {
         self.edits
-            .sort_by_key(|edit| (edit.range.start, edit.range.end, edit.place));
+            .sort_by_key(|edit| (edit.range.start, edit.range.end, edit.rank));
         let mut merged: Vec<Edit> = Vec::new();
         for edit in self.edits.drain(..) {
             match merged.last_mut() {

@@ -580,6 +580,7 @@ impl JointMotorClient {
         self.caller.peers() > 0
     }
 
+    /// The motor goes to this position and stays there.
     pub fn set_position(
         &mut self,
         goal: &robo_comp_joint_motor::MotorGoalPosition,

@@ -9,6 +9,7 @@ use rc_runtime::middleware::typed::{HandlerError, Request};
 /// Moves the motors of one bus. A goal holds until the next one for the same motor; an answer says that the goal
 /// was accepted, the state tells when it is reached.
 pub trait JointMotor {
+    /// The motor goes to this position and stays there.
     fn set_position(
         &mut self,
         ctx: &mut Context,

@@ -186,7 +186,7 @@ impl Cdr for MotorParams {
     }
 }
 
-/// What all motors of a bus are.
+/// How several motors are built and set.
 pub type MotorParamsList = Vec<MotorParams>;
 
 /// The bus.
