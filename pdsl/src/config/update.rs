@@ -250,23 +250,20 @@ impl Updater<'_> {
         // What is new comes behind what it follows in the `.pdsl`.
         let mut before = within.body;
         for parameter in parameters.iter().filter(|p| !is_scalar(p)) {
-            match table.get(&key_of(parameter)) {
-                Some(item) => {
-                    if names.knows(&key_of(parameter)) && fits(parameter, item, self.place) {
-                        let members = members(parameter);
-                        self.item(item, members, &within.inner(&parameter.name));
-                    }
-                    let mut found = Vec::new();
-                    heads_in(item, &mut found);
-                    before = found.iter().map(|head| head.start).max().or(before);
-                }
-                None => {
-                    let above = first(table).map(|first| self.text.above(first));
-                    let end = before.map(|head| self.text.end_of(Some(head)));
-                    let place = end.or(above).unwrap_or_else(|| self.text.end());
-                    self.new_table(parameter, within, at, (place, before));
-                }
+            let Some(item) = table.get(&key_of(parameter)) else {
+                let above = first(table).map(|first| self.text.above(first));
+                let end = before.map(|head| self.text.end_of(Some(head)));
+                let place = end.or(above).unwrap_or_else(|| self.text.end());
+                self.new_table(parameter, within, at, (place, before));
+                continue;
+            };
+            if names.knows(&key_of(parameter)) && fits(parameter, item, self.place) {
+                let members = members(parameter);
+                self.item(item, members, &within.inner(&parameter.name));
             }
+            let mut found = Vec::new();
+            heads_in(item, &mut found);
+            before = found.iter().map(|head| head.start).max().or(before);
         }
     }
 
