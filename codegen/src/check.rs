@@ -1,5 +1,6 @@
 //! Checks files of any of the languages, and configurations.
 
+use crate::configuration;
 use crate::languages;
 use crate::load;
 use crate::project::Project;
@@ -57,8 +58,19 @@ pub fn file(
     found: &mut Diagnostics,
 ) -> io::Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
-        Some("cdsl") => found.extend(Project::load(path, sources, loader)?.1),
-        Some("idsl" | "pdsl" | "smdsl" | "scxml") if was_read(path, sources) => {}
+        Some("cdsl") => {
+            let (project, more) = Project::load(path, sources, loader)?;
+            let right = !more.has_errors();
+            found.extend(more);
+            let own = configuration::own(path).filter(|own| !was_read(own, sources));
+            if let (Some(project), Some(own)) = (project.filter(|_| right), own)
+                && let Some(text) = configuration::read(&own, sources, found)?
+            {
+                let source = sources.add(own, text);
+                found.extend(configuration::check(sources, source, Some(&project)));
+            }
+        }
+        Some("idsl" | "pdsl" | "smdsl" | "scxml" | "toml") if was_read(path, sources) => {}
         Some("idsl") => {
             let source = sources.add(path, load::read(path)?);
             let mut session = Session::new(sources, loader);
@@ -77,7 +89,20 @@ pub fn file(
             let source = sources.add(path, load::read(path)?);
             found.extend(rc_ddsl::load(sources, loader, source).1);
         }
-        Some("toml") => configuration(path, sources, loader, found)?,
+        Some("toml") => {
+            let source = sources.add(path, load::read(path)?);
+            let Some(cdsl) = configuration::component(path, source, found)? else {
+                return Ok(());
+            };
+            let known = was_read(&cdsl, sources);
+            let (project, more) = Project::load(&cdsl, sources, loader)?;
+            let right = !more.has_errors();
+            if !known {
+                found.extend(more);
+            }
+            let project = project.filter(|_| right);
+            found.extend(configuration::check(sources, source, project.as_ref()));
+        }
         _ => {
             let source = sources.add(path, "");
             let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl and .toml";
@@ -88,56 +113,5 @@ pub fn file(
             ));
         }
     }
-    Ok(())
-}
-
-/// A configuration belongs to the component in whose `etc/` it lies.
-fn configuration(
-    path: &Path,
-    sources: &mut SourceMap,
-    loader: &dyn Loader,
-    found: &mut Diagnostics,
-) -> io::Result<()> {
-    let text = load::read(path)?;
-    let folder = path
-        .canonicalize()?
-        .parent()
-        .and_then(Path::parent)
-        .map(Path::to_path_buf);
-    let entries = folder
-        .iter()
-        .filter_map(|f| std::fs::read_dir(f).ok())
-        .flatten()
-        .flatten();
-    let mut cdsl: Vec<PathBuf> = entries
-        .map(|e| e.path())
-        .filter(|p| p.extension().is_some_and(|e| e == "cdsl"))
-        .collect();
-    cdsl.sort();
-    let cdsl = cdsl.into_iter().next();
-    let source = sources.add(path, text);
-    let Some(cdsl) = cdsl else {
-        let message =
-            "no component owns this configuration: there is no .cdsl in the folder above its own";
-        found.push(Diagnostic::error(
-            "no-component",
-            Span::new(source, 0, 0),
-            message,
-        ));
-        return Ok(());
-    };
-    let known = was_read(&cdsl, sources);
-    let (project, more) = Project::load(&cdsl, sources, loader)?;
-    let right = !more.has_errors();
-    if !known {
-        found.extend(more);
-    }
-    let parameters = project.filter(|_| right).and_then(|p| p.parameters);
-    let (_, more) = rc_pdsl::config::check(sources, source, parameters.as_ref());
-    // What a description with errors declares is not known; the framework's own keys are.
-    found.extend(
-        more.into_iter()
-            .filter(|d| right || d.code != "unknown-parameter"),
-    );
     Ok(())
 }

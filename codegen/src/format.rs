@@ -39,7 +39,7 @@ pub fn file(
 }
 
 /// Writes beside the file first, so that a full disk costs nothing; a link stays one, and rights stay as they are.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
+pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
     let path = path.canonicalize()?;
     if path.metadata()?.permissions().readonly() {
         return Err(io::ErrorKind::PermissionDenied.into());

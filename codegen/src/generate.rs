@@ -9,7 +9,7 @@ use rc_diagnostics::Diagnostics;
 use std::path::Path;
 use tera::{Context, Tera};
 
-const TEMPLATES: [(&str, &str); 19] = [
+const TEMPLATES: [(&str, &str); 20] = [
     ("cargo.toml", include_str!("../templates/cargo.toml.tera")),
     ("lib.rs", include_str!("../templates/lib.rs.tera")),
     ("backend.rs", include_str!("../templates/backend.rs.tera")),
@@ -40,6 +40,10 @@ const TEMPLATES: [(&str, &str); 19] = [
     (
         "parameters.rs",
         include_str!("../templates/parameters.rs.tera"),
+    ),
+    (
+        "parameters.md",
+        include_str!("../templates/parameters.md.tera"),
     ),
     (
         "user_cargo.toml",
@@ -166,7 +170,12 @@ impl<'a> Printer<'a> {
         );
         if view.parameters.is_some() {
             add(src.join("parameters.rs"), self.print("parameters.rs", &[])?);
+            add(
+                base.join("parameters.md"),
+                self.print("parameters.md", &[])?,
+            );
         }
+        add(base.join("config.schema.json"), view.schema.clone());
         let modules = view.modules.iter();
         let parts = modules.map(|m| {
             let exports = !m.types.is_empty() || !m.consts.is_empty();
@@ -234,7 +243,11 @@ impl<'a> Printer<'a> {
         );
         let worker = self.print("user_worker.rs", &[("use_line", imports.into())])?;
         files.add("src/specific_worker.rs", Owner::Specific, worker);
-        let config = rc_pdsl::config::template(&self.view.name, project.parameters.as_ref());
+        let config = rc_pdsl::config::template(
+            &self.view.name,
+            project.component.period,
+            project.parameters.as_ref(),
+        );
         files.add("etc/config.toml", Owner::Specific, config);
         Ok(())
     }

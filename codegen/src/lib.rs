@@ -5,6 +5,7 @@
 //! place, all or nothing. [`stubs`] says what a worker that exists lacks after its description changed.
 
 pub mod check;
+pub mod configuration;
 pub mod explain;
 pub mod files;
 pub mod format;

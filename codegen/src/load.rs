@@ -7,7 +7,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 9] = [
+const SHIPPED: [(&str, &str); 10] = [
     (
         "Camera.idsl",
         include_str!("../../components/interfaces/Camera.idsl"),
@@ -31,6 +31,10 @@ const SHIPPED: [(&str, &str); 9] = [
     (
         "GenericBase.idsl",
         include_str!("../../components/interfaces/GenericBase.idsl"),
+    ),
+    (
+        "JointMotor.idsl",
+        include_str!("../../components/interfaces/JointMotor.idsl"),
     ),
     (
         "Laser.idsl",

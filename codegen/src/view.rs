@@ -5,6 +5,7 @@ mod exports;
 mod in_place;
 mod interfaces;
 mod operation_names;
+mod page;
 mod parameters;
 mod slots;
 mod types;
@@ -20,6 +21,7 @@ use rc_idsl::model::{InterfaceId, ModuleId, Operation};
 use serde::Serialize;
 
 pub use interfaces::Interface;
+pub use page::Page;
 pub use parameters::Parameters;
 pub use slots::Slot;
 pub use types::Module;
@@ -59,6 +61,10 @@ pub struct View {
     pub traits: Vec<String>,
     /// The parameters.
     pub parameters: Option<Parameters>,
+    /// The page about the parameters.
+    pub page: Option<Page>,
+    /// The JSON Schema of a configuration.
+    pub schema: String,
     /// Crates of the user's code.
     pub dependencies: Vec<Dependency>,
     /// What `lib.rs` exports, in rustfmt's order.
@@ -153,6 +159,8 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         repeats: exports.repeats(),
         slots,
         traits,
+        page: project.parameters.as_ref().map(page::of),
+        schema: schema(project),
         parameters,
         dependencies: component
             .dependencies
@@ -203,6 +211,27 @@ fn reexports(component: &rc_cdsl::Component, traits: &[String]) -> Vec<String> {
     paths.extend(traits.iter().map(|name| format!("slots::{name}")));
     paths.sort_by(|a, b| layout::order(a, b));
     paths
+}
+
+fn schema(project: &Project) -> String {
+    let component = &project.component;
+    let library = &component.library;
+    let slots = component.slots.iter().map(|slot| {
+        let interface = library.interface(slot.interface);
+        let module = &library.module(interface.module).name.text;
+        let word = slot.role.word();
+        let what = format!("{word} `{module}::{}`", interface.name.text);
+        rc_pdsl::config::Slot {
+            name: &slot.name,
+            what,
+        }
+    });
+    rc_pdsl::config::schema(
+        &component.name.text,
+        component.period,
+        &slots.collect::<Vec<_>>(),
+        project.parameters.as_ref(),
+    )
 }
 
 fn check_language(project: &Project, found: &mut Diagnostics) {

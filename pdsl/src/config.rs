@@ -9,13 +9,21 @@ mod parameters;
 mod path;
 mod rules;
 mod save;
+#[cfg(feature = "language")]
+mod schema;
 mod template;
+#[cfg(feature = "language")]
+mod update;
 mod values;
 
 pub use document::argument;
 pub use live::{Accepted, Live, ParamChange, ParameterStatus};
 pub use save::Unsaved;
+#[cfg(feature = "language")]
+pub use schema::{Slot, schema};
 pub use template::template;
+#[cfg(feature = "language")]
+pub use update::{Change, Update, What, unset, update};
 pub use values::Values;
 
 use crate::model::{Misfit, Parameters, Type, Value};

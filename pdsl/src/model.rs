@@ -491,6 +491,24 @@ impl Parameter {
         }
     }
 
+    /// When a change takes effect, for people; nothing where it is fixed at the start.
+    pub fn change(&self) -> Option<&'static str> {
+        match (self.restart, self.editable) {
+            (true, _) => Some("a change takes effect at the next start"),
+            (false, true) => Some("may be changed while the component runs"),
+            (false, false) => None,
+        }
+    }
+
+    /// Whether a configuration has to say something about it.
+    pub fn is_required(&self) -> bool {
+        match &self.kind {
+            Kind::Scalar { .. } => self.default.is_none(),
+            Kind::Group(members) => members.iter().any(Self::is_required),
+            Kind::List { length, .. } => length.min > 0,
+        }
+    }
+
     fn limits(&self) -> String {
         let mut text = String::new();
         if !self.choices.is_empty() {

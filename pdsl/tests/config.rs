@@ -27,6 +27,9 @@ const BUS: &str = r#"ComponentParams MotorBus {
     list motors 1:3 { name string; id int 0:127; max float 1.5; tags string[] []; };
 };"#;
 
+/// That of a component which says nothing else.
+const PERIOD: Duration = Duration::from_millis(100);
+
 fn load(text: &str) -> Parameters {
     let mut sources = SourceMap::new();
     let source = sources.add("c.pdsl", text);
@@ -314,11 +317,12 @@ fn a_component_without_a_file() {
 #[test]
 fn the_template_is_a_configuration() {
     expect![[r##"
+        #:schema ../generated/config.schema.json
         # The configuration of MotorBus. It was written once and is yours to change.
 
         # [component]
-        # period = "100ms"    # how often it computes
-        # log = "info"        # error, warn, info, debug or trace
+        # period = "100ms"      # how often it computes
+        # log = "info"          # error, warn, info, debug or trace
 
         [parameters]
 
@@ -374,15 +378,16 @@ fn the_template_is_a_configuration() {
         # string[], any number of elements
         tags = []
     "##]]
-    .assert_eq(&config::template("MotorBus", Some(&load(BUS))));
+    .assert_eq(&config::template("MotorBus", PERIOD, Some(&load(BUS))));
     expect![[r##"
+        #:schema ../generated/config.schema.json
         # The configuration of Plain. It was written once and is yours to change.
 
         # [component]
-        # period = "100ms"    # how often it computes
-        # log = "info"        # error, warn, info, debug or trace
+        # period = "100ms"      # how often it computes
+        # log = "info"          # error, warn, info, debug or trace
     "##]]
-    .assert_eq(&config::template("Plain", None));
+    .assert_eq(&config::template("Plain", PERIOD, None));
 }
 
 #[test]
@@ -397,7 +402,7 @@ fn the_template_gives_the_defaults_again() {
             z int 1;
         };"#,
     );
-    let text = config::template("C", Some(&model));
+    let text = config::template("C", PERIOD, Some(&model));
     let (configuration, _, rendered) = read(&text, Some(&model));
     assert_eq!(rendered, "", "{text}");
     let values = &configuration.parameters;

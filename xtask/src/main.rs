@@ -16,7 +16,7 @@ mod usage;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 9] = [
+const COMPONENTS: [&str; 11] = [
     "simulator",
     "avoider",
     "pose_monitor",
@@ -26,6 +26,8 @@ const COMPONENTS: [&str; 9] = [
     "speech_client",
     "soak_source",
     "soak_sink",
+    "motor_bus",
+    "joint_controller",
 ];
 
 fn main() -> ExitCode {

@@ -8,7 +8,9 @@ use rc_cdsl::model::Backend;
 use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::languages::Language;
 use rc_codegen::view::BACKENDS;
-use rc_codegen::{FileLoader, Files, Project, generate, languages, stubs, workspace};
+use rc_codegen::{
+    FileLoader, Files, Project, configuration, generate, languages, stubs, workspace,
+};
 use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap, render};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -67,6 +69,24 @@ enum Command {
         /// How findings are printed: human, short or json (one object a line).
         #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
         format: Format,
+    },
+    /// Brings the configuration of a component to what its .pdsl declares now.
+    Config {
+        /// Writes what is new with its comment and default, makes comments of what is gone, and gives a value its new
+        /// name where that is certain. All else stays as it is.
+        #[arg(long, required = true)]
+        update: bool,
+        /// The component, whose etc/config.toml is meant, or a .toml file in a component's etc/.
+        #[arg(value_name = "FILE.cdsl|FILE.toml")]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// Lists what would change, and writes nothing.
+        #[arg(long)]
+        dry_run: bool,
+        /// Fails with 1 if something would change, and writes nothing.
+        #[arg(long)]
+        check: bool,
     },
     /// Explains the code of a finding, with a wrong and a right example; lists all codes where none is given.
     Explain {
@@ -179,6 +199,13 @@ fn main() -> ExitCode {
             check,
             format,
         }) => fmt(&files, check, format),
+        Some(Command::Config {
+            update: _,
+            file,
+            common,
+            dry_run,
+            check,
+        }) => update_configuration(&file, &common, dry_run, check),
         Some(Command::Explain { code }) => explain(code.as_deref()),
         Some(Command::Stubs { file, common, out }) => print_stubs(&file, &common, out),
         None => generate_component(&cli.generate),
@@ -288,6 +315,47 @@ fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), Failure> {
         None if check && differs => Err(Failure::Input),
         None => told,
     }
+}
+
+fn update_configuration(
+    file: &Path,
+    common: &Common,
+    dry_run: bool,
+    check: bool,
+) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let (mut found, mut refused) = (Diagnostics::new(), None);
+    let loader = FileLoader::new(&common.include);
+    let updated = match configuration::update(file, &mut sources, &loader, &mut found) {
+        Ok(updated) => updated,
+        Err(error) => {
+            unreadable(file, &error, &mut sources, &mut found, &mut refused);
+            None
+        }
+    };
+    if let Some(why) = refused {
+        return Err(Failure::System(why));
+    }
+    report(&sources, &found, common.format)?;
+    let Some(updated) = updated else {
+        return Err(Failure::Input);
+    };
+    let path = updated.path.display();
+    for change in &updated.update.changes {
+        print_line(format_args!("{path}: {change}"));
+    }
+    if check && updated.differs() {
+        tell(format_args!(
+            "{path} is not up to date: rcgen config --update {path}\n"
+        ));
+        return Err(Failure::Input);
+    }
+    if !dry_run && !check {
+        updated
+            .write()
+            .map_err(|e| Failure::System(format!("{path}: {e}")))?;
+    }
+    Ok(())
 }
 
 /// A file that is no text is wrong input; anything else is the system's refusal.

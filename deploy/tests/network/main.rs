@@ -2,6 +2,7 @@
 
 mod camera;
 mod groups;
+mod joints;
 mod late;
 mod params;
 mod patrol;

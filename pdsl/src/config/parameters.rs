@@ -3,7 +3,7 @@
 use super::block::{Block, Content, Field, Origin, inner};
 use super::document::{self, Place};
 use crate::model::{Kind, Length, Misfit, Parameter, Type, Value};
-use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
 use std::collections::HashSet;
 use toml_edit::{Item, TableLike};
 
@@ -71,10 +71,17 @@ impl Reader<'_> {
             let message = format!("unknown parameter `{}`", inner(path, name));
             let diagnostic =
                 Diagnostic::error("unknown-parameter", self.place.of(span, at), message);
-            self.found.push(if parameters.is_empty() {
-                diagnostic.help("there are no parameters here")
-            } else {
-                diagnostic.suggest(name, parameters.iter().map(|p| p.name.as_str()))
+            if parameters.is_empty() {
+                self.found
+                    .push(diagnostic.help("there are no parameters here"));
+                continue;
+            }
+            // What is there already is rarely meant.
+            let absent = parameters.iter().filter(|p| !table.contains_key(&p.name));
+            let near = nearest(name, absent.map(|p| p.name.as_str()));
+            self.found.push(match near {
+                Some(_) => diagnostic.help_nearest(near),
+                None => diagnostic.suggest(name, parameters.iter().map(|p| p.name.as_str())),
             });
         }
     }
@@ -212,5 +219,36 @@ impl Reader<'_> {
         self.found
             .push(Diagnostic::error(code, at, message).help(format!("allowed is {allowed}")));
         None
+    }
+}
+
+/// Whether `item` may be the value of `parameter`; of a table, whether it is one.
+#[cfg(feature = "language")]
+pub(super) fn fits(parameter: &Parameter, item: &Item, place: Place) -> bool {
+    match &parameter.kind {
+        Kind::Group(_) => item.is_table_like(),
+        Kind::List { .. } => document::tables(item).is_some(),
+        Kind::Scalar { .. } => {
+            let mut found = Diagnostics::new();
+            let mut reader = Reader {
+                place,
+                found: &mut found,
+                missing: Vec::new(),
+                secrets: Vec::new(),
+                sample: false,
+            };
+            let mut field = Field {
+                name: String::new(),
+                path: String::new(),
+                at: place.start(),
+                origin: Origin::Given,
+                faulty: false,
+                secret: false,
+                content: None,
+                elements: Vec::new(),
+            };
+            reader.given(parameter, item, &mut field);
+            found.is_empty()
+        }
     }
 }

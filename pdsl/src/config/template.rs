@@ -1,24 +1,35 @@
 //! The first configuration file of a component, which its user then owns.
 
 use crate::model::{Kind, Parameter, Parameters};
+use rc_diagnostics::duration_text;
 use std::fmt::Write;
+use std::time::Duration;
 
 /// The text of `etc/config.toml`: every parameter with its documentation, what is allowed, and its default. A
-/// parameter without default is a comment that says that it must be set.
-pub fn template(component_name: &str, parameters: Option<&Parameters>) -> String {
+/// parameter without default is a comment that says that it must be set. `period` is the component's own.
+pub fn template(component_name: &str, period: Duration, parameters: Option<&Parameters>) -> String {
+    let period = format!("period = \"{}\"", duration_text(period.as_nanos() as u64));
     let mut out = format!(
-        "# The configuration of {component_name}. It was written once and is yours to change.\n\
+        "#:schema ../generated/config.schema.json\n\
+         # The configuration of {component_name}. It was written once and is yours to change.\n\
          \n\
          # [component]\n\
-         # period = \"100ms\"    # how often it computes\n\
-         # log = \"info\"        # error, warn, info, debug or trace\n"
+         # {period:<20}  # how often it computes\n\
+         # log = \"info\"          # error, warn, info, debug or trace\n"
     );
     if let Some(model) = parameters {
         out.push('\n');
-        comment(&mut out, &model.doc);
-        out.push_str("[parameters]\n");
-        block(&mut out, &model.parameters, "parameters");
+        out.push_str(&root(model));
     }
+    out
+}
+
+/// `[parameters]`, with all that belongs to it.
+pub(super) fn root(model: &Parameters) -> String {
+    let mut out = String::new();
+    comment(&mut out, &model.doc);
+    out.push_str("[parameters]\n");
+    block(&mut out, &model.parameters, "parameters");
     out
 }
 
@@ -28,48 +39,59 @@ fn block(out: &mut String, parameters: &[Parameter], path: &str) {
         .iter()
         .filter(|p| matches!(p.kind, Kind::Scalar { .. }))
     {
-        scalar(out, parameter);
+        out.push('\n');
+        out.push_str(&scalar(parameter, &parameter.name));
     }
-    for parameter in parameters {
-        let path = format!("{path}.{}", parameter.name);
-        match &parameter.kind {
-            Kind::Scalar { .. } => {}
-            Kind::Group(inner) => {
-                out.push('\n');
-                comment(out, &parameter.doc);
-                let _ = writeln!(out, "[{path}]");
-                block(out, inner, &path);
-            }
-            Kind::List { length, parameters } => {
-                out.push('\n');
-                comment(out, &parameter.doc);
-                let _ = writeln!(out, "# {}", parameter.summary());
-                let mut element = format!("[[{path}]]\n");
-                block(&mut element, parameters, &path);
-                if length.min == 0 {
-                    comment(out, &element.lines().map(str::to_owned).collect::<Vec<_>>());
-                }
-                (0..length.min).for_each(|_| out.push_str(&element));
-            }
-        }
+    for parameter in parameters
+        .iter()
+        .filter(|p| !matches!(p.kind, Kind::Scalar { .. }))
+    {
+        out.push('\n');
+        out.push_str(&table(parameter, &format!("{path}.{}", parameter.name)));
     }
 }
 
-fn scalar(out: &mut String, parameter: &Parameter) {
-    out.push('\n');
-    comment(out, &parameter.doc);
+/// A group or a list, whose head says `path`.
+pub(super) fn table(parameter: &Parameter, path: &str) -> String {
+    let mut out = String::new();
+    comment(&mut out, &parameter.doc);
+    match &parameter.kind {
+        Kind::Scalar { .. } => {}
+        Kind::Group(inner) => {
+            let _ = writeln!(out, "[{path}]");
+            block(&mut out, inner, path);
+        }
+        Kind::List { length, parameters } => {
+            let _ = writeln!(out, "# {}", parameter.summary());
+            let mut element = format!("[[{path}]]\n");
+            block(&mut element, parameters, path);
+            if length.min == 0 {
+                comment(
+                    &mut out,
+                    &element.lines().map(str::to_owned).collect::<Vec<_>>(),
+                );
+            }
+            let elements = vec![element; length.min as usize];
+            out.push_str(&elements.join("\n"));
+        }
+    }
+    out
+}
+
+/// A value that is written as `name`, with its comment.
+pub(super) fn scalar(parameter: &Parameter, name: &str) -> String {
+    let mut out = String::new();
+    comment(&mut out, &parameter.doc);
     let mut allowed = parameter.summary();
-    if parameter.editable {
-        allowed.push_str("; may be changed while the component runs");
+    if let Some(change) = parameter.change() {
+        let _ = write!(allowed, "; {change}");
     }
-    if parameter.restart {
-        allowed.push_str("; a change takes effect at the next start");
-    }
-    comment(out, &[allowed]);
+    comment(&mut out, &[allowed]);
     let _ = match &parameter.default {
-        Some(default) => writeln!(out, "{} = {}", parameter.name, default.to_toml()),
-        None => writeln!(out, "# {} =     # must be set", parameter.name),
+        Some(default) => writeln!(out, "{name} = {}", default.to_toml()),
+        None => writeln!(out, "# {name} =     # must be set"),
     };
+    out
 }
 
 fn comment(out: &mut String, lines: &[String]) {

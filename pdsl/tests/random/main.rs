@@ -1,5 +1,8 @@
-//! Parameters made by chance: the configuration that comes of their defaults is accepted, and each single fault in it
-//! is refused, with its code, its path and its line.
+//! Parameters made by chance, some of them imported: the configuration that comes of their defaults is accepted, and
+//! each single fault in it is refused, with its code, its path and its line; by the schema, too, where it can say so. An
+//! update puts right what is unknown and what is not there, and touches nothing else.
+
+mod schema;
 
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
@@ -7,7 +10,11 @@ use rc_diagnostics::{SourceMap, render};
 use rc_pdsl::config;
 use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
+use schema::{Case, json_of};
 use std::collections::HashMap;
+use std::time::Duration;
+
+const PERIOD: Duration = Duration::from_millis(100);
 
 /// One parameter, group or list, with what a test has to know of it.
 struct Node {
@@ -31,6 +38,10 @@ enum Kind {
     Group(Vec<Node>),
     List(Vec<Node>),
 }
+
+/// Values that a schema cannot refuse: a number of 32 bits that is too large, a time beyond its range, a date, which JSON
+/// does not know.
+const BEYOND: [&str; 3] = ["1e39", "'2s'", "1979-05-27"];
 
 struct Wrong {
     value: String,
@@ -284,6 +295,8 @@ struct Property {
     pdsl: String,
     /// How many faults were tried.
     faults: usize,
+    /// What the schema has to say about each.
+    case: Case,
 }
 
 impl Property {
@@ -303,6 +316,37 @@ impl Property {
             self.pdsl
         );
         self.faults += 1;
+        let whole = toml.join("\n");
+        let text = whole.lines().nth(at).unwrap_or_default();
+        if !BEYOND.iter().any(|value| text.contains(value)) {
+            // A rule is beyond a schema as well; it must not refuse what it does not understand.
+            let allows = code == "rule-broken";
+            let instance = json_of(&whole);
+            self.case.instances.push((instance, allows));
+        }
+    }
+
+    /// An update says this one thing, and then nothing is wrong any more, and nothing is left to say.
+    fn updates(&self, toml: &[String], expected: &str) {
+        let once = |text: &str| {
+            let mut sources = SourceMap::new();
+            let source = sources.add("config.toml", text);
+            let update = config::update(&sources, source, Some(&self.model)).expect("TOML");
+            let changes = update.changes.iter().map(ToString::to_string);
+            (changes.collect::<Vec<_>>(), update.text)
+        };
+        let before = toml.join("\n");
+        let (changes, text) = once(&before);
+        let said = match &changes[..] {
+            [] => expected.is_empty(),
+            [change] => !expected.is_empty() && change.starts_with(expected),
+            _ => false,
+        };
+        assert!(said, "{expected}: {changes:?}\n{before}\n{}", self.pdsl);
+        assert_eq!(check(&self.model, &text).1, "", "{text}\n{}", self.pdsl);
+        assert_eq!(once(&text), (Vec::new(), text.clone()), "{}", self.pdsl);
+        let kept = before.lines().all(|line| text.contains(line));
+        assert!(kept, "{before}\n\n{text}");
     }
 
     /// Every fault that one line can have.
@@ -327,12 +371,15 @@ impl Property {
             &format!("{within}unheard"),
             at + 1,
         );
+        self.updates(&unknown, &format!("comment out `{within}unheard`"));
         match &node.kind {
             Kind::Scalar {
                 required, wrong, ..
             } => {
                 if *required {
                     self.refuses(&without, "missing-parameter", &path, *table);
+                } else {
+                    self.updates(&without, &format!("add `{path}` = "));
                 }
                 for wrong in wrong {
                     let toml = with(*at, format!("{} = {}", node.name, wrong.value));
@@ -371,13 +418,26 @@ fn check(model: &Parameters, toml: &str) -> (Vec<(String, usize, String)>, Strin
     )
 }
 
-fn property(u: &mut Unstructured<'_>) -> Result<usize> {
-    let mut pdsl = String::from("ComponentParams C {\n");
-    let nodes = block(u, 3, &mut pdsl)?;
+fn property(u: &mut Unstructured<'_>) -> Result<Property> {
+    let mut loader = MemoryLoader::default();
+    let (mut pdsl, mut nodes) = (String::new(), Vec::new());
+    if u.ratio(1, 4)? {
+        let mut base = String::from("ComponentParams Base {\ngroup base {\n");
+        let kind = Kind::Group(block(u, 1, &mut base)?);
+        base.push_str("};\n};\n");
+        nodes.push(Node {
+            name: "base".to_owned(),
+            kind,
+        });
+        pdsl.push_str("import \"base.pdsl\";\n");
+        loader = MemoryLoader::new([("base.pdsl", base.as_str())]);
+    }
+    pdsl.push_str("ComponentParams C {\n");
+    nodes.extend(block(u, 3, &mut pdsl)?);
     pdsl.push_str("};\n");
     let mut sources = SourceMap::new();
     let source = sources.add("c.pdsl", pdsl.as_str());
-    let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
+    let (model, found) = rc_pdsl::load(&mut sources, &loader, source);
     assert!(
         found.is_empty(),
         "{}\n{pdsl}",
@@ -387,14 +447,20 @@ fn property(u: &mut Unstructured<'_>) -> Result<usize> {
     // A component reads its model from JSON.
     let again = Parameters::from_json(&model.to_json()).expect("its own JSON");
     assert_eq!(again, model);
-    let (text, lines) = fill(&config::template("C", Some(&model)), &nodes);
+    let (text, lines) = fill(&config::template("C", PERIOD, Some(&model)), &nodes);
     let (_, shown) = check(&model, &text.join("\n"));
     assert_eq!(shown, "", "{}\n{pdsl}", text.join("\n"));
+    let case = Case {
+        schema: config::schema("C", PERIOD, &[], Some(&model)),
+        instances: vec![(json_of(&text.join("\n")), true)],
+    };
     let mut property = Property {
         model,
         pdsl,
         faults: 0,
+        case,
     };
+    property.updates(&text, "");
     for (at, line) in lines.iter().enumerate() {
         property.faults_of(&text, line, lines.get(at + 1));
         let before = lines[..at].iter().rev().find(|other| {
@@ -411,20 +477,60 @@ fn property(u: &mut Unstructured<'_>) -> Result<usize> {
             property.refuses(&toml, "rule-broken", &format!("{}id", line.within), line.at);
         }
     }
-    Ok(property.faults)
+    Ok(property)
+}
+
+/// What the framework's own tables may hold.
+fn framework() -> Case {
+    let slots = ["Laser", "Laser1"].map(|name| config::Slot {
+        name,
+        what: "requires `Laser`".to_owned(),
+    });
+    let instances = [
+        ("", true),
+        ("[component]\nperiod = '20ms'\nlog = 'warn'", true),
+        ("[component]\nperiod = '1.5 s'", true),
+        ("[component]\nperiod = 0.5", true),
+        ("[component]\nperiod = 0.01", false),
+        ("[component]\nperiod = '20 parsecs'", false),
+        ("[component]\nlog = 'loud'", false),
+        ("[component]\nlogs = 'warn'", false),
+        ("[bindings]\nLaser = 'house/simulator/Laser'", true),
+        ("[bindings]\nLaser = 'no address'", false),
+        ("[bindings]\nLasr = 'house/Laser'", false),
+        ("[middleware.iceoryx2]\nsegment = 5", true),
+        ("middleware = 5", false),
+        ("[parameters]", true),
+        ("[parameters]\nx = 1", false),
+        ("[parametres]", false),
+    ];
+    Case {
+        schema: config::schema("C", PERIOD, &slots, None),
+        instances: instances
+            .map(|(toml, allowed)| (json_of(toml), allowed))
+            .into(),
+    }
 }
 
 #[test]
 fn defaults_are_accepted_and_every_fault_is_refused() {
-    let mut faults = 0;
+    let (mut faults, mut cases) = (0, vec![framework()]);
     // The seeds are numbered, so that every run tries the same; half of a seed is how many bytes of chance there are.
     for n in 1..=400_u64 {
         arbtest(|u| {
-            faults += property(u)?;
+            let property = property(u)?;
+            faults += property.faults;
+            // The validator is slow.
+            if n % 8 == 0 {
+                cases.push(property.case);
+            }
             Ok(())
         })
         .seed(n << 32 | 1024)
         .run();
     }
     assert!(faults > 5000, "only {faults} faults were tried");
+    if let Some(python) = schema::python() {
+        schema::judge(&python, &cases);
+    }
 }

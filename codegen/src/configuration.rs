@@ -1,0 +1,160 @@
+//! The configuration of a component: which component it belongs to, what is wrong with it, and how it follows a
+//! `.pdsl` that has changed.
+
+use crate::load;
+use crate::project::Project;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_pdsl::config::{self, Update};
+use rc_syntax::Loader;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The configuration that lies beside a `.cdsl`, if there is one.
+pub fn own(cdsl: &Path) -> Option<PathBuf> {
+    let path = cdsl.parent()?.join("etc/config.toml");
+    let owner = owner(&path).ok()??;
+    let same = owner.file_name() == cdsl.file_name();
+    Some(path).filter(|path| same && path.exists())
+}
+
+/// The component in whose `etc/` a configuration lies; a finding where there is none.
+pub(crate) fn component(
+    path: &Path,
+    source: SourceId,
+    found: &mut Diagnostics,
+) -> io::Result<Option<PathBuf>> {
+    let owner = owner(path)?;
+    if owner.is_none() {
+        let message =
+            "no component owns this configuration: there is no .cdsl in the folder above its own";
+        let span = Span::new(source, 0, 0);
+        found.push(Diagnostic::error("no-component", span, message));
+    }
+    Ok(owner)
+}
+
+fn owner(path: &Path) -> io::Result<Option<PathBuf>> {
+    let path = path.canonicalize()?;
+    let folder = path.parent().and_then(Path::parent);
+    let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok());
+    let files = entries.into_iter().flatten().flatten().map(|e| e.path());
+    Ok(files
+        .filter(|path| path.extension().is_some_and(|e| e == "cdsl"))
+        .min())
+}
+
+/// The text of a configuration that belongs to another file, which is the one that a command line names; a finding
+/// where it is no text.
+pub(crate) fn read(
+    path: &Path,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> io::Result<Option<String>> {
+    match load::read(path) {
+        Ok(text) => Ok(Some(text)),
+        Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+            let bytes = std::fs::read(path)?;
+            found.push(load::not_utf8(path, &bytes, sources));
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// All that is wrong with a configuration, and what it leaves to defaults. Without a project its description has
+/// errors.
+pub(crate) fn check(
+    sources: &SourceMap,
+    source: SourceId,
+    project: Option<&Project>,
+) -> Vec<Diagnostic> {
+    let parameters = project.and_then(|project| project.parameters.as_ref());
+    let (_, found) = config::check(sources, source, parameters);
+    // What a description with errors declares is not known; the framework's own keys are.
+    let known = |d: &Diagnostic| project.is_some() || d.code != "unknown-parameter";
+    let mut found: Vec<Diagnostic> = found.into_iter().filter(known).collect();
+    if project.is_some()
+        && let Ok(update) = config::update(sources, source, parameters)
+    {
+        found.extend(config::unset(&update));
+    }
+    found
+}
+
+/// A configuration, and what is to become of it.
+#[derive(Debug)]
+pub struct Updated {
+    /// Its file.
+    pub path: PathBuf,
+    /// What changes, and the whole new text.
+    pub update: Update,
+    text: String,
+}
+
+impl Updated {
+    /// Whether anything changes.
+    pub fn differs(&self) -> bool {
+        self.update.text != self.text
+    }
+
+    /// Writes the new text in place of the old one, or nothing at all.
+    pub fn write(&self) -> io::Result<()> {
+        if self.differs() {
+            crate::format::replace(&self.path, &self.update.text)?;
+        }
+        Ok(())
+    }
+}
+
+/// What has to become of the configuration that `path` is, or of that of the component that `path` is. Nothing where
+/// the findings say why. An error is a file that the system does not give.
+pub fn update(
+    path: &Path,
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    found: &mut Diagnostics,
+) -> io::Result<Option<Updated>> {
+    let (cdsl, path) = match path.extension().and_then(|e| e.to_str()) {
+        Some("cdsl") => {
+            let Some(own) = own(path) else {
+                let source = sources.add(path, load::read(path)?);
+                let message = "this component has no etc/config.toml yet: generate it first";
+                let span = Span::new(source, 0, 0);
+                found.push(Diagnostic::error("no-configuration", span, message));
+                return Ok(None);
+            };
+            (path.to_path_buf(), own)
+        }
+        Some("toml") => {
+            let source = sources.add(path, "");
+            match component(path, source, found)? {
+                Some(cdsl) => (cdsl, path.to_path_buf()),
+                None => return Ok(None),
+            }
+        }
+        _ => {
+            let source = sources.add(path, "");
+            let message = "this is neither a .cdsl nor a .toml file";
+            let span = Span::new(source, 0, 0);
+            found.push(Diagnostic::error("unknown-language", span, message));
+            return Ok(None);
+        }
+    };
+    let Some(text) = read(&path, sources, found)? else {
+        return Ok(None);
+    };
+    let (project, more) = Project::load(&cdsl, sources, loader)?;
+    let right = !more.has_errors();
+    found.extend(more);
+    let Some(project) = project.filter(|_| right) else {
+        return Ok(None);
+    };
+    let source = sources.add(&path, text.clone());
+    match config::update(sources, source, project.parameters.as_ref()) {
+        Ok(update) => Ok(Some(Updated { path, update, text })),
+        Err(more) => {
+            found.extend(more);
+            Ok(None)
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Where the joint has to be, from one moment to the next.
+
+use std::f32::consts::TAU;
+use std::time::Duration;
+
+/// What a joint can do, in rad and rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    pub(crate) min: f32,
+    pub(crate) max: f32,
+    pub(crate) max_speed: f32,
+}
+
+/// A sine about the middle of the range. It keeps its phase, so that a change of its frequency is no jump.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sine {
+    /// From 0 to 1.
+    phase: f32,
+}
+
+impl Sine {
+    /// Goes on for `elapsed`, and tells where the joint has to be now.
+    pub(crate) fn advance(
+        &mut self,
+        limits: Limits,
+        amplitude: f32,
+        frequency: f32,
+        elapsed: Duration,
+    ) -> f32 {
+        self.phase = (self.phase + frequency * elapsed.as_secs_f32()).fract();
+        let middle = f32::midpoint(limits.min, limits.max);
+        let target = middle + amplitude * (TAU * self.phase).sin();
+        target.clamp(limits.min, limits.max)
+    }
+}
+
+/// Way points, one after the other.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tour {
+    next: usize,
+}
+
+impl Tour {
+    /// The way point that is next, as far as the joint can go; none where there are none.
+    pub(crate) fn target(&self, limits: Limits, way_points: &[f32]) -> Option<f32> {
+        // There may be fewer of them than before.
+        let index = self.next.checked_rem(way_points.len())?;
+        Some(way_points[index].clamp(limits.min, limits.max))
+    }
+
+    /// Goes on to the way point after the one that was reached.
+    pub(crate) fn reached(&mut self) {
+        self.next = self.next.wrapping_add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        min: -1.0,
+        max: 2.0,
+        max_speed: 1.0,
+    };
+    const QUARTER: Duration = Duration::from_millis(250);
+
+    #[test]
+    fn a_sine_swings_about_the_middle_and_stays_within_the_range() {
+        let mut sine = Sine::default();
+        let mut next = |amplitude| sine.advance(LIMITS, amplitude, 1.0, QUARTER);
+        for expected in [1.0, 0.5, 0.0, 0.5] {
+            let target = next(0.5);
+            assert!((target - expected).abs() < 1e-5, "{target} {expected}");
+        }
+        assert_eq!(next(9.0), 2.0);
+        next(9.0);
+        assert_eq!(next(9.0), -1.0);
+    }
+
+    #[test]
+    fn another_frequency_is_no_jump() {
+        let mut sine = Sine::default();
+        let before = sine.advance(LIMITS, 1.0, 0.3, QUARTER);
+        let after = sine.advance(LIMITS, 1.0, 3.0, Duration::from_millis(1));
+        assert!((after - before).abs() < 0.03, "{before} {after}");
+    }
+
+    #[test]
+    fn a_tour_begins_again_and_bears_fewer_way_points() {
+        let mut tour = Tour::default();
+        let points = [0.0, 5.0, -0.5];
+        let mut seen = Vec::new();
+        for _ in 0..4 {
+            seen.extend(tour.target(LIMITS, &points));
+            tour.reached();
+        }
+        assert_eq!(seen, [0.0, 2.0, -0.5, 0.0]);
+        assert_eq!(tour.target(LIMITS, &points[..1]), Some(0.0));
+        assert_eq!(tour.target(LIMITS, &[]), None);
+    }
+}

@@ -1,0 +1,115 @@
+//! Moves one joint, and tells how far it went.
+
+use crate::motion::{Limits, Sine, Tour};
+use joint_controller_generated::tracing::info;
+use joint_controller_generated::{
+    Context, MotorGoalPosition, SetPositionError, Worker, WorkerError,
+};
+use std::time::Instant;
+
+/// What the motor can do, and how far the motion has come.
+pub(crate) struct SpecificWorker {
+    /// None until the bus has told them.
+    limits: Option<Limits>,
+    sine: Sine,
+    tour: Tour,
+    now: Instant,
+    /// Where the joint was when it was last seen to move, in rad, and whether it moved towards larger angles.
+    seen: Option<(f32, bool)>,
+}
+
+impl Worker for SpecificWorker {
+    fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
+        Ok(Self {
+            limits: None,
+            sine: Sine::default(),
+            tour: Tour::default(),
+            now: Instant::now(),
+            seen: None,
+        })
+    }
+
+    /// Sends the joint on; what fails is tried again in the next period.
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        let now = Instant::now();
+        let elapsed = now.duration_since(self.now);
+        self.now = now;
+        let limits = self.limits(ctx)?;
+        let state = ctx.joint_motor.get_motor_state(&ctx.params.motor)?;
+        self.tell_turns(state.pos, state.vel);
+
+        let params = &ctx.params;
+        let target = if params.motion == "sine" {
+            let sine = &params.sine;
+            Some(
+                self.sine
+                    .advance(limits, sine.amplitude, sine.frequency, elapsed),
+            )
+        } else {
+            self.next_way_point(limits, state.pos, &params.way_points, params.tolerance)
+        };
+        let Some(position) = target else {
+            return Ok(());
+        };
+        let goal = MotorGoalPosition {
+            name: params.motor.clone(),
+            position,
+            max_speed: limits.max_speed * params.speed,
+        };
+        let sent = ctx.joint_motor.set_position(&goal);
+        if let Err(SetPositionError::HardwareFailedException(_)) = &sent {
+            // The limits of the motor may be others now.
+            self.limits = None;
+        }
+        Ok(sent?)
+    }
+}
+
+impl SpecificWorker {
+    /// What the motor can do; the bus is asked once.
+    fn limits(&mut self, ctx: &mut Context) -> Result<Limits, WorkerError> {
+        if let Some(limits) = self.limits {
+            return Ok(limits);
+        }
+        let motor = ctx.joint_motor.get_motor_params(&ctx.params.motor)?;
+        let limits = Limits {
+            min: motor.min_pos,
+            max: motor.max_pos,
+            max_speed: motor.max_velocity,
+        };
+        info!(
+            "`{}` turns from {} to {} rad, at most at {} rad/s",
+            motor.name, limits.min, limits.max, limits.max_speed
+        );
+        self.limits = Some(limits);
+        Ok(limits)
+    }
+
+    fn next_way_point(
+        &mut self,
+        limits: Limits,
+        position: f32,
+        way_points: &[f32],
+        tolerance: f32,
+    ) -> Option<f32> {
+        let target = self.tour.target(limits, way_points)?;
+        if (position - target).abs() <= tolerance {
+            info!("reached {target} rad");
+            self.tour.reached();
+        }
+        self.tour.target(limits, way_points)
+    }
+
+    fn tell_turns(&mut self, position: f32, velocity: f32) {
+        if velocity == 0.0 {
+            return;
+        }
+        let rises = velocity > 0.0;
+        if let Some((farthest, rose)) = self.seen
+            && rose != rises
+        {
+            info!("turns at {farthest:.2} rad");
+        }
+        self.seen = Some((position, rises));
+    }
+}

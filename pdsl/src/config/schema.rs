@@ -1,0 +1,265 @@
+//! What a configuration may hold as a JSON Schema, for editors that complete and check TOML.
+//!
+//! The schema never refuses what the checker accepts. Rules, the ranges of times that are texts and the sizes of
+//! floating-point numbers are beyond it. It is of draft 7, which the editors understand.
+
+use super::{COMPONENT, LEVELS, SHORTEST_PERIOD};
+use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
+use rc_diagnostics::duration_text;
+use serde_json::{Map, Value as Json, json};
+use std::time::Duration;
+
+/// A time as it is written in a text; what `rc_diagnostics::duration_nanoseconds` reads.
+const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
+/// The address of a slot: names that are joined by `/`.
+const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";
+
+/// A slot of the component: its name, and what it is, for people.
+pub struct Slot<'a> {
+    /// As `[bindings]` names it.
+    pub name: &'a str,
+    /// "requires `Laser`"
+    pub what: String,
+}
+
+/// The schema of the configurations of a component, as text.
+pub fn schema(
+    component_name: &str,
+    period: Duration,
+    slots: &[Slot<'_>],
+    parameters: Option<&Parameters>,
+) -> String {
+    let mut component = duration(
+        json!({ "minimum": SHORTEST_PERIOD as f64 / 1e6 }),
+        json!(duration_text(period.as_nanos() as u64)),
+    );
+    describe(&mut component, "How often it computes.".to_owned());
+    let log = json!({ "description": "The least severe messages that are logged.", "enum": LEVELS, "default": "info" });
+    let component = COMPONENT.into_iter().zip([component, log]);
+    let bindings = slots.iter().map(|slot| {
+        let what = format!("The address of the slot `{}`: {}.", slot.name, slot.what);
+        let address = json!({ "description": what, "type": "string", "pattern": ADDRESS });
+        (slot.name, address)
+    });
+    let mut declared = table(
+        parameters.map_or(&[][..], |model| &model.parameters),
+        parameters.map_or(&[][..], |model| &model.rules),
+        &mut Vec::new(),
+        parameters.map_or(&[][..], |model| &model.doc),
+    );
+    let required = declared.get("required").map(|_| ["parameters"]);
+    if parameters.is_none() {
+        describe(&mut declared, "This component has none.".to_owned());
+    }
+    let mut root = object([
+        ("component", {
+            let mut table = object(component);
+            describe(&mut table, "How the component runs.".to_owned());
+            table
+        }),
+        ("bindings", {
+            let mut table = object(bindings);
+            describe(
+                &mut table,
+                "Where the other ends of its slots are.".to_owned(),
+            );
+            table
+        }),
+        (
+            "middleware",
+            json!({
+                "description": "The settings of middlewares, a table each.",
+                "type": "object",
+                "additionalProperties": { "type": "object" },
+            }),
+        ),
+        ("parameters", declared),
+    ]);
+    set(
+        &mut root,
+        "$schema",
+        json!("http://json-schema.org/draft-07/schema#"),
+    );
+    set(
+        &mut root,
+        "title",
+        json!(format!("The configuration of {component_name}")),
+    );
+    if let Some(required) = required {
+        set(&mut root, "required", json!(required));
+    }
+    // Only maps with keys that are no texts cannot be written, and there are none.
+    serde_json::to_string_pretty(&root).unwrap_or_default() + "\n"
+}
+
+/// A table that has these keys and no others.
+fn object<'a>(properties: impl IntoIterator<Item = (&'a str, Json)>) -> Json {
+    let properties: Map<String, Json> = properties
+        .into_iter()
+        .map(|(name, schema)| (name.to_owned(), schema))
+        .collect();
+    json!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
+
+fn set(schema: &mut Json, key: &str, value: Json) {
+    if let Some(schema) = schema.as_object_mut() {
+        schema.insert(key.to_owned(), value);
+    }
+}
+
+fn describe(schema: &mut Json, text: String) {
+    if !text.is_empty() {
+        set(schema, "description", Json::from(text));
+    }
+}
+
+/// The table of a block, whose rules are those of `scope`.
+fn table<'a>(
+    parameters: &'a [Parameter],
+    rules: &[Rule],
+    scope: &mut Vec<&'a str>,
+    doc: &[String],
+) -> Json {
+    let mut properties = Vec::new();
+    for parameter in parameters {
+        scope.push(&parameter.name);
+        properties.push((parameter.name.as_str(), of(parameter, rules, scope)));
+        scope.pop();
+    }
+    let mut table = object(properties);
+    let required = parameters.iter().filter(|p| p.is_required());
+    let required: Vec<&str> = required.map(|p| p.name.as_str()).collect();
+    if !required.is_empty() {
+        set(&mut table, "required", json!(required));
+    }
+    let mut text = doc.to_vec();
+    let own = rules.iter().filter(|rule| rule.scope == *scope);
+    text.extend(own.map(|rule| format!("Rule: {} ({}).", rule.message, rule.text)));
+    describe(&mut table, text.join("\n"));
+    table
+}
+
+fn of<'a>(parameter: &'a Parameter, rules: &[Rule], scope: &mut Vec<&'a str>) -> Json {
+    match &parameter.kind {
+        Kind::Group(members) => table(members, rules, scope, &parameter.doc),
+        Kind::List { length, parameters } => {
+            let mut list = elements(table(parameters, rules, scope, &[]), *length);
+            describe(&mut list, description(parameter));
+            list
+        }
+        Kind::Scalar { ty, array } => {
+            // What is secret is not told to whoever looks over somebody's shoulder.
+            let default = parameter.default.as_ref().filter(|_| !parameter.secret);
+            let default = default.and_then(json_of);
+            let mut schema = match array {
+                None => scalar(parameter, *ty),
+                Some(length) => elements(scalar(parameter, *ty), *length),
+            };
+            if let Some(default) = default {
+                set(&mut schema, "default", default);
+            }
+            describe(&mut schema, description(parameter));
+            schema
+        }
+    }
+}
+
+fn elements(items: Json, length: Length) -> Json {
+    let mut schema = json!({ "type": "array" });
+    set(&mut schema, "items", items);
+    if length.min > 0 {
+        set(&mut schema, "minItems", json!(length.min));
+    }
+    if let Some(max) = length.max {
+        set(&mut schema, "maxItems", json!(max));
+    }
+    schema
+}
+
+/// The documentation, and what no other part of a schema says.
+fn description(parameter: &Parameter) -> String {
+    let mut lines = parameter.doc.clone();
+    let mut facts = vec![format!("{}.", parameter.summary())];
+    if let Some(change) = parameter.change() {
+        facts.push(format!("{}.", sentence(change)));
+    }
+    if parameter.secret {
+        facts.push("Secret: it is never shown.".to_owned());
+    }
+    lines.push(facts.join(" "));
+    lines.join("\n")
+}
+
+/// With a capital at its beginning.
+fn sentence(text: &str) -> String {
+    let mut chars = text.chars();
+    let first = chars.next().map(|c| c.to_ascii_uppercase());
+    first.into_iter().chain(chars).collect()
+}
+
+/// One value.
+fn scalar(parameter: &Parameter, ty: Type) -> Json {
+    if !parameter.choices.is_empty() && ty != Type::Duration {
+        let choices: Vec<Json> = parameter.choices.iter().filter_map(json_of).collect();
+        return json!({ "enum": choices });
+    }
+    let range = parameter.range.as_ref();
+    let min = range.and_then(|r| r.min.as_ref()).and_then(number);
+    let max = range.and_then(|r| r.max.as_ref()).and_then(number);
+    let word = match ty {
+        Type::Bool => "boolean",
+        Type::Int | Type::Long => "integer",
+        Type::Float | Type::Double => "number",
+        Type::String | Type::Path => "string",
+        Type::Duration => {
+            let mut limits = json!({ "minimum": 0 });
+            set_limits(&mut limits, min, max);
+            return duration(limits, Json::Null);
+        }
+    };
+    let mut schema = json!({ "type": word });
+    let (least, most) = match ty {
+        Type::Int => (Some(json!(i32::MIN)), Some(json!(i32::MAX))),
+        _ => (None, None),
+    };
+    set_limits(&mut schema, min.or(least), max.or(most));
+    schema
+}
+
+fn set_limits(schema: &mut Json, min: Option<Json>, max: Option<Json>) {
+    for (key, limit) in [("minimum", min), ("maximum", max)] {
+        if let Some(limit) = limit {
+            set(schema, key, limit);
+        }
+    }
+}
+
+/// A text with a unit, or a number of milliseconds within `limits`.
+fn duration(mut limits: Json, default: Json) -> Json {
+    set(&mut limits, "type", json!("number"));
+    let mut schema = json!({ "anyOf": [{ "type": "string", "pattern": DURATION }, limits] });
+    if !default.is_null() {
+        set(&mut schema, "default", default);
+    }
+    schema
+}
+
+/// The limit of a range, of a time in milliseconds; an infinite one is none.
+fn number(value: &Value) -> Option<Json> {
+    match value {
+        Value::Duration(ns) => Some(json!(*ns as f64 / 1e6)),
+        other => json_of(other),
+    }
+}
+
+/// A value as a configuration holds it, where JSON can say it.
+fn json_of(value: &Value) -> Option<Json> {
+    Some(match value {
+        Value::Bool(value) => Json::from(*value),
+        Value::Int(value) => Json::from(*value),
+        Value::Float(value) => serde_json::Number::from_f64(*value)?.into(),
+        Value::Text(value) => Json::from(value.as_str()),
+        Value::Duration(value) => Json::from(duration_text(*value)),
+        Value::Array(values) => values.iter().map(json_of).collect::<Option<_>>()?,
+    })
+}

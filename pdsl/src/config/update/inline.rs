@@ -1,0 +1,113 @@
+//! Tables in braces, which have no room for comments: `{ id = 1, max = 2.0 }`.
+
+use super::names::Names;
+use super::{GONE, Updater, What, inner, new};
+use crate::model::{Kind, Parameter};
+use toml_edit::{InlineTable, TableLike, Value};
+
+impl Updater<'_> {
+    /// A table in braces, or each one in an array of them.
+    pub(super) fn value(&mut self, value: &Value, parameters: &[Parameter], path: &str) {
+        let mut all = Vec::new();
+        match value {
+            Value::InlineTable(table) => all.push((table, path.to_owned())),
+            Value::Array(array) => {
+                let tables = array.iter().enumerate();
+                all.extend(tables.filter_map(|(index, value)| {
+                    Some((value.as_inline_table()?, format!("{path}[{index}]")))
+                }));
+            }
+            _ => {}
+        }
+        for (table, path) in all {
+            let (Some(span), known) = (table.span(), self.changes.len()) else {
+                continue;
+            };
+            let mut gone = String::new();
+            let text = self.inline(table, parameters, &path, &mut gone);
+            if self.changes.len() == known {
+                continue;
+            }
+            let Some(text) = text.filter(|_| !self.text.slice(span.clone()).contains('\n')) else {
+                self.changes.truncate(known);
+                let at = self.place.of(Some(span), self.place.start());
+                self.change(path, at, What::ByHand);
+                continue;
+            };
+            if !gone.is_empty() {
+                let line = self.text.line(span.start);
+                self.text.replace(line..line, format!("# {GONE}\n{gone}"));
+            }
+            self.text.replace(span, text);
+        }
+    }
+
+    /// The text of a table as it should be, and the lines of what is gone; nothing where it is not that simple.
+    fn inline(
+        &mut self,
+        table: &InlineTable,
+        parameters: &[Parameter],
+        path: &str,
+        gone: &mut String,
+    ) -> Option<String> {
+        let at = self.place.of(table.span(), self.place.start());
+        let names = Names::of(parameters, table, self.place);
+        let mut simple = true;
+        // Each entry with the parameter that it is.
+        let mut entries: Vec<(usize, String)> = Vec::new();
+        for (name, value) in table {
+            let spans = TableLike::key(table, name).and_then(toml_edit::Key::span);
+            let (Some(key), Some(span)) = (spans, value.span()) else {
+                return None;
+            };
+            simple &= !value.as_inline_table().is_some_and(InlineTable::is_dotted);
+            let here = self.place.of(Some(key.clone()), at);
+            let raw = self.text.slice(span);
+            let known = names.knows(name).then_some(name);
+            let renamed = names.renamed(name).map(|p| p.name.as_str());
+            let Some(to) = known.or(renamed) else {
+                let near = names.near(name).map(|near| inner(path, near));
+                self.change(inner(path, name), here, What::Gone(near));
+                gone.push_str(&format!("# {} = {raw}\n", inner(path, name)));
+                continue;
+            };
+            if known.is_none() {
+                let what = What::Renamed(inner(path, to));
+                self.change(inner(path, name), here, what);
+            }
+            let index = parameters.iter().position(|p| p.name == to)?;
+            let new = match (value, &parameters[index].kind) {
+                (Value::InlineTable(table), Kind::Group(members)) => {
+                    self.inline(table, members, &inner(path, to), gone)
+                }
+                _ => Some(raw.to_owned()),
+            };
+            let key = if known.is_some() {
+                self.text.slice(key)
+            } else {
+                to
+            };
+            entries.push((index, format!("{key} = {}", new?)));
+        }
+        for (index, parameter) in parameters.iter().enumerate() {
+            if table.contains_key(&parameter.name)
+                || entries.iter().any(|(known, _)| *known == index)
+            {
+                continue;
+            }
+            let path = inner(path, &parameter.name);
+            // What must be set is left to the checker: there is no room for a comment. Groups have their defaults.
+            if let Some(default) = &parameter.default {
+                let text = format!("{} = {}", parameter.name, default.to_toml());
+                let place = entries.iter().rposition(|(known, _)| *known < index);
+                entries.insert(place.map_or(0, |at| at + 1), (index, text));
+                self.change(path, at, new(parameter));
+            }
+        }
+        let texts: Vec<String> = entries.into_iter().map(|(_, text)| text).collect();
+        if texts.is_empty() {
+            return simple.then(|| "{}".to_owned());
+        }
+        simple.then(|| format!("{{ {} }}", texts.join(", ")))
+    }
+}

@@ -1,0 +1,131 @@
+//! Which keys of a table are parameters, and which were.
+
+use super::super::document::Place;
+use super::super::parameters::fits;
+use crate::model::Parameter;
+use rc_diagnostics::nearest;
+use std::collections::{HashMap, HashSet};
+use toml_edit::TableLike;
+
+/// Beyond so many pairs of names nothing is compared any more.
+const PAIRS: usize = 100_000;
+
+/// The keys of one table beside the parameters that it may have.
+pub(super) struct Names<'m> {
+    known: HashSet<&'m str>,
+    /// The parameters that have no key of their name.
+    absent: Vec<&'m Parameter>,
+    /// Keys that are parameters under another name, by that name.
+    renamed: HashMap<String, &'m Parameter>,
+    /// Whether there are too many names to compare them.
+    many: bool,
+}
+
+impl<'m> Names<'m> {
+    pub(super) fn of(parameters: &'m [Parameter], table: &dyn TableLike, place: Place) -> Self {
+        let known: HashSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+        let absent: Vec<&Parameter> = parameters
+            .iter()
+            .filter(|p| !table.contains_key(&p.name))
+            .collect();
+        let unknown: Vec<_> = table.iter().filter(|(n, _)| !known.contains(n)).collect();
+        let many = unknown.len() * absent.len() > PAIRS;
+        let mut pairs = Vec::new();
+        for (name, item) in unknown.iter().filter(|_| !many) {
+            let same = absent.iter().filter(|p| is_slip(name, &p.name));
+            let fitting = same.filter(|p| fits(p, item, place));
+            pairs.extend(fitting.map(|p| ((*name).to_owned(), *p)));
+        }
+        let alone = |(name, parameter): &&(String, &Parameter)| {
+            let rivals = pairs
+                .iter()
+                .filter(|(n, p)| n == name || p.name == parameter.name);
+            rivals.count() == 1
+        };
+        Self {
+            renamed: pairs.iter().filter(alone).cloned().collect(),
+            known,
+            absent,
+            many,
+        }
+    }
+
+    /// Whether a key is a parameter.
+    pub(super) fn knows(&self, key: &str) -> bool {
+        self.known.contains(key)
+    }
+
+    /// The parameter that a key certainly is, though it is called otherwise.
+    pub(super) fn renamed(&self, key: &str) -> Option<&'m Parameter> {
+        self.renamed.get(key).copied()
+    }
+
+    /// The parameter that a key perhaps is.
+    pub(super) fn near(&self, key: &str) -> Option<&'m str> {
+        let absent = self.absent.iter().filter(|_| !self.many);
+        nearest(key, absent.map(|p| p.name.as_str()))
+    }
+}
+
+/// Whether two names are one, written in another way, or with one letter too many, one too few, or two letters
+/// swapped. Another letter or a digit makes another name (`min_x` and `min_y`, `motor1` and `motor`), and so does any
+/// difference between short names.
+fn is_slip(a: &str, b: &str) -> bool {
+    let plain = |name: &str| -> Vec<char> {
+        let letters = name.chars().filter(|c| *c != '_' && *c != '-');
+        letters.flat_map(char::to_lowercase).collect()
+    };
+    let (a, b) = (plain(a), plain(b));
+    if a == b {
+        return true;
+    }
+    let (long, short) = if a.len() < b.len() { (b, a) } else { (a, b) };
+    if short.len() < 4 {
+        return false;
+    }
+    let differ = |(x, y): (&char, &char)| x != y;
+    let Some(at) = long
+        .iter()
+        .zip(&short)
+        .position(differ)
+        .or(Some(short.len()))
+    else {
+        return false;
+    };
+    if long.len() == short.len() {
+        let swapped = at + 1 < long.len() && long[at] == short[at + 1] && long[at + 1] == short[at];
+        return swapped && long[at + 2..] == short[at + 2..] && long[at].is_alphabetic();
+    }
+    long.len() == short.len() + 1 && long[at + 1..] == short[at..] && long[at].is_alphabetic()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_slip;
+
+    #[test]
+    fn spellings_and_slips_are_one_name_and_other_words_are_not() {
+        for (a, b) in [
+            ("maxSpeed", "max_speed"),
+            ("max-Speed", "Max_Speed"),
+            ("speeds", "speed"),
+            ("saef_distance", "safe_distance"),
+            ("tolerace", "tolerance"),
+            ("x", "X"),
+        ] {
+            assert!(is_slip(a, b) && is_slip(b, a), "{a} {b}");
+        }
+        for (a, b) in [
+            ("min_speed", "max_speed"),
+            ("left_x", "left_y"),
+            ("motor", "motor1"),
+            ("motor12", "motor21"),
+            ("kp", "ki"),
+            ("kp", "kpi"),
+            ("speed", "velocity"),
+            ("speed", "sp"),
+        ] {
+            assert!(!is_slip(a, b) && !is_slip(b, a), "{a} {b}");
+        }
+    }
+}

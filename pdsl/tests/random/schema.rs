@@ -1,0 +1,135 @@
+//! The schema, judged by a validator that is not ours: the Python package `jsonschema`, in an environment of its own
+//! below the target folder.
+
+use serde_json::{Value as Json, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use toml_edit::{Document, Item, TableLike, Value};
+
+/// Answers with what it does not judge as it should: a line each, then `done`.
+const PROGRAM: &str = r#"
+import json, sys
+from jsonschema import Draft7Validator
+for line in sys.stdin:
+    case = json.loads(line)
+    Draft7Validator.check_schema(case["schema"])
+    validator = Draft7Validator(case["schema"])
+    for instance, right in case["instances"]:
+        if validator.is_valid(instance) != right:
+            print("should be", right, json.dumps(instance), json.dumps(case["schema"]))
+print("done")
+"#;
+const PACKAGE: &str = "jsonschema==4.23.0";
+
+/// A schema, and documents with whether it allows them.
+pub(crate) struct Case {
+    pub(crate) schema: String,
+    pub(crate) instances: Vec<(Json, bool)>,
+}
+
+/// A Python with the package; where there is none, that is said in the output of the test run.
+pub(crate) fn python() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("jsonschema");
+    let python = folder.join("bin/python");
+    let run = |program: &Path, arguments: &[&str]| {
+        let output = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .output()
+            .map_err(|e| e.to_string())?;
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        output.status.success().then_some(()).ok_or(told)
+    };
+    if run(&python, &["-c", "import jsonschema"]).is_ok() {
+        return Some(python);
+    }
+    let pip = ["-m", "pip", "install", "--quiet", "--timeout", "20"];
+    let pip = [&pip[..], &["--retries", "1", PACKAGE]].concat();
+    let made = run(
+        Path::new("python3"),
+        &["-m", "venv", "--clear", &folder.to_string_lossy()],
+    )
+    .and_then(|()| run(&python, &pip));
+    match made {
+        Ok(()) => Some(python),
+        Err(why) => {
+            let why = why.lines().last().unwrap_or("python3 failed").to_owned();
+            // Not by `eprintln!`, which nobody sees where the test succeeds.
+            let _ = writeln!(
+                std::io::stderr(),
+                "skipped: the schema of configurations by an independent validator ({PACKAGE}): {why}"
+            );
+            None
+        }
+    }
+}
+
+/// Has every document judged.
+pub(crate) fn judge(python: &Path, cases: &[Case]) {
+    let lines: String = cases
+        .iter()
+        .map(|case| {
+            let schema: Json = serde_json::from_str(&case.schema).expect("a schema in JSON");
+            format!(
+                "{}\n",
+                json!({ "schema": schema, "instances": case.instances })
+            )
+        })
+        .collect();
+    let mut child = Command::new(python)
+        .args(["-c", PROGRAM])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("python");
+    // The answer is short until something is wrong, so nobody waits for anybody.
+    let mut stdin = child.stdin.take().expect("its input");
+    let writer = std::thread::spawn(move || stdin.write_all(lines.as_bytes()));
+    let output = child.wait_with_output().expect("an answer");
+    let _ = writer.join();
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(
+        told.lines().next(),
+        Some("done"),
+        "{told}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+/// A configuration as JSON, as editors see it: a date is a text, and what JSON has no number for is nothing.
+pub(crate) fn json_of(toml: &str) -> Json {
+    let document = Document::parse(toml).expect("TOML");
+    table(document.as_table())
+}
+
+fn table(table: &dyn TableLike) -> Json {
+    let entries = table.iter();
+    Json::Object(
+        entries
+            .map(|(key, item)| (key.to_owned(), item_json(item)))
+            .collect(),
+    )
+}
+
+fn item_json(item: &Item) -> Json {
+    match item {
+        Item::None => Json::Null,
+        Item::Value(of) => value(of),
+        Item::Table(of) => table(of),
+        Item::ArrayOfTables(tables) => tables.iter().map(|of| table(of)).collect(),
+    }
+}
+
+fn value(of: &Value) -> Json {
+    match of {
+        Value::String(text) => Json::from(text.value().as_str()),
+        Value::Integer(number) => Json::from(*number.value()),
+        Value::Float(number) => Json::from(*number.value()),
+        Value::Boolean(value) => Json::from(*value.value()),
+        Value::Datetime(date) => Json::from(date.value().to_string()),
+        Value::Array(values) => values.iter().map(value).collect(),
+        Value::InlineTable(of) => table(of),
+    }
+}

@@ -1,0 +1,639 @@
+//! Configurations whose `.pdsl` has changed.
+
+use expect_test::{Expect, expect};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_pdsl::config;
+use rc_pdsl::model::Parameters;
+use rc_syntax::MemoryLoader;
+
+const BUS: &str = r#"ComponentParams bus {
+    /// The serial port.
+    device path "/dev/ttyUSB0";
+    rate int 115200 9600:1000000 unit "baud" T;
+    safe_distance double 0.5 unit "m";
+    serial string;
+    /// Where it logs.
+    group log { path path "/tmp"; keep long 7; };
+    /// The motors on the bus.
+    list motors 1:3 {
+        name string; id int 0:127; max float 1.5;
+        group limits { low double 0.0; high double 1.0; };
+    };
+    /// Points to pass.
+    list points { x double 0.0; };
+};"#;
+
+fn load(text: &str) -> Parameters {
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.pdsl", text);
+    let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    model.expect("parameters")
+}
+
+/// The changes and the new text, which needs no further change.
+fn updated(model: &Parameters, toml: &str) -> (Vec<String>, String) {
+    let once = |toml: &str| {
+        let mut sources = SourceMap::new();
+        let source = sources.add("config.toml", toml);
+        let update = config::update(&sources, source, Some(model)).expect("TOML");
+        let changes = update.changes.iter().map(ToString::to_string);
+        (changes.collect::<Vec<_>>(), update.text)
+    };
+    let (changes, text) = once(toml);
+    let (again, same) = once(&text);
+    let by_hand = |change: &String| change.contains("to you");
+    assert!(
+        again.iter().all(by_hand),
+        "{again:?}\n{toml}\n-----\n{text}"
+    );
+    assert_eq!(same, text);
+    (changes, text)
+}
+
+fn update(toml: &str, expected: &Expect) {
+    let (changes, text) = updated(&load(BUS), toml);
+    expected.assert_eq(&format!("{}\n-----\n{text}", changes.join("\n")));
+}
+
+#[test]
+fn what_is_new_comes_to_its_place_with_its_comment() {
+    update(
+        r#"# My robot.
+[component]
+period = "20ms"
+
+[parameters]
+device = "/dev/x"   # the left one
+safe_distance = 0.7
+
+# This one is loose.
+[[parameters.motors]]
+name = "left"
+id = 1
+
+[[parameters.motors]]
+name = "right"
+id = 2
+max = 3.5 # strong
+[parameters.motors.limits]
+low = 0.25
+"#,
+        &expect![[r#"
+            add `rate` = 115200
+            add `serial`, which must be set
+            add `log.path` = "/tmp"
+            add `log.keep` = 7
+            add `motors[0].max` = 1.5
+            add `motors[0].limits.low` = 0.0
+            add `motors[0].limits.high` = 1.0
+            add `motors[1].limits.high` = 1.0
+            add `points` = []
+            -----
+            # My robot.
+            [component]
+            period = "20ms"
+
+            [parameters]
+            device = "/dev/x"   # the left one
+
+            # int, from 9600 to 1000000, in baud; may be changed while the component runs
+            rate = 115200
+
+            safe_distance = 0.7
+
+            # string
+            # serial =     # must be set
+
+            # Where it logs.
+            [parameters.log]
+
+            # path
+            path = "/tmp"
+
+            # long
+            keep = 7
+
+            # This one is loose.
+            [[parameters.motors]]
+            name = "left"
+            id = 1
+
+            # float
+            max = 1.5
+
+            [parameters.motors.limits]
+
+            # double
+            low = 0.0
+
+            # double
+            high = 1.0
+
+            [[parameters.motors]]
+            name = "right"
+            id = 2
+            max = 3.5 # strong
+            [parameters.motors.limits]
+            low = 0.25
+
+            # double
+            high = 1.0
+
+            # Points to pass.
+            # list, any number of elements
+            # [[parameters.points]]
+            #
+            # # double
+            # x = 0.0
+        "#]],
+    );
+}
+
+#[test]
+fn what_is_gone_is_kept_as_a_comment() {
+    update(
+        r#"[parameters]
+device = "/dev/x"
+rate = 9600
+old = [
+    1,   # one
+    2,
+]
+safe_distance = 0.7
+serial = "A1"
+older.a = 1
+older.b = "x"
+
+[parameters.oldest]
+c = 1
+
+[parameters.oldest.inner]
+d = 1
+
+# Logs.
+[parameters.log]
+path = "/var"
+keep = 1
+
+[[parameters.motors]]
+name = "left"
+id = 1
+max = 1.0
+acceleration = 4.0
+limits = { low = 0.0, middle = 0.5, high = 1.0 }
+"#,
+        &expect![[r#"
+            comment out `old`, which is no parameter any more
+            comment out `older`, which is no parameter any more
+            comment out `oldest`, which is no parameter any more
+            comment out `motors[0].acceleration`, which is no parameter any more
+            comment out `motors[0].limits.middle`, which is no parameter any more
+            add `points` = []
+            -----
+            [parameters]
+            device = "/dev/x"
+            rate = 9600
+            # No parameter any more (rcgen config --update):
+            # old = [
+            #     1,   # one
+            #     2,
+            # ]
+            safe_distance = 0.7
+            serial = "A1"
+            # No parameter any more (rcgen config --update):
+            # older.a = 1
+            # older.b = "x"
+
+            # No parameter any more (rcgen config --update):
+            # [parameters.oldest]
+            # c = 1
+
+            # [parameters.oldest.inner]
+            # d = 1
+
+            # Logs.
+            [parameters.log]
+            path = "/var"
+            keep = 1
+
+            [[parameters.motors]]
+            name = "left"
+            id = 1
+            max = 1.0
+            # No parameter any more (rcgen config --update):
+            # acceleration = 4.0
+            # No parameter any more (rcgen config --update):
+            # motors[0].limits.middle = 0.5
+            limits = { low = 0.0, high = 1.0 }
+
+            # Points to pass.
+            # list, any number of elements
+            # [[parameters.points]]
+            #
+            # # double
+            # x = 0.0
+        "#]],
+    );
+}
+
+#[test]
+fn a_value_goes_to_another_name_only_where_that_is_certain() {
+    update(
+        r#"[parameters]
+divice = "/dev/x"
+rate = 9600
+saef_distance = 0.7
+Serial = "A1"
+
+[parameters.logs]
+path = "/var"
+kept = 1
+
+[[parameters.motor]]
+name = "left"
+id = 1
+max = 1.0
+[parameters.motor.limits]
+low = 0.1
+height = 2.0
+[[parameters.motor]]
+name = "right"
+id = 2
+min = 1.0
+limits = { low = 0.1, High = 0.2 }
+"#,
+        &expect![[r#"
+            comment out `divice`, which is no parameter any more; is it `device` now?
+            rename `saef_distance` to `safe_distance`
+            rename `Serial` to `serial`
+            comment out `logs`, which is no parameter any more; is it `log` now?
+            rename `motor` to `motors`
+            comment out `motors[0].limits.height`, which is no parameter any more; is it `motors[0].limits.high` now?
+            add `motors[0].limits.high` = 1.0
+            comment out `motors[1].min`, which is no parameter any more
+            add `motors[1].max` = 1.5
+            rename `motors[1].limits.High` to `motors[1].limits.high`
+            add `device` = "/dev/ttyUSB0"
+            add `log.path` = "/tmp"
+            add `log.keep` = 7
+            add `points` = []
+            -----
+            [parameters]
+
+            # The serial port.
+            # path
+            device = "/dev/ttyUSB0"
+
+            # No parameter any more (rcgen config --update):
+            # divice = "/dev/x"
+            rate = 9600
+            safe_distance = 0.7
+            serial = "A1"
+
+            # Where it logs.
+            [parameters.log]
+
+            # path
+            path = "/tmp"
+
+            # long
+            keep = 7
+
+            # No parameter any more (rcgen config --update):
+            # [parameters.logs]
+            # path = "/var"
+            # kept = 1
+
+            [[parameters.motors]]
+            name = "left"
+            id = 1
+            max = 1.0
+            [parameters.motors.limits]
+            low = 0.1
+
+            # double
+            high = 1.0
+
+            # No parameter any more (rcgen config --update):
+            # height = 2.0
+            [[parameters.motors]]
+            name = "right"
+            id = 2
+
+            # float
+            max = 1.5
+
+            # No parameter any more (rcgen config --update):
+            # min = 1.0
+            limits = { low = 0.1, high = 0.2 }
+
+            # Points to pass.
+            # list, any number of elements
+            # [[parameters.points]]
+            #
+            # # double
+            # x = 0.0
+        "#]],
+    );
+}
+
+#[test]
+fn keys_with_dots_and_tables_in_braces() {
+    update(
+        r#"parameters.device = "/dev/x"
+parameters.log.path = "/var" # here
+parameters.motors = [
+    # The left one.
+    { name = "left", id = 1 },
+    { name = "right", id = 2, max = 2.0, min = 0.1, limits = { high = 3.0 } },
+]
+"#,
+        &expect![[r#"
+            add `rate` = 115200
+            add `safe_distance` = 0.5
+            add `serial`, which must be set
+            add `log.keep` = 7
+            add `motors[0].max` = 1.5
+            comment out `motors[1].min`, which is no parameter any more
+            add `motors[1].limits.low` = 0.0
+            add `points` = []
+            -----
+            parameters.device = "/dev/x"
+
+            # int, from 9600 to 1000000, in baud; may be changed while the component runs
+            parameters.rate = 115200
+
+            # double, in m
+            parameters.safe_distance = 0.5
+
+            # string
+            # parameters.serial =     # must be set
+
+            parameters.log.path = "/var" # here
+
+            # long
+            parameters.log.keep = 7
+
+            parameters.motors = [
+                # The left one.
+                { name = "left", id = 1, max = 1.5 },
+            # No parameter any more (rcgen config --update):
+            # motors[1].min = 0.1
+                { name = "right", id = 2, max = 2.0, limits = { low = 0.0, high = 3.0 } },
+            ]
+
+            # Points to pass.
+            # list, any number of elements
+            # [[parameters.points]]
+            #
+            # # double
+            # x = 0.0
+        "#]],
+    );
+}
+
+#[test]
+fn tables_that_only_have_tables() {
+    update(
+        "[parameters.log]\npath = \"/var\"\n",
+        &expect![[r#"
+        add `device` = "/dev/ttyUSB0"
+        add `rate` = 115200
+        add `safe_distance` = 0.5
+        add `serial`, which must be set
+        add `log.keep` = 7
+        add `motors`, which must be set
+        add `points` = []
+        -----
+        [parameters]
+
+        # The serial port.
+        # path
+        device = "/dev/ttyUSB0"
+
+        # int, from 9600 to 1000000, in baud; may be changed while the component runs
+        rate = 115200
+
+        # double, in m
+        safe_distance = 0.5
+
+        # string
+        # serial =     # must be set
+
+        [parameters.log]
+        path = "/var"
+
+        # long
+        keep = 7
+
+        # The motors on the bus.
+        # list, 1 to 3 elements
+        [[parameters.motors]]
+
+        # string
+        # name =     # must be set
+
+        # int, from 0 to 127
+        # id =     # must be set
+
+        # float
+        max = 1.5
+
+        [parameters.motors.limits]
+
+        # double
+        low = 0.0
+
+        # double
+        high = 1.0
+
+        # Points to pass.
+        # list, any number of elements
+        # [[parameters.points]]
+        #
+        # # double
+        # x = 0.0
+    "#]],
+    );
+}
+
+#[test]
+fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
+    update(
+        "[component]\nlog = \"warn\"",
+        &expect![[r#"
+        add `device` = "/dev/ttyUSB0"
+        add `rate` = 115200
+        add `safe_distance` = 0.5
+        add `serial`, which must be set
+        add `log.path` = "/tmp"
+        add `log.keep` = 7
+        add `motors`, which must be set
+        add `points` = []
+        -----
+        [component]
+        log = "warn"
+
+        [parameters]
+
+        # The serial port.
+        # path
+        device = "/dev/ttyUSB0"
+
+        # int, from 9600 to 1000000, in baud; may be changed while the component runs
+        rate = 115200
+
+        # double, in m
+        safe_distance = 0.5
+
+        # string
+        # serial =     # must be set
+
+        # Where it logs.
+        [parameters.log]
+
+        # path
+        path = "/tmp"
+
+        # long
+        keep = 7
+
+        # The motors on the bus.
+        # list, 1 to 3 elements
+        [[parameters.motors]]
+
+        # string
+        # name =     # must be set
+
+        # int, from 0 to 127
+        # id =     # must be set
+
+        # float
+        max = 1.5
+
+        [parameters.motors.limits]
+
+        # double
+        low = 0.0
+
+        # double
+        high = 1.0
+
+        # Points to pass.
+        # list, any number of elements
+        # [[parameters.points]]
+        #
+        # # double
+        # x = 0.0
+    "#]],
+    );
+    let mut sources = SourceMap::new();
+    let source = sources.add("config.toml", "[parameters]\nx = 1\n");
+    let update = config::update(&sources, source, None).expect("TOML");
+    assert_eq!(
+        update.text,
+        "[parameters]\n# No parameter any more (rcgen config --update):\n# x = 1\n"
+    );
+    let source = sources.add("config.toml", "x = = 1");
+    let found = config::update(&sources, source, None).expect_err("no TOML");
+    assert!(found.iter().any(|d| d.code == "toml-syntax"));
+}
+
+#[test]
+fn lines_end_as_they_did_and_braces_over_several_lines_are_left_alone() {
+    let model = load("ComponentParams c { a int 1; b int 2; };");
+    let (_, text) = updated(&model, "[parameters]\r\na = 3\r\nc = 4\r\n");
+    assert_eq!(text.matches('\n').count(), text.matches("\r\n").count());
+    let (changes, text) = updated(&model, "parameters = { a = 1,\n  c = 4 }\n");
+    if !changes.is_empty() {
+        assert!(changes[0].starts_with("leave `` to you"), "{changes:?}");
+        assert_eq!(text, "parameters = { a = 1,\n  c = 4 }\n");
+    }
+}
+
+#[test]
+fn what_is_right_and_what_is_wrong_otherwise_stays() {
+    let model = load(BUS);
+    let template = config::template("bus", std::time::Duration::from_millis(100), Some(&model));
+    assert_eq!(updated(&model, &template), (Vec::new(), template));
+    let wrong = "[parameters]\ndevice = 5\nrate = 1\nsafe_distance = \"x\"\nserial = 1\nlog = 3\nmotors = { x = 1 }\npoints = 4\n";
+    assert_eq!(updated(&model, wrong), (Vec::new(), wrong.to_owned()));
+}
+
+/// Lines of configurations, right and wrong.
+const LINES: [&str; 34] = [
+    "[parameters]",
+    "[parameters.log]",
+    "[parameters.old]",
+    "[parameters.old.inner]",
+    "[[parameters.motors]]",
+    "[[parameters.motors]]",
+    "[parameters.motors.limits]",
+    "[parameters.motors.limits.deep]",
+    "[parameters.motors.worn]",
+    "[[parameters.points]]",
+    "[[parameters.gone]]",
+    "[component]",
+    "device = '/x' # here",
+    "rate = 9600",
+    "serial = \"A\"",
+    "id = 1",
+    "name = 'n'",
+    "max = 2.5",
+    "low = 0.1",
+    "x = 1.5",
+    "path = '/p'",
+    "old = [\n  1, # one\n  2 ]",
+    "text = '''\na\n[b]\n'''",
+    "log.path = '/v'",
+    "log.lost = 5",
+    "log = { path = '/v', keep = 3, lost = 4 }",
+    "motors = [\n  { id = 1, bad = 2 },\n  # two\n  { name = 'x', id = 3 } ]",
+    "limits = { low = 1.0, more = 2.0 }",
+    "limits.low = 1.0",
+    "older.a.b = 1",
+    "parameters.device = 'z'",
+    "parameters.log.keep = 9",
+    "# A comment.",
+    "",
+];
+
+#[test]
+fn whatever_is_written_stays_or_becomes_a_comment() {
+    let model = load(BUS);
+    let (mut updates, mut changes) = (0, 0);
+    for n in 1..=800_u64 {
+        arbtest::arbtest(|u| {
+            let mut toml = String::new();
+            for _ in 0..u.int_in_range(1..=14)? {
+                toml.push_str(u.choose(&LINES)?);
+                toml.push('\n');
+            }
+            let mut sources = SourceMap::new();
+            let source = sources.add("config.toml", toml.as_str());
+            if config::update(&sources, source, Some(&model)).is_err() {
+                return Ok(());
+            }
+            let (said, text) = updated(&model, &toml);
+            updates += 1;
+            changes += said.len();
+            let source = sources.add("config.toml", text.as_str());
+            let (_, found) = config::check(&sources, source, Some(&model));
+            let bad = ["toml-syntax", "unknown-parameter"];
+            let bad = found.iter().find(|d| bad.contains(&d.code));
+            assert!(bad.is_none(), "{bad:?}\n{toml}\n-----\n{text}");
+            // What is in braces is written anew; its numbers stay.
+            for line in toml.lines().filter(|line| !line.contains('{')) {
+                let kept = |now: &str| now == line || now.strip_prefix("# ") == Some(line);
+                assert!(text.lines().any(kept), "{line}\n{toml}\n-----\n{text}");
+            }
+            let numbers = |text: &str| text.matches(|c: char| c.is_ascii_digit()).count();
+            assert!(numbers(&text) >= numbers(&toml), "{toml}\n-----\n{text}");
+            Ok(())
+        })
+        .seed(n << 32 | 256)
+        .run();
+    }
+    assert!(updates > 200 && changes > 1000, "{updates} {changes}");
+}
