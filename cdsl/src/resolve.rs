@@ -1,12 +1,12 @@
 //! From the tree to the model: interfaces are loaded, slots get their names.
 
-use crate::ast::{self, Clause, Item};
-use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, Slot, StateMachine};
+use crate::ast::{self, Clause, Item, Setting};
+use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, SPIN, Slot, StateMachine};
 use crate::parse::parse;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, duration_text};
 use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
-use rc_syntax::{Literal, LiteralKind, Loader, Name};
+use rc_syntax::{LiteralKind, Loader, Name};
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
@@ -397,20 +397,26 @@ impl Resolver<'_> {
         found.map(|(_, backend)| *backend)
     }
 
-    fn qos(&mut self, role: Role, settings: &[(Name, Literal)]) -> Qos {
-        const TOPIC: [&str; 6] = [
+    fn qos(&mut self, role: Role, settings: &[Setting]) -> Qos {
+        const TOPIC: [&str; 7] = [
             "reliability",
             "depth",
             "durability",
             "deadline",
             "lifespan",
             "liveliness",
+            "wake",
         ];
-        const CALL: [&str; 1] = ["timeout"];
-        let allowed: &[&str] = if role.is_topic() { &TOPIC } else { &CALL };
+        const CALL: [&str; 2] = ["timeout", "wake"];
+        let allowed: &[&str] = match role {
+            Role::SubscribesTo => &TOPIC,
+            // Who publishes waits for nobody.
+            Role::Publishes => &TOPIC[..6],
+            Role::Implements | Role::Requires => &CALL,
+        };
         let mut qos = Qos::default();
         let mut seen = HashMap::new();
-        for (name, value) in settings {
+        for Setting { name, value, spin } in settings {
             self.once(&mut seen, name, "setting");
             if !allowed.contains(&name.text.as_str()) {
                 let message = format!("`{}` is not a setting of `{}`", name.text, role.word());
@@ -423,11 +429,14 @@ impl Resolver<'_> {
                 LiteralKind::Name(word) => word.as_str(),
                 _ => "",
             };
+            let wakes = name.text == "wake";
             let time = value
                 .as_nanoseconds()
                 .filter(|ns| *ns > 0)
                 .map(Duration::from_nanos);
             let understood = match name.text.as_str() {
+                _ if *spin != wakes => false,
+                "wake" => set(&mut qos.spin, time.filter(|time| SPIN.contains(time))),
                 "reliability" => {
                     qos.reliable = one_of(word, "best_effort", "reliable");
                     qos.reliable.is_some()
@@ -453,11 +462,16 @@ impl Resolver<'_> {
                     "reliability" => "`reliable` or `best_effort`",
                     "durability" => "`volatile` or `transient_local`",
                     "depth" => "a whole number from 1 to 1000",
+                    "wake" => "`spin` and a time from 1us to 10ms",
                     _ => "a time such as `500ms`",
                 };
+                let written = match value.as_nanoseconds() {
+                    Some(ns) if *spin => format!("`spin {}`", duration_text(ns)),
+                    _ if *spin => format!("`spin` with {}", value.described()),
+                    _ => value.described(),
+                };
                 let message = format!(
-                    "{} is not a value of `{}`; allowed is {allowed}",
-                    value.described(),
+                    "{written} is not a value of `{}`; allowed is {allowed}",
                     name.text
                 );
                 self.found

@@ -21,7 +21,7 @@ pub(crate) struct Row {
 }
 
 /// What is measured.
-pub(crate) const ROWS: [Row; 3] = [
+pub(crate) const ROWS: [Row; 4] = [
     Row {
         name: "publish 64 B, one way",
         kind: "publish",
@@ -37,6 +37,12 @@ pub(crate) const ROWS: [Row; 3] = [
     Row {
         name: "query 64 B, round trip",
         kind: "query",
+        size: 64,
+        count: 1000,
+    },
+    Row {
+        name: "the same with `wake spin 200us` at both generated ends",
+        kind: "awake",
         size: 64,
         count: 1000,
     },
@@ -77,7 +83,17 @@ impl Pair {
     pub(crate) fn generated() -> Result<Self, Failure> {
         let network = Network::new("gen")?;
         let folder = target()?.join("release");
-        let arguments = ["--network", network.name.as_str(), "--log", "error"];
+        // Two slots of one interface, so the second one needs an address of its own.
+        let awake = format!("awake={}/Awake", network.name);
+        let network_name = network.name.as_str();
+        let arguments = [
+            "--network",
+            network_name,
+            "--log",
+            "error",
+            "--bind",
+            &awake,
+        ];
         let pong = ready(Program::start(&folder.join("pong"), &arguments)?)?;
         let ping = ready(Program::start(&folder.join("ping"), &arguments)?)?;
         Ok(Self {
@@ -110,7 +126,7 @@ impl Pair {
         let Row { kind, size, .. } = row;
         self.ping.say(&format!("{kind} {size} {count}"))?;
         let asked = times(&self.ping.hear(BLOCK)?)?;
-        if *kind == "query" {
+        if *kind != "publish" {
             return Ok(asked);
         }
         times(&self.pong.hear(BLOCK)?)

@@ -54,7 +54,7 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                     pause();
                     ping.publish(now(), data)?;
                 }
-                Kind::Query => {
+                Kind::Query | Kind::Awake => {
                     let start = now();
                     ping.query(data, &mut answer)?;
                     times.push(now() - start);

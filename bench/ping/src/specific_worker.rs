@@ -32,9 +32,12 @@ impl Worker for SpecificWorker {
                     pause();
                     ctx.sample.sample(now(), data)?;
                 }
-                Kind::Query => {
+                Kind::Query | Kind::Awake => {
                     let start = now();
-                    let answer = ctx.echo.echo(data)?;
+                    let answer = match order.kind {
+                        Kind::Awake => ctx.awake.echo(data)?,
+                        _ => ctx.echo.echo(data)?,
+                    };
                     self.times.push(now() - start);
                     if answer.len() != data.len() {
                         return Err(WorkerError::Fatal("another echo".to_owned()));

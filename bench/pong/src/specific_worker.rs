@@ -2,7 +2,7 @@
 
 use bench_protocol::{now, ready, report};
 use pong_generated::tracing::error;
-use pong_generated::{Context, Echo, Sample, Worker, WorkerError};
+use pong_generated::{Awake, Context, Echo, Sample, Worker, WorkerError};
 
 pub(crate) struct SpecificWorker {
     times: Vec<i64>,
@@ -20,6 +20,12 @@ impl Worker for SpecificWorker {
 }
 
 impl Echo for SpecificWorker {
+    fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
+        data
+    }
+}
+
+impl Awake for SpecificWorker {
     fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
         data
     }

@@ -4,7 +4,7 @@
 //! | who | says | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | its connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, `query SIZE COUNT` | one block is to be measured |
+//! | xtask to ping | `publish SIZE COUNT`, `query SIZE COUNT`, `awake SIZE COUNT` | one block is to be measured |
 //! | ping | `times …` (a query), `times` (a publish) | the block is done |
 //! | pong | `times …` | the block of values has ended |
 //!
@@ -38,6 +38,8 @@ pub enum Kind {
     Publish,
     /// From before the call until the answer is there.
     Query,
+    /// The same where both ends stay awake (`wake spin`), as far as the program can.
+    Awake,
 }
 
 impl FromStr for Order {
@@ -49,6 +51,7 @@ impl FromStr for Order {
         let kind = match words.next() {
             Some("publish") => Kind::Publish,
             Some("query") => Kind::Query,
+            Some("awake") => Kind::Awake,
             _ => return Err(bad()),
         };
         let mut number = || words.next().and_then(|word| word.parse().ok());
@@ -67,6 +70,7 @@ impl std::fmt::Display for Order {
         let kind = match self.kind {
             Kind::Publish => "publish",
             Kind::Query => "query",
+            Kind::Awake => "awake",
         };
         write!(f, "{kind} {} {}", self.size, self.count)
     }

@@ -11,6 +11,8 @@ pub struct Context {
     core: Core,
     /// requires `Echo`
     pub echo: EchoClient,
+    /// requires `Echo`
+    pub awake: EchoClient,
     /// publishes `Sample`
     pub sample: SamplePublisher,
 }
@@ -21,7 +23,8 @@ impl Context {
         Ok(Self {
             core,
             echo: EchoClient::new(ports.caller(0)?),
-            sample: SamplePublisher::new(ports, 1)?,
+            awake: EchoClient::new(ports.caller(1)?),
+            sample: SamplePublisher::new(ports, 2)?,
         })
     }
 
@@ -31,7 +34,8 @@ impl Context {
 
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = usize::from(self.echo.is_connected());
-        peers[1] = self.sample.subscribers();
+        peers[1] = usize::from(self.awake.is_connected());
+        peers[2] = self.sample.subscribers();
     }
 }
 

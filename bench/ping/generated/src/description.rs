@@ -19,6 +19,20 @@ const SLOT_ECHO: Slot = Slot {
     operations: interfaces::echo::OPERATIONS,
 };
 
+const SLOT_AWAKE: Slot = Slot {
+    name: "awake",
+    role: Role::Requires,
+    interface: "Echo",
+    type_name: "RcBench::Echo",
+    type_hash: 0x0dcda19f7bc6c682,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        spin: Duration::new(0, 200000),
+        ..Qos::CALL
+    },
+    operations: interfaces::echo::OPERATIONS,
+};
+
 const SLOT_SAMPLE: Slot = Slot {
     name: "Sample",
     role: Role::Publishes,
@@ -33,12 +47,12 @@ const SLOT_SAMPLE: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "ping",
-    model_hash: 0x05aae638b4c2264b,
+    model_hash: 0x799c16c10d4ace45,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_SAMPLE],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE],
     backends: backend::BACKENDS,
     note: backend::NOTE,
 };

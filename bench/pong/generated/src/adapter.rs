@@ -43,6 +43,7 @@ struct Adapter<W> {
 pub fn run<W>() -> ExitCode
 where
     W: Worker,
+    W: slots::Awake,
     W: slots::Echo,
     W: slots::Sample,
 {
@@ -53,6 +54,7 @@ where
 pub fn embed<W>(args: &[&str]) -> Result<Embedded, StartError>
 where
     W: Worker + 'static,
+    W: slots::Awake,
     W: slots::Echo,
     W: slots::Sample,
 {
@@ -68,6 +70,7 @@ fn start<W: Worker>(core: Core, ports: &Ports, values: &Values) -> Result<Adapte
 impl<W> Component for Adapter<W>
 where
     W: Worker,
+    W: slots::Awake,
     W: slots::Echo,
     W: slots::Sample,
 {
@@ -98,6 +101,7 @@ where
     fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
         match slot {
             0 => slots::echo::serve(&mut self.worker, &mut self.ctx, request),
+            1 => slots::awake::serve(&mut self.worker, &mut self.ctx, request),
             _ => request.unknown(),
         }
     }
@@ -109,7 +113,7 @@ where
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         match slot {
-            1 => slots::sample::receive(&mut self.worker, &mut self.ctx, operation, reader),
+            2 => slots::sample::receive(&mut self.worker, &mut self.ctx, operation, reader),
             _ => Err(HandlerError("there is no such slot here".to_owned())),
         }
     }

@@ -19,6 +19,20 @@ const SLOT_ECHO: Slot = Slot {
     operations: interfaces::echo::OPERATIONS,
 };
 
+const SLOT_AWAKE: Slot = Slot {
+    name: "awake",
+    role: Role::Implements,
+    interface: "Echo",
+    type_name: "RcBench::Echo",
+    type_hash: 0x0dcda19f7bc6c682,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        spin: Duration::new(0, 200000),
+        ..Qos::CALL
+    },
+    operations: interfaces::echo::OPERATIONS,
+};
+
 const SLOT_SAMPLE: Slot = Slot {
     name: "Sample",
     role: Role::SubscribesTo,
@@ -33,12 +47,12 @@ const SLOT_SAMPLE: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pong",
-    model_hash: 0xdc559f21fac51a09,
+    model_hash: 0x99429babd3b95348,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_SAMPLE],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE],
     backends: backend::BACKENDS,
     note: backend::NOTE,
 };

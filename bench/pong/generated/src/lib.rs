@@ -22,5 +22,6 @@ pub use interfaces::*;
 pub use rc_runtime::middleware::{CallError, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, State, WorkerError};
+pub use slots::Awake;
 pub use slots::Echo;
 pub use slots::Sample;
