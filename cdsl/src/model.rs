@@ -146,6 +146,8 @@ pub struct Qos {
     pub depth: Option<u32>,
     /// `timeout 500ms;` of a call
     pub timeout: Option<Duration>,
+    /// `in_place true;`: what comes, or the answer, is in memory that is shared with the other end
+    pub in_place: bool,
     /// `deadline 100ms;`
     pub deadline: Option<Duration>,
     /// `lifespan 1s;`

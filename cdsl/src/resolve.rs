@@ -6,7 +6,7 @@ use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, duration_text};
 use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
-use rc_syntax::{LiteralKind, Loader, Name};
+use rc_syntax::{Literal, LiteralKind, Loader, Name};
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
@@ -48,6 +48,8 @@ pub fn load(
 
 const WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
 const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
+/// The setting of a slot whose handlers take or make their value in shared memory.
+const IN_PLACE: &str = "in_place";
 const OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
 
 /// The file's name in an import, without its ending.
@@ -265,7 +267,7 @@ impl Resolver<'_> {
                 }
                 names.taken.insert(name.to_ascii_lowercase(), item.span);
                 let backend = item.backend.as_ref().and_then(|b| self.backend(b));
-                let qos = self.qos(*role, &item.qos);
+                let qos = self.qos(*role, interface, &item.qos);
                 slots.push(Slot {
                     name,
                     role: *role,
@@ -397,8 +399,8 @@ impl Resolver<'_> {
         found.map(|(_, backend)| *backend)
     }
 
-    fn qos(&mut self, role: Role, settings: &[Setting]) -> Qos {
-        const TOPIC: [&str; 7] = [
+    fn qos(&mut self, role: Role, interface: InterfaceId, settings: &[Setting]) -> Qos {
+        const TOPIC: [&str; 8] = [
             "reliability",
             "depth",
             "durability",
@@ -406,13 +408,15 @@ impl Resolver<'_> {
             "lifespan",
             "liveliness",
             "wake",
+            IN_PLACE,
         ];
-        const CALL: [&str; 2] = ["timeout", "wake"];
-        let allowed: &[&str] = match role {
-            Role::SubscribesTo => &TOPIC,
-            // Who publishes waits for nobody.
+        const CALL: [&str; 3] = ["timeout", "wake", IN_PLACE];
+        // Who sends or calls chooses at each call whether it does so in place; who publishes waits for nobody.
+        let allowed = match role {
+            Role::SubscribesTo => &TOPIC[..],
             Role::Publishes => &TOPIC[..6],
-            Role::Implements | Role::Requires => &CALL,
+            Role::Implements => &CALL[..],
+            Role::Requires => &CALL[..2],
         };
         let mut qos = Qos::default();
         let mut seen = HashMap::new();
@@ -452,6 +456,17 @@ impl Resolver<'_> {
                         .map(|d| d as u32);
                     qos.depth.is_some()
                 }
+                IN_PLACE => {
+                    let choice = match value.kind {
+                        LiteralKind::Bool(choice) => Some(choice),
+                        _ => None,
+                    };
+                    qos.in_place = choice == Some(true);
+                    if qos.in_place {
+                        self.can_be_in_place(role, interface, value);
+                    }
+                    choice.is_some()
+                }
                 "timeout" => set(&mut qos.timeout, time),
                 "deadline" => set(&mut qos.deadline, time),
                 "lifespan" => set(&mut qos.lifespan, time),
@@ -463,6 +478,7 @@ impl Resolver<'_> {
                     "durability" => "`volatile` or `transient_local`",
                     "depth" => "a whole number from 1 to 1000",
                     "wake" => "`spin` and a time from 1us to 10ms",
+                    IN_PLACE => "`true` or `false`",
                     _ => "a time such as `500ms`",
                 };
                 let written = match value.as_nanoseconds() {
@@ -479,6 +495,32 @@ impl Resolver<'_> {
             }
         }
         qos
+    }
+
+    /// Whether the interface has an operation whose values can be in place.
+    fn can_be_in_place(&mut self, role: Role, interface: InterfaceId, value: &Literal) {
+        let interface = self.library.interface(interface);
+        let mut operations = interface.operations.iter();
+        let any = operations.any(|operation| {
+            let in_place = match role {
+                Role::SubscribesTo => operation.topic_in_place(&self.library),
+                _ => operation.result_in_place(&self.library),
+            };
+            in_place.is_some()
+        });
+        if !any {
+            let what = match role {
+                Role::SubscribesTo => "parameter",
+                _ => "result",
+            };
+            let message = format!(
+                "no operation of `{}` has, as its only {what}, a plain structure with a bounded sequence",
+                interface.name.text
+            );
+            let help = "plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays";
+            self.found
+                .push(Diagnostic::error("bad-qos", value.span, message).help(help));
+        }
     }
 
     /// An import is used where a slot's interface is in its file, or in a file that one of them imports.

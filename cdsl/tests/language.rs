@@ -8,7 +8,7 @@ use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
 /// Files that tests import.
-const INTERFACES: [(&str, &str); 8] = [
+const INTERFACES: [(&str, &str); 9] = [
     (
         "Second.idsl",
         "module Second { interface Laser { void other(); }; };",
@@ -24,6 +24,10 @@ const INTERFACES: [(&str, &str); 8] = [
     (
         "Pub.idsl",
         "module RoboCompPub {\n interface LaserPub { void push(int x); };\n interface Mixed { publish void one(); command void two(); };\n};",
+    ),
+    (
+        "Pictures.idsl",
+        "module RoboCompPictures { struct Image { sequence<byte, 9> data; }; interface Pictures { Image get(); void seen(Image image); }; };",
     ),
     (
         "Empty.idsl",
@@ -395,6 +399,24 @@ fn backends_and_quality_of_service() {
         &expect![[""]],
     );
     expect!["requires Laser, publishes LaserPub"].assert_eq(&slots.join(", "));
+}
+
+#[test]
+fn in_place_is_for_handlers_of_plain_structures() {
+    check_file(
+        "import \"Pictures.idsl\"; import \"Laser.idsl\"; import \"Pub.idsl\"; Component c { Communications {\n\
+         implements Pictures { in_place true; timeout 1s; }, Pictures { in_place false; }, Laser { in_place true; };\n\
+         subscribesTo LaserPub { in_place true; depth 2; }, LaserPub { in_place 1; };\n\
+         requires Pictures { in_place true; };\n\
+         publishes LaserPub { in_place true; }; }; language rust; };",
+        &expect![[r#"
+            c.cdsl:2:100: error[bad-qos]: no operation of `Laser` has, as its only result, a plain structure with a bounded sequence (plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays)
+            c.cdsl:3:34: error[bad-qos]: no operation of `LaserPub` has, as its only parameter, a plain structure with a bounded sequence (plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays)
+            c.cdsl:3:72: error[bad-qos]: the number 1 is not a value of `in_place`; allowed is `true` or `false`
+            c.cdsl:4:21: error[unknown-qos]: `in_place` is not a setting of `requires` (allowed here: `timeout`, `wake`)
+            c.cdsl:5:22: error[unknown-qos]: `in_place` is not a setting of `publishes` (allowed here: `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+        "#]],
+    );
 }
 
 #[test]

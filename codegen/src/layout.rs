@@ -4,7 +4,8 @@
 
 use std::cmp::Ordering;
 
-const LINE: usize = 100;
+/// Most characters of a line.
+pub const LINE: usize = 100;
 const CALL: usize = 60;
 /// Arguments and elements up to this length fill lines instead of having one each.
 const SHORT: usize = 10;
@@ -102,7 +103,7 @@ pub fn binding(indent: usize, names: &[String], head: &str, args: &[String], tai
     }
     let one = format!("let {pattern} = {head}({}){tail}", args.join(", "));
     // rustfmt counts what follows the closing bracket twice.
-    let twice = tail.trim_end_matches(';').len() * 2;
+    let twice = tail.trim_end_matches(';').len();
     if args.join(", ").len() <= CALL && indent + one.len() + twice > LINE {
         let value = format!("{head}({}){tail}", args.join(", "));
         if indent + 4 + value.len() <= LINE {

@@ -7,7 +7,11 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 8] = [
+const SHIPPED: [(&str, &str); 9] = [
+    (
+        "Camera.idsl",
+        include_str!("../../components/interfaces/Camera.idsl"),
+    ),
     (
         "CommonBehavior.idsl",
         include_str!("../../components/interfaces/CommonBehavior.idsl"),

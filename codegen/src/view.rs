@@ -2,6 +2,7 @@
 
 mod checks;
 mod exports;
+mod in_place;
 mod interfaces;
 mod operation_names;
 mod parameters;
@@ -102,7 +103,6 @@ pub const WORKER: &str = "SpecificWorker";
 pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
     let mut found = Diagnostics::new();
     let component = &project.component;
-    let library = &component.library;
     check_language(project, &mut found);
     let backends = backends(project, middleware, &mut found);
     let note = Note {
@@ -145,7 +145,7 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
         backends,
         note: note.to_byte_string(),
         period: (component.period.as_secs(), component.period.subsec_nanos()),
-        modules: types::of(library, &mut found),
+        modules: types::of(component, &mut found),
         interfaces: interfaces::of(component, &mut found),
         imports: user_imports(&slots, &traits),
         worker: WORKER,
@@ -171,7 +171,7 @@ fn reexports(component: &rc_cdsl::Component, traits: &[String]) -> Vec<String> {
     let mut paths: Vec<String> = [
         "adapter::{Worker, embed, run}",
         "context::Context",
-        "rc_runtime::middleware::{CallError, SendError}",
+        "rc_runtime::middleware::{CallError, InPlace, SendError}",
         "rc_runtime::tracing",
         "rc_runtime::{Embedded, State, WorkerError}",
     ]

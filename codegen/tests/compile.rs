@@ -123,9 +123,10 @@ fn everything_at_once() {
     let workspace = workspace(folder.path());
     generate(&workspace, "everything", "iceoryx2");
     generate(&workspace, "awkward", "local");
+    generate(&workspace, "placed", "iceoryx2");
     paste(&workspace);
     let mut packages = Vec::new();
-    for name in ["everything", "awkward", "pasted"] {
+    for name in ["everything", "awkward", "placed", "pasted"] {
         packages.extend(["-p".to_owned(), name.to_owned()]);
         packages.extend(["-p".to_owned(), format!("{name}_generated")]);
     }

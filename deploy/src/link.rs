@@ -2,6 +2,7 @@
 
 use crate::status::State;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// How old the last turn of a component's loop, or the last heartbeat, may be.
@@ -14,8 +15,13 @@ pub(crate) enum Message {
     State(State),
     /// The component has started.
     Ready,
-    /// The component is there; its loop turned last so long ago.
-    Heartbeat(Duration),
+    /// The component is there.
+    Heartbeat {
+        /// How long ago its loop turned last.
+        age: Duration,
+        /// How many values its slots have lost; those that lost none may be left out.
+        lost: BTreeMap<String, u64>,
+    },
 }
 
 #[derive(Deserialize)]
@@ -30,6 +36,7 @@ struct Notification {
 struct Params {
     state: Option<State>,
     age_ms: Option<u64>,
+    lost: BTreeMap<String, u64>,
 }
 
 /// Reads one line; the error says what is wrong with it.
@@ -40,7 +47,10 @@ pub(crate) fn parse(line: &str) -> Result<Message, String> {
     match notification.method.as_str() {
         "ready" => Ok(Message::Ready),
         "heartbeat" => match params.age_ms {
-            Some(age) => Ok(Message::Heartbeat(Duration::from_millis(age))),
+            Some(age) => Ok(Message::Heartbeat {
+                age: Duration::from_millis(age),
+                lost: params.lost,
+            }),
             None => Err("a heartbeat without age_ms".to_owned()),
         },
         "state" => match params.state {
@@ -63,11 +73,13 @@ mod tests {
         assert_eq!(parse(state), Ok(Message::State(State::Emergency)));
         let ready = r#"{"jsonrpc":"2.0","method":"ready","params":{}}"#;
         assert_eq!(parse(ready), Ok(Message::Ready));
+        let age = Duration::from_millis(7);
+        let lost = BTreeMap::new();
         let beat = r#"{"jsonrpc":"2.0","method":"heartbeat","params":{"age_ms":7}}"#;
-        assert_eq!(
-            parse(beat),
-            Ok(Message::Heartbeat(Duration::from_millis(7)))
-        );
+        assert_eq!(parse(beat), Ok(Message::Heartbeat { age, lost }));
+        let lost = BTreeMap::from([("Laser".to_owned(), 3)]);
+        let beat = r#"{"method":"heartbeat","params":{"age_ms":7,"lost":{"Laser":3}}}"#;
+        assert_eq!(parse(beat), Ok(Message::Heartbeat { age, lost }));
     }
 
     #[test]
@@ -78,6 +90,7 @@ mod tests {
             "[]",
             r#"{"method":"dance"}"#,
             r#"{"method":"heartbeat"}"#,
+            r#"{"method":"heartbeat","params":{"age_ms":7,"lost":{"Laser":-3}}}"#,
             r#"{"method":"state","params":{"state":"failed"}}"#,
             r#"{"method":"state","params":{"state":"happy"}}"#,
         ] {

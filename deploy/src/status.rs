@@ -1,6 +1,7 @@
 //! What `rcdeploy status` shows, as it travels from the supervisor.
 
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -77,6 +78,9 @@ pub struct ComponentStatus {
     pub log: PathBuf,
     /// How often it was started again.
     pub restarts: u32,
+    /// How many values its slots have lost in this run; slots that lost none are left out.
+    #[serde(default)]
+    pub lost: BTreeMap<String, u64>,
     /// How it ended.
     pub exit: Option<String>,
 }
@@ -114,10 +118,14 @@ impl fmt::Display for Status {
                 write!(f, "  {exit}")?;
             }
             match component.restarts {
-                0 => writeln!(f)?,
-                1 => writeln!(f, "  started again once")?,
-                times => writeln!(f, "  started again {times} times")?,
+                0 => {}
+                1 => write!(f, "  started again once")?,
+                times => write!(f, "  started again {times} times")?,
             }
+            for (slot, lost) in &component.lost {
+                write!(f, "  {slot} lost {lost}")?;
+            }
+            writeln!(f)?;
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
 use crate::status::{ComponentStatus, State};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
+use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io;
 use std::os::fd::OwnedFd;
@@ -32,6 +33,8 @@ pub(crate) struct Unit {
     /// Has it been ready since its last start? It stays so when it ends, and others that need it may start.
     ready: bool,
     reported: Option<State>,
+    /// How many values its slots have lost, as it said last.
+    lost: BTreeMap<String, u64>,
     hung: bool,
     /// When it was last heard of, or became ready.
     heard: Instant,
@@ -100,6 +103,7 @@ impl Unit {
             phase: Phase::Waiting,
             ready: false,
             reported: None,
+            lost: BTreeMap::new(),
             hung: false,
             heard: Instant::now(),
             garbage: false,
@@ -218,6 +222,7 @@ impl Unit {
         let now = Instant::now();
         self.heard = now;
         self.reported = None;
+        self.lost.clear();
         self.hung = false;
         self.garbage = false;
         self.phase = Phase::Alive(Running {
@@ -249,7 +254,7 @@ impl Unit {
                 Line::TooLong => Err("a line of more than 64 KiB".to_owned()),
             };
             match message {
-                Ok(message) => self.take(&message, report),
+                Ok(message) => self.take(message, report),
                 Err(fault) => self.reject(&fault, report),
             }
         }
@@ -267,16 +272,16 @@ impl Unit {
         }
     }
 
-    fn take(&mut self, message: &Message, report: &Reporter) {
+    fn take(&mut self, message: Message, report: &Reporter) {
         let Phase::Alive(running) = &self.phase else {
             return;
         };
         match message {
             Message::State(state) => {
-                if self.reported == Some(*state) {
+                if self.reported == Some(state) {
                     return;
                 }
-                self.reported = Some(*state);
+                self.reported = Some(state);
                 let severity = match state {
                     State::Emergency => Severity::Warning,
                     _ => Severity::Info,
@@ -292,9 +297,10 @@ impl Unit {
                     self.event(report, Severity::Info, "ready", text);
                 }
             }
-            Message::Heartbeat(age) => {
+            Message::Heartbeat { age, lost } => {
                 self.heard = Instant::now();
-                if *age <= HEARTBEAT_LIMIT {
+                self.lost = lost;
+                if age <= HEARTBEAT_LIMIT {
                     if std::mem::take(&mut self.hung) {
                         self.event(
                             report,
@@ -483,6 +489,7 @@ impl Unit {
             executable: self.component.executable.clone(),
             log: self.log.clone(),
             restarts: self.restarts.count(),
+            lost: self.lost.clone(),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,

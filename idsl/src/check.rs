@@ -1,6 +1,7 @@
 //! Rules that a resolved thing can break.
 
 use crate::ast::Annotation;
+use crate::image::{self, Image};
 use crate::model::{Library, Primitive, Range, Type, TypeDeclKind, TypeId};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
@@ -78,15 +79,16 @@ pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagn
                     ));
                     library.types[id.0].kind = TypeDeclKind::Struct(Vec::new());
                 }
-                let plain = match &library.ty(id).kind {
-                    TypeDeclKind::Enum(_) => true,
+                let image = match &library.ty(id).kind {
+                    TypeDeclKind::Enum(_) => Some(image::LENGTH),
                     TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
-                        members.iter().all(|m| library.is_plain(&m.ty))
+                        let images = members.iter().map(|m| library.member_image(m));
+                        images.collect::<Option<Vec<_>>>().map(Image::structure)
                     }
-                    TypeDeclKind::Alias(ty) => library.is_plain(ty),
+                    TypeDeclKind::Alias(ty) => library.image(ty),
                 };
                 let decl = &mut library.types[id.0];
-                (decl.levels, decl.plain) = (levels.min(DEEPEST), plain);
+                (decl.levels, decl.image) = (levels.min(DEEPEST), image);
             }
         }
     }

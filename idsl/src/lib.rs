@@ -7,6 +7,7 @@
 pub mod ast;
 pub mod canonical;
 mod check;
+pub mod image;
 pub mod model;
 mod parse;
 mod resolve;

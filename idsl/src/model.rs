@@ -1,5 +1,6 @@
 //! Interfaces and types with every name resolved.
 
+use crate::image::Image;
 use rc_diagnostics::{SourceId, Span};
 use rc_syntax::{Literal, Name};
 use std::collections::HashMap;
@@ -74,8 +75,8 @@ pub struct TypeDecl {
     pub kind: TypeDeclKind,
     /// How many levels of named types are inside of it.
     pub levels: u32,
-    /// Whether its size is known: see [`Library::is_plain`].
-    pub plain: bool,
+    /// What it looks like in memory, where its size is known from the type alone: it is plain.
+    pub image: Option<Image>,
 }
 
 /// The kinds of named types.
@@ -347,19 +348,6 @@ impl Library {
                 _ => ty,
             },
             _ => ty,
-        }
-    }
-
-    /// Whether the size of a value is known from its type alone: only fixed-size numbers, enums, structs,
-    /// arrays and bounded sequences and strings.
-    pub fn is_plain(&self, ty: &Type) -> bool {
-        match ty {
-            Type::Primitive(_) => true,
-            Type::Text(bound) => bound.is_some(),
-            Type::Sequence(element, bound) => bound.is_some() && self.is_plain(element),
-            Type::Array(element, _) => self.is_plain(element),
-            Type::Dictionary(..) => false,
-            Type::Named(id) => self.ty(*id).plain,
         }
     }
 

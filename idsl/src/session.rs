@@ -165,7 +165,7 @@ impl<'a> Session<'a> {
                     _ => TypeDeclKind::Struct(Vec::new()),
                 },
                 levels: 0,
-                plain: false,
+                image: None,
             });
         }
         let types = module.types.clone();

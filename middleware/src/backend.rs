@@ -19,6 +19,21 @@ pub struct Header {
     pub sequence: u64,
     /// When it was sent, in nanoseconds of the system's monotonic clock; 0 where the sender does not say.
     pub sent: u64,
+    /// How the body is to be read.
+    pub encoding: Encoding,
+    /// Who sent it: the backend of the receiver fills it in, with an id that no other sender of this connection has or
+    /// had; 0 where it cannot tell. It says nothing else, and never travels.
+    pub sender: u128,
+}
+
+/// How a body is to be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoding {
+    /// CDR, see [`crate::cdr`].
+    #[default]
+    Cdr,
+    /// The memory image of a plain type, see [`crate::in_place`]; in an answer behind the envelope.
+    Image,
 }
 
 /// The types of a connection: a name for people and a hash of every operation for certainty.
@@ -74,8 +89,35 @@ pub trait Publisher {
     /// Sends to all who subscribe now. A slow subscriber loses old values and delays nobody.
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError>;
 
+    /// Whether values can be written in place here.
+    fn lends(&self) -> bool {
+        false
+    }
+
+    /// Memory of `length` bytes, aligned to 16, in which a value is written before it is sent. Its content is what
+    /// was in it. Fails where nothing is lent.
+    fn loan(&mut self, length: usize) -> Result<Box<dyn Lent + '_>, SendError> {
+        let reason = format!("this middleware lends no memory; {length} bytes were wanted");
+        Err(SendError::Backend {
+            address: String::new(),
+            reason,
+        })
+    }
+
     /// How many subscribers there are.
     fn peers(&self) -> usize;
+}
+
+/// Memory that a publisher has lent.
+pub trait Lent {
+    /// The memory.
+    fn memory(&self) -> &[u8];
+
+    /// The memory, to be written.
+    fn memory_mut(&mut self) -> &mut [u8];
+
+    /// Sends what is in it, as [`Publisher::publish`] does.
+    fn send(self: Box<Self>, header: Header) -> Result<(), SendError>;
 }
 
 /// The receiving end of a topic.
@@ -102,13 +144,13 @@ pub trait Client {
     /// Puts a command into the queue of a live server, or fails.
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError>;
 
-    /// Sends a request and waits for its answer, at most `limit`; `reply` is cleared first.
+    /// Sends a request and waits for its answer, at most `limit`. `take` gets the answer, once, where `Ok` comes back.
     fn call(
         &mut self,
         header: Header,
         request: &[u8],
         limit: Duration,
-        reply: &mut Vec<u8>,
+        take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError>;
 
     /// How many servers there are: none or one.
@@ -124,15 +166,37 @@ pub trait Server {
     /// was readable; where it was not, a backend may have to look more thoroughly.
     fn acknowledge(&mut self, woken: bool);
 
-    /// Hands one request to `answer`, where one is there; what `answer` leaves in the buffer is the reply, and
-    /// nothing is none. Says whether a request was there.
+    /// Hands one request to `answer`, where one is there, with a place for the reply. Says whether a request was
+    /// there.
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
+        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError>;
 
     /// How many clients there are.
     fn peers(&self) -> usize;
+}
+
+/// Where the answer to a request goes.
+pub trait Reply {
+    /// What is in it in the end is the reply, and nothing is none; empty at first.
+    fn body(&mut self) -> &mut Vec<u8>;
+
+    /// Memory of `length` bytes, aligned to 16, in which the reply is written instead; none where this middleware
+    /// lends none, or has none left.
+    fn loan(&mut self, length: usize) -> Option<&mut [u8]> {
+        let _ = length;
+        None
+    }
+
+    /// The memory that was lent becomes the reply, as the memory image of a plain type behind its envelope.
+    fn send_loan(&mut self) {}
+}
+
+impl Reply for Vec<u8> {
+    fn body(&mut self) -> &mut Vec<u8> {
+        self
+    }
 }
 
 /// The time that goes into [`Header::sent`].

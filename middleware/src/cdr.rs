@@ -5,7 +5,9 @@
 //! optional value is a sequence of none or one.
 //! Source: OMG DDS-XTypes 1.3, 7.4.1 (`PLAIN_CDR`).
 
+use crate::backend::Encoding;
 use std::collections::BTreeMap;
+use zerocopy::{FromZeros, IntoBytes};
 
 /// A value that cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -34,6 +36,12 @@ pub enum EncodeError {
     /// A string with a zero byte, which CDR cannot carry.
     #[error("a string holds a zero byte")]
     ZeroByte,
+    /// An enum, a `bool` or a text in place holds none of its values.
+    #[error("{0}")]
+    NoValue(String),
+    /// The value cannot be built up.
+    #[error("there is no memory for {0} bytes")]
+    NoMemory(usize),
 }
 
 /// Bytes that are not a value of the expected type.
@@ -77,6 +85,22 @@ pub enum DecodeError {
     /// An operation or exception that is not in the interface.
     #[error("unknown {0}")]
     Unknown(&'static str),
+    /// Bytes that were sent in place and have not the size of the type.
+    #[error("{length} bytes are no `{what}` in place, which has {expected}")]
+    NotAnImage {
+        /// The type.
+        what: &'static str,
+        /// How many came.
+        length: usize,
+        /// The size of the type.
+        expected: usize,
+    },
+    /// A value sent in place where this side reads none.
+    #[error("a value came in place; this operation has none: regenerate both ends")]
+    Image,
+    /// A value that cannot be taken over.
+    #[error(transparent)]
+    Invalid(#[from] EncodeError),
 }
 
 /// Writes values one after the other. The first thing that cannot be written is kept until [`Writer::finish`].
@@ -184,12 +208,44 @@ impl Writer {
 pub struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
+    /// The rest is the memory image of a plain type.
+    image: bool,
 }
 
 impl<'a> Reader<'a> {
     /// Reads a body from its start.
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0 }
+        Self::of(bytes, Encoding::Cdr)
+    }
+
+    /// Reads a body in this encoding from its start.
+    pub fn of(bytes: &'a [u8], encoding: Encoding) -> Self {
+        Self {
+            bytes,
+            at: 0,
+            image: encoding == Encoding::Image,
+        }
+    }
+
+    /// What follows, from the byte `at` of the body, is the memory image of a plain type.
+    pub(crate) fn image_at(&mut self, at: usize) {
+        self.at = at.min(self.bytes.len());
+        self.image = true;
+    }
+
+    /// Whether what follows is the memory image of a plain type.
+    pub(crate) fn is_image(&self) -> bool {
+        self.image
+    }
+
+    /// The memory image that follows.
+    pub(crate) fn image(&mut self) -> Option<&'a [u8]> {
+        if !self.image {
+            return None;
+        }
+        let image = &self.bytes[self.at..];
+        self.at = self.bytes.len();
+        Some(image)
     }
 
     /// Reads one value.
@@ -199,6 +255,9 @@ impl<'a> Reader<'a> {
 
     /// The next `count` bytes, not aligned.
     pub fn raw(&mut self, count: usize) -> Result<&'a [u8], DecodeError> {
+        if self.image {
+            return Err(DecodeError::Image);
+        }
         let end = self
             .at
             .checked_add(count)
@@ -298,7 +357,7 @@ macro_rules! numbers {
             fn encode_all(items: &[Self], writer: &mut Writer) {
                 if !items.is_empty() {
                     writer.align(size_of::<Self>());
-                    writer.raw(bytemuck::cast_slice(items));
+                    writer.raw(items.as_bytes());
                 }
             }
 
@@ -310,8 +369,9 @@ macro_rules! numbers {
                 reader.align(size_of::<Self>());
                 let size = count.checked_mul(size_of::<Self>()).ok_or(DecodeError::Truncated(reader.at))?;
                 let bytes = reader.raw(size)?;
-                let mut items: Vec<Self> = bytemuck::zeroed_vec(count);
-                bytemuck::cast_slice_mut(&mut items).copy_from_slice(bytes);
+                let mut items: Vec<Self> =
+                    Self::new_vec_zeroed(count).map_err(|_| EncodeError::NoMemory(size))?;
+                items.as_mut_bytes().copy_from_slice(bytes);
                 Ok(items)
             }
         }

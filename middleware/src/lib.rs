@@ -2,8 +2,10 @@
 //!
 //! - [`backend`]: the traits of a backend. Backends move bytes and know no type.
 //! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
+//! - [`in_place`]: values that are written and read where they are.
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: the layer between both, which generated code uses.
+//! - [`gaps`]: what a receiver never saw.
 //! - [`environment`]: the network that a process belongs to, and its run directory.
 //!
 //! No backend is named here.
@@ -13,6 +15,8 @@ pub mod backend;
 pub mod cdr;
 pub mod environment;
 pub mod error;
+pub mod gaps;
+pub mod in_place;
 pub mod interrupt;
 pub mod qos;
 pub mod rpc;
@@ -20,10 +24,15 @@ pub mod typed;
 pub mod wait;
 
 pub use address::Address;
-pub use backend::{Backend, Client, Endpoint, Header, Publisher, Server, Subscriber, TypeIdentity};
+pub use backend::{
+    Backend, Client, Encoding, Endpoint, Header, Lent, Publisher, Reply, Server, Subscriber,
+    TypeIdentity,
+};
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
+pub use gaps::Gaps;
+pub use in_place::InPlace;
 pub use interrupt::Interrupt;
 pub use qos::{Durability, Qos, Reliability};
 pub use wait::wait;

@@ -1,8 +1,9 @@
 //! The layer between generated code and the bytes of a backend. Only this layer and generated code know codecs.
 
-use crate::backend::{Client, Header, Publisher, now};
-use crate::cdr::{DecodeError, Reader, Writer};
+use crate::backend::{Client, Encoding, Header, Publisher, Reply, now};
+use crate::cdr::{DecodeError, EncodeError, Reader, Writer};
 use crate::error::{CallError, SendError};
+use crate::in_place::{self, BEHIND_ENVELOPE, InPlace, Loan, Memory, Sending};
 use crate::rpc::{self, Outcome, ReplyKind, RequestId};
 use std::time::Duration;
 
@@ -46,18 +47,77 @@ impl Topic {
 
     /// Sends the value that was begun.
     pub fn publish(&mut self) -> Result<(), SendError> {
+        // What cannot be written takes no number: subscribers would count it as lost.
+        let body = self.writer.finish()?;
         self.sequence += 1;
         let header = Header {
             type_hash: self.operation.type_hash,
             sequence: self.sequence,
             sent: now(),
+            ..Header::default()
         };
-        self.port.publish(header, self.writer.finish()?)
+        self.port.publish(header, body)
+    }
+
+    /// Begins a value that is written in place; what is dropped without being sent is not sent.
+    pub fn loan<T: InPlace>(&mut self) -> Result<Loan<'_, T>, SendError> {
+        let send = Sending {
+            type_hash: self.operation.type_hash,
+            sequence: &mut self.sequence,
+            writer: &mut self.writer,
+        };
+        if !self.port.lends() {
+            let memory = Memory::Copied(in_place::boxed()?, &mut *self.port);
+            return Ok(Loan { memory, send });
+        }
+        let mut loan = self.port.loan(size_of::<T>())?;
+        match in_place::over::<T>(loan.memory_mut()) {
+            Some(value) => value.reset(),
+            None => return Err(EncodeError::NoMemory(size_of::<T>()).into()),
+        }
+        let memory = Memory::Shared(loan);
+        Ok(Loan { memory, send })
     }
 
     /// How many subscribers there are.
     pub fn peers(&self) -> usize {
         self.port.peers()
+    }
+}
+
+impl<T: InPlace> Loan<'_, T> {
+    /// Sends it. Where there is no shared memory it is copied now.
+    pub fn send(self) -> Result<(), SendError> {
+        self.check().map_err(unsendable)?;
+        *self.send.sequence += 1;
+        let header = Header {
+            type_hash: self.send.type_hash,
+            sequence: *self.send.sequence,
+            sent: now(),
+            encoding: Encoding::Image,
+            ..Header::default()
+        };
+        match self.memory {
+            Memory::Shared(loan) => loan.send(header),
+            Memory::Copied(value, port) => {
+                let writer = self.send.writer;
+                writer.clear();
+                writer.put(&value.value().map_err(unsendable)?);
+                let encoding = Encoding::Cdr;
+                port.publish(Header { encoding, ..header }, writer.finish()?)
+            }
+        }
+    }
+}
+
+/// Why a value in place cannot be sent.
+fn unsendable(error: DecodeError) -> EncodeError {
+    match error {
+        DecodeError::OutOfRange { what, value, range } => {
+            EncodeError::OutOfRange { what, value, range }
+        }
+        DecodeError::Invalid(error) => error,
+        other => EncodeError::NoValue(other.to_string()),
     }
 }
 
@@ -124,14 +184,40 @@ impl Caller {
     /// There and back: 0 for a result or the hash of an exception, and the bytes of it.
     pub fn call(&mut self) -> Result<(i32, Reader<'_>), CallError> {
         let header = self.header();
+        let (reply, mut encoding) = (&mut self.reply, Encoding::Cdr);
+        self.port.call(
+            header,
+            self.writer.finish()?,
+            self.timeout,
+            &mut |header, body| {
+                reply.clear();
+                reply.extend_from_slice(body);
+                encoding = header.encoding;
+            },
+        )?;
+        open(&self.reply, encoding, self.id, self.operation)
+    }
+
+    /// The same; the answer is read where the server wrote it, by `read`.
+    pub fn call_in_place<T, E: From<CallError>>(
+        &mut self,
+        read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
+    ) -> Result<T, E> {
+        let header = self.header();
+        let (id, operation) = (self.id, self.operation);
+        let (mut read, mut outcome) = (Some(read), None);
+        let request = self.writer.finish().map_err(CallError::from)?;
         self.port
-            .call(header, self.writer.finish()?, self.timeout, &mut self.reply)?;
-        let mut reader = Reader::new(&self.reply);
-        match rpc::open_reply(&mut reader, self.operation)? {
-            (id, _) if id != self.id => Err(DecodeError::Unknown("request in the reply").into()),
-            (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),
-            (_, ReplyKind::Case(case)) => Ok((case, reader)),
-        }
+            .call(header, request, self.timeout, &mut |header, body| {
+                if let Some(read) = read.take() {
+                    let opened = open(body, header.encoding, id, operation);
+                    outcome = Some(match opened {
+                        Ok((case, mut reader)) => read(case, &mut reader),
+                        Err(error) => Err(error.into()),
+                    });
+                }
+            })?;
+        outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
     }
 
     fn header(&self) -> Header {
@@ -139,6 +225,27 @@ impl Caller {
             type_hash: self.type_hash,
             sequence: self.id.sequence,
             sent: now(),
+            ..Header::default()
+        }
+    }
+}
+
+/// Opens the envelope of a reply.
+fn open(
+    body: &[u8],
+    encoding: Encoding,
+    request: RequestId,
+    operation: i32,
+) -> Result<(i32, Reader<'_>), CallError> {
+    let mut reader = Reader::new(body);
+    match rpc::open_reply(&mut reader, operation)? {
+        (id, _) if id != request => Err(DecodeError::Unknown("request in the reply").into()),
+        (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),
+        (_, ReplyKind::Case(case)) => {
+            if encoding == Encoding::Image {
+                reader.image_at(BEHIND_ENVELOPE);
+            }
+            Ok((case, reader))
         }
     }
 }
@@ -161,15 +268,20 @@ pub struct Request<'a> {
     type_hash: u64,
     two_way: bool,
     writer: Writer,
+    reply: &'a mut dyn Reply,
+    placed: Option<Result<(), EncodeError>>,
 }
 
 impl<'a> Request<'a> {
     /// Opens the envelope of `body`; the answer is written into `reply`. Fails where there is no envelope.
-    pub fn open(header: Header, body: &'a [u8], reply: &mut Vec<u8>) -> Result<Self, DecodeError> {
-        let mut reader = Reader::new(body);
+    pub fn open(
+        header: Header,
+        body: &'a [u8],
+        reply: &'a mut dyn Reply,
+    ) -> Result<Self, DecodeError> {
+        let mut reader = Reader::of(body, header.encoding);
         let (id, operation) = rpc::open_request(&mut reader)?;
-        reply.clear();
-        let writer = Writer::over(std::mem::take(reply));
+        let writer = Writer::over(std::mem::take(reply.body()));
         Ok(Self {
             operation,
             reader,
@@ -177,6 +289,8 @@ impl<'a> Request<'a> {
             type_hash: header.type_hash,
             two_way: true,
             writer,
+            reply,
+            placed: None,
         })
     }
 
@@ -211,12 +325,61 @@ impl<'a> Request<'a> {
 
     /// Ends the answer. One that cannot be written becomes a refusal that says so.
     pub fn finish(&mut self) -> Result<(), HandlerError> {
-        match self.writer.finish() {
-            Ok(_) => Ok(()),
-            Err(error) => self.refuse(
+        let written = self.writer.finish().map(|_| ());
+        self.finished(written)
+    }
+
+    fn finished(&mut self, written: Result<(), EncodeError>) -> Result<(), HandlerError> {
+        written.or_else(|error| {
+            self.refuse(
                 Outcome::UnknownException,
                 format!("the answer cannot be sent: {error}"),
-            ),
+            )
+        })
+    }
+
+    /// Lets `fill` write the result in place; [`Request::finish_in_place`] sends it. Where there is no shared memory
+    /// it is copied.
+    pub fn in_place<T: InPlace, R>(
+        &mut self,
+        fill: impl FnOnce(&mut T) -> R,
+    ) -> Result<R, HandlerError> {
+        if let Some(memory) = self.reply.loan(BEHIND_ENVELOPE + size_of::<T>()) {
+            let (envelope, image) = memory.split_at_mut(BEHIND_ENVELOPE.min(memory.len()));
+            if let Some(value) = in_place::over::<T>(image) {
+                value.reset();
+                let outcome = fill(value);
+                self.placed = Some(value.check().map_err(unsendable));
+                self.writer.clear();
+                rpc::begin_reply(&mut self.writer, self.id, self.operation, 0);
+                let begin = self.writer.finish().unwrap_or_default();
+                envelope.fill(0);
+                envelope[..begin.len()].copy_from_slice(begin);
+                return Ok(outcome);
+            }
+        }
+        let mut value = match in_place::boxed::<T>() {
+            Ok(value) => value,
+            Err(error) => return self.refuse(Outcome::OutOfResources, error.to_string()),
+        };
+        let outcome = fill(&mut value);
+        let writer = self.begin(0);
+        match value.check().and_then(|()| value.value()) {
+            Ok(value) => writer.put(&value),
+            Err(error) => writer.fail(unsendable(error)),
+        }
+        Ok(outcome)
+    }
+
+    /// Ends an answer that was written in place.
+    pub fn finish_in_place(&mut self) -> Result<(), HandlerError> {
+        match self.placed.take() {
+            Some(Ok(())) => {
+                self.reply.send_loan();
+                Ok(())
+            }
+            Some(Err(error)) => self.finished(Err(error)),
+            None => self.finish(),
         }
     }
 
@@ -241,7 +404,8 @@ impl<'a> Request<'a> {
     }
 
     /// Hands the answer over; a command has none.
-    pub fn close(self, reply: &mut Vec<u8>) {
+    pub fn close(self) {
+        let reply = self.reply.body();
         *reply = self.writer.into_bytes();
         if !self.two_way {
             reply.clear();

@@ -7,7 +7,7 @@ use crate::component::{Component, Description, WorkerError};
 use crate::ports::Receiver;
 use crate::status::{Shared, State, Wish};
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Header, Reader};
+use rc_middleware::{Gaps, Header, Reader, Reply};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
@@ -50,6 +50,9 @@ struct Port {
     slot: usize,
     receiver: Receiver,
     ready: bool,
+    gaps: Gaps,
+    /// How often in a row nothing could be taken from it.
+    failures: usize,
     /// Whether its descriptor was readable, so that there is a wake-up to take back.
     woken: bool,
     /// Whether the wake-ups were taken back since it became ready.
@@ -119,6 +122,8 @@ impl<'a> EventLoop<'a> {
                 slot,
                 receiver,
                 ready: true,
+                gaps: Gaps::default(),
+                failures: 0,
                 woken: false,
                 acknowledged: false,
                 awake_until: None,
@@ -301,14 +306,17 @@ impl<'a> EventLoop<'a> {
         let port = &mut ports[at];
         let slot = port.slot;
         let mut result: Result<(), HandlerError> = Ok(());
+        let mut lost = 0;
+        let gaps = &mut port.gaps;
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
                 result = answer(*component, slot, header, body, reply);
             }),
             Receiver::Subscriber { port, operation } => port.receive(&mut |header, body| {
+                lost = gaps.note(&header);
                 let expected = description.slots[slot].operations[*operation].type_hash;
                 result = if header.type_hash == 0 || header.type_hash == expected {
-                    component.receive(slot, *operation, &mut Reader::new(body))
+                    component.receive(slot, *operation, &mut Reader::of(body, header.encoding))
                 } else {
                     Err(HandlerError("it is of another type".to_owned()))
                 };
@@ -317,29 +325,36 @@ impl<'a> EventLoop<'a> {
         match taken {
             Ok(false) => port.rest(start),
             Ok(true) => {
+                port.failures = 0;
                 let now = Instant::now();
                 let spin = self.description.slots[slot].qos.spin;
                 if !spin.is_zero() {
                     self.ports[at].awake_until = Some(now + spin);
                 }
-                self.handled(at, now.saturating_duration_since(start), result);
+                self.handled(at, now.saturating_duration_since(start), lost, result);
                 return now;
             }
             Err(error) => {
-                port.receiver.acknowledge(false);
-                port.ready = false;
-                port.awake_until = None;
-                self.complain(at, &error.to_string());
+                // What cannot be read does not hold up what comes behind it; a port that gives nothing else does not
+                // keep the loop busy.
+                port.failures += 1;
+                if port.failures % HANDLERS_A_TURN == 0 {
+                    port.receiver.acknowledge(false);
+                    port.ready = false;
+                    port.awake_until = None;
+                }
+                let now = Instant::now();
+                let error = HandlerError(error.to_string());
+                self.handled(at, now.saturating_duration_since(start), lost, Err(error));
+                return now;
             }
         }
         start
     }
 
-    fn handled(&mut self, at: usize, took: Duration, result: Result<(), HandlerError>) {
+    fn handled(&mut self, at: usize, took: Duration, lost: u64, result: Result<(), HandlerError>) {
         let slot = self.ports[at].slot;
-        self.shared.status().slots[slot]
-            .work
-            .count(took, result.is_ok());
+        self.shared.status().slots[slot].handled(took, lost, result.is_ok());
         if took > self.period {
             let message = format!(
                 "a handler took {took:?}, longer than the period of {:?}",
@@ -445,10 +460,10 @@ fn answer(
     slot: usize,
     header: Header,
     body: &[u8],
-    reply: &mut Vec<u8>,
+    reply: &mut dyn Reply,
 ) -> Result<(), HandlerError> {
     let mut request = Request::open(header, body, reply)?;
     let result = component.serve(slot, &mut request);
-    request.close(reply);
+    request.close();
     result
 }

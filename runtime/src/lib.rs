@@ -10,6 +10,7 @@ pub mod component;
 mod context;
 mod event_loop;
 mod management;
+mod name;
 mod ports;
 mod process;
 mod status;

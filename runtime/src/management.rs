@@ -3,21 +3,19 @@
 //! The socket is `NAME.sock` in the network's run directory and speaks JSON-RPC 2.0, one object a line:
 //! `status`, `parameters`, `period {"ms": 50}`, `emergency {"active": true}`, `stop`. A component whose
 //! environment has `RC_SUPERVISED` has its supervisor at its standard input, a socket: it tells `state`,
-//! `ready` and, twice a second, `heartbeat {"age_ms"}`, and ends when the other side closes.
+//! `ready` and, twice a second, `heartbeat {"age_ms", "lost"}` (`lost` by slot), and ends when the other side closes.
 
 use crate::component::Description;
+use crate::name::Name;
 use crate::process::StartError;
 use crate::status::{Shared, State, Wish};
 use rc_middleware::{Address, Environment};
 use rc_pdsl::config::Values;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fs::{FlockOperation, flock};
-use serde_json::{Value, json};
-use std::fs::File;
+use serde_json::{Map, Value, json};
 use std::io::{self, Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -35,9 +33,8 @@ pub(crate) struct Management {
     facts: Arc<Facts>,
     end: UnixStream,
     thread: Option<std::thread::JoinHandle<()>>,
-    socket: PathBuf,
-    /// Held as long as the component lives: nobody else may have its name.
-    _lock: File,
+    /// Given back after everything else.
+    _name: Name,
 }
 
 /// What does not change while the component runs.
@@ -58,26 +55,15 @@ impl Management {
         whole_process: bool,
     ) -> Result<Self, StartError> {
         let Environment {
-            network,
-            instance,
-            directory,
-            ..
+            network, instance, ..
         } = environment;
         let refuse = |what: &str, error: &dyn std::fmt::Display| {
             StartError::System(format!("{what}: {error}"))
         };
-        let lock = directory.path().join(format!("{instance}.lock"));
-        let lock =
-            File::create(lock).map_err(|e| refuse("the lock of this name cannot be made", &e))?;
-        if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_err() {
-            return Err(StartError::System(format!(
-                "a component named `{instance}` runs in network `{network}` already; stop it, or choose another --name or --network"
-            )));
-        }
-        let socket = directory.socket(instance);
-        // The lock is ours, so a socket that is there belongs to a process that is gone.
-        let _ = std::fs::remove_file(&socket);
-        let listener = UnixListener::bind(&socket)
+        let name = Name::take(environment)?;
+        // The name is ours, so a socket that is there belongs to a process that is gone.
+        let _ = std::fs::remove_file(name.socket());
+        let listener = UnixListener::bind(name.socket())
             .map_err(|e| refuse("the management socket cannot be made", &e))?;
         let facts = Arc::new(Facts {
             description,
@@ -111,8 +97,7 @@ impl Management {
             facts,
             end,
             thread: Some(thread),
-            socket,
-            _lock: lock,
+            _name: name,
         })
     }
 
@@ -134,18 +119,12 @@ impl Management {
     }
 }
 
-/// Ends the thread and gives the name back, however the component ends.
+/// Ends the thread, however the component ends.
 impl Drop for Management {
     fn drop(&mut self) {
         let _ = (&self.end).write_all(b"e");
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
-        }
-        let _ = std::fs::remove_file(&self.socket);
-        let _ = std::fs::remove_file(self.socket.with_extension("lock"));
-        // The last one of a network that nobody supervises leaves an empty folder behind otherwise.
-        if let Some(folder) = self.socket.parent() {
-            let _ = std::fs::remove_dir(folder);
         }
     }
 }
@@ -230,7 +209,9 @@ impl Server {
             self.serve(events.get(4..).unwrap_or_default());
             if beat.elapsed() >= HEARTBEAT {
                 beat = Instant::now();
-                self.tell("heartbeat", &json!({ "age_ms": self.shared.age_ms() }));
+                let lost = self.facts.lost(&self.shared);
+                let age_ms = self.shared.age_ms();
+                self.tell("heartbeat", &json!({ "age_ms": age_ms, "lost": lost }));
             }
         }
     }
@@ -415,6 +396,16 @@ impl Facts {
         })
     }
 
+    /// How many values were lost, by slot; slots that lost none are left out.
+    fn lost(&self, shared: &Shared) -> Map<String, Value> {
+        let status = shared.status();
+        let slots = self.description.slots.iter().zip(&status.slots);
+        slots
+            .filter(|(_, counted)| counted.lost > 0)
+            .map(|(slot, counted)| (slot.name.to_owned(), counted.lost.into()))
+            .collect()
+    }
+
     fn status(&self, shared: &Shared) -> Value {
         let status = shared.status();
         let addresses = self
@@ -436,6 +427,7 @@ impl Facts {
                     "address": addresses.get(at),
                     "peers": counted.peers,
                     "handlers": counted.work.to_json(),
+                    "lost": counted.lost,
                 })
             })
             .collect();

@@ -110,6 +110,8 @@ pub(crate) struct Status {
 pub(crate) struct SlotStatus {
     pub(crate) peers: usize,
     pub(crate) work: Work,
+    /// Values that were sent and never came: newer ones have taken their place.
+    pub(crate) lost: u64,
 }
 
 /// How often something was done, how often it failed, how long it took.
@@ -127,6 +129,7 @@ impl Status {
             .map(|_| SlotStatus {
                 peers: 0,
                 work: Work::new(),
+                lost: 0,
             })
             .collect();
         Self {
@@ -137,6 +140,14 @@ impl Status {
             slots,
             last_error: None,
         }
+    }
+}
+
+impl SlotStatus {
+    /// A message was handled, and `lost` of its sender right before it did not come.
+    pub(crate) fn handled(&mut self, took: Duration, lost: u64, ok: bool) {
+        self.work.count(took, ok);
+        self.lost = self.lost.saturating_add(lost);
     }
 }
 

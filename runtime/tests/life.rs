@@ -238,3 +238,29 @@ fn what_cannot_start_says_why() {
     let usage = embed(&DESCRIPTION, Worker::start, &["--nmae", "x"]).expect_err("no such option");
     assert!(matches!(usage, StartError::Usage(_)));
 }
+
+/// A tick that comes late does not move those after it. What else runs on this machine may take some; so one tenth of
+/// a second without loss is enough.
+#[test]
+fn a_period_loses_no_tick() {
+    let component = run("steady").expect("to start");
+    ask("steady", "period", &json!({ "ms": 1 }));
+    until("steady", |status| status["period_ms"] == 1.0);
+    let start = Instant::now();
+    loop {
+        let [before, after] = [0, 100].map(|ms| {
+            std::thread::sleep(Duration::from_millis(ms));
+            ask("steady", "status", &Value::Null)["result"].clone()
+        });
+        let passed = |what: &dyn Fn(&Value) -> f64| what(&after) - what(&before);
+        let time_ms = passed(&|status| status["uptime_s"].as_f64().expect("a time") * 1e3);
+        let ticks = passed(&|status| status["compute"]["count"].as_f64().expect("a count"));
+        assert!(ticks <= time_ms + 2.0, "{ticks} ticks in {time_ms} ms");
+        if ticks >= time_ms - 2.0 {
+            break;
+        }
+        assert!(start.elapsed() < LIMIT, "{ticks} ticks in {time_ms} ms");
+    }
+    component.stop();
+    component.join().expect("a good end");
+}

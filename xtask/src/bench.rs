@@ -3,20 +3,23 @@
 //! Latencies are those between two processes. Generated and hand-written programs run at the same time and are
 //! measured in turns, block by block, so that a slow minute of the machine slows both.
 
+use crate::compare::Peer;
 use crate::languages;
-use crate::pair::{Network, Pair, ROWS, Times, quantile};
+use crate::pair::{Network, Pair, ROWS, quantile};
 use crate::programs::{Failure, Program, cargo, finish, root, target};
+use crate::slots;
+use crate::usage::{memory, processor_time};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Blocks of each row and side.
-const BLOCKS: usize = 40;
-/// How much longer a generated component may take than a hand-written program.
-const RATIO: f64 = 1.05;
+pub(crate) const BLOCKS: usize = 40;
+/// A generated program may take so many times what a hand-written one takes.
+pub(crate) const GOAL: f64 = 1.05;
 /// A first build of everything may take this long; it is not part of what is measured.
-const BUILD: Duration = Duration::from_secs(900);
+pub(crate) const BUILD: Duration = Duration::from_secs(900);
 /// A rebuild after a small change may take this long.
 const REBUILD: Duration = Duration::from_secs(30);
 /// Runs of the generator.
@@ -41,6 +44,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let blocks = if smoke { 5 } else { BLOCKS };
     let mut met = latencies(blocks, if smoke { 0.4 } else { 1.0 })?;
     if !smoke {
+        slots::table()?;
         let figures = [generation()?, rebuild()?, regeneration()?]
             .into_iter()
             .chain(idle()?)
@@ -91,14 +95,14 @@ fn table(figures: impl IntoIterator<Item = Figure>) -> bool {
     met
 }
 
-fn mark(met: bool) -> &'static str {
+pub(crate) fn mark(met: bool) -> &'static str {
     if met { "met" } else { "**missed**" }
 }
 
 /// Builds what is measured, and warms what is measured of cargo itself.
 fn build(smoke: bool) -> Result<(), Failure> {
     // Always the same packages: with others cargo builds the same crates with other features.
-    let words = "build --release -p ping -p pong -p bench_peer -p speech_server -p rc-codegen";
+    let words = "build --release -p ping -p pong -p bench_peer -p bench_slots -p speech_server -p rc-codegen";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     if !smoke {
         finish(cargo(&["build", "-p", "avoider"])?, BUILD)?;
@@ -107,7 +111,7 @@ fn build(smoke: bool) -> Result<(), Failure> {
 }
 
 /// What the figures were measured on.
-fn machine() -> String {
+pub(crate) fn machine() -> String {
     let cpus = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpus
         .lines()
@@ -125,51 +129,15 @@ fn machine() -> String {
     )
 }
 
-/// Measures and prints the table of latencies; says whether all goals are met.
+/// Measures and prints the tables of latencies and throughput; says whether all goals are met.
 fn latencies(blocks: usize, share: f64) -> Result<bool, Failure> {
-    let mut generated = Pair::generated()?;
-    let mut by_hand = Pair::by_hand()?;
-    println!(
-        "| µs | generated p50 | p99 | by hand p50 | p99 | ratio at p50 (goal ≤ {RATIO:.2}) | middle half of the blocks | n |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    let mut met = true;
-    for row in ROWS {
-        let (mut ours, mut theirs) = (Times::default(), Times::default());
-        let mut ratios = Vec::new();
-        // The first block warms up.
-        for block in 0..=blocks {
-            // Who goes first changes, too.
-            let (a, b) = if block % 2 == 0 {
-                let a = generated.block(&row, share)?;
-                (a, by_hand.block(&row, share)?)
-            } else {
-                let b = by_hand.block(&row, share)?;
-                (generated.block(&row, share)?, b)
-            };
-            if block > 0 {
-                let median = |times: &[i64]| quantile(&mut times.to_vec(), 0.5) as f64;
-                ratios.push(median(&a) / median(&b));
-                ours.add(a);
-                theirs.add(b);
-            }
-        }
-        let ratio = ours.quantile(0.5) / theirs.quantile(0.5);
-        met &= ratio <= RATIO;
-        println!(
-            "| {} | {:.1} | {:.1} | {:.1} | {:.1} | {ratio:.2} {} | {:.2}–{:.2} | {} |",
-            row.name,
-            ours.quantile(0.5),
-            ours.quantile(0.99),
-            theirs.quantile(0.5),
-            theirs.quantile(0.99),
-            mark(ratio <= RATIO),
-            quantile(&mut ratios, 0.25),
-            quantile(&mut ratios, 0.75),
-            ours.len(),
-        );
-    }
-    Ok(met)
+    let peer = Peer {
+        name: "by hand",
+        goal: GOAL,
+    };
+    let (mut ours, mut theirs) = (Pair::generated()?, Pair::by_hand()?);
+    let met = peer.table(&ROWS, &mut ours, &mut theirs, blocks, share)?;
+    Ok(peer.throughput(&mut ours, &mut theirs, blocks)? && met)
 }
 
 /// The whole process of the generator, which writes a component into an empty folder.
@@ -289,28 +257,4 @@ fn idle() -> Result<[Figure; 2], Failure> {
             met: share <= 0.5,
         },
     ])
-}
-
-/// What all threads of a process used, to the nanosecond.
-fn processor_time(pid: u32) -> Result<Duration, Failure> {
-    let mut total = Duration::ZERO;
-    for task in fs::read_dir(format!("/proc/{pid}/task"))? {
-        let text = fs::read_to_string(task?.path().join("schedstat"))?;
-        let nanoseconds = text.split(' ').next().unwrap_or_default().parse()?;
-        total += Duration::from_nanos(nanoseconds);
-    }
-    Ok(total)
-}
-
-/// Proportional and whole resident memory, in MB.
-fn memory(pid: u32) -> Result<(f64, f64), Failure> {
-    let path = format!("/proc/{pid}/smaps_rollup");
-    let text = fs::read_to_string(Path::new(&path))?;
-    let find = |name: &str| -> Result<f64, Failure> {
-        let line = text.lines().find_map(|line| line.strip_prefix(name));
-        let kilobytes = line.and_then(|line| line.split_whitespace().next());
-        let kilobytes: f64 = kilobytes.ok_or(format!("no {name} in {path}"))?.parse()?;
-        Ok(kilobytes * 1024.0 / 1e6)
-    };
-    Ok((find("Pss:")?, find("Rss:")?))
 }

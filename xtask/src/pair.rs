@@ -1,7 +1,9 @@
 //! Two programs that talk to each other, and how long it takes them.
 
 use crate::programs::{Failure, Program, target};
+use crate::usage::processor_time;
 use rc_middleware::RunDirectory;
+use std::path::Path;
 use std::time::Duration;
 
 /// How long a pair may take to start.
@@ -14,14 +16,14 @@ const BLOCK: Duration = Duration::from_secs(10);
 pub(crate) struct Row {
     pub(crate) name: &'static str,
     /// The first word of an order.
-    kind: &'static str,
-    size: usize,
+    pub(crate) kind: &'static str,
+    pub(crate) size: usize,
     /// How many a block has, in a whole run.
-    count: usize,
+    pub(crate) count: usize,
 }
 
 /// What is measured.
-pub(crate) const ROWS: [Row; 4] = [
+pub(crate) const ROWS: [Row; 6] = [
     Row {
         name: "publish 64 B, one way",
         kind: "publish",
@@ -33,6 +35,18 @@ pub(crate) const ROWS: [Row; 4] = [
         kind: "publish",
         size: 4096,
         count: 500,
+    },
+    Row {
+        name: "publish 1 MiB copied, one way",
+        kind: "publish",
+        size: 1024 * 1024,
+        count: 50,
+    },
+    Row {
+        name: "publish 1 MiB in place, one way",
+        kind: "place",
+        size: 1024 * 1024,
+        count: 50,
     },
     Row {
         name: "query 64 B, round trip",
@@ -61,6 +75,14 @@ impl Network {
         let directory = RunDirectory::open(&name)?;
         Ok(Self { name, directory })
     }
+
+    /// The root path and the prefix that a program has to set that knows only iceoryx2.
+    pub(crate) fn files(&self) -> Result<(String, String), Failure> {
+        let root = self.directory.middleware(rc_iceoryx2::NAME);
+        std::fs::create_dir_all(&root)?;
+        let prefix = rc_iceoryx2::prefix(&self.directory);
+        Ok((root.to_string_lossy().into_owned(), prefix))
+    }
 }
 
 impl Drop for Network {
@@ -75,7 +97,7 @@ impl Drop for Network {
 pub(crate) struct Pair {
     ping: Program,
     pong: Program,
-    _network: Network,
+    _network: Option<Network>,
 }
 
 impl Pair {
@@ -99,7 +121,7 @@ impl Pair {
         Ok(Self {
             ping,
             pong,
-            _network: network,
+            _network: Some(network),
         })
     }
 
@@ -107,17 +129,32 @@ impl Pair {
     pub(crate) fn by_hand() -> Result<Self, Failure> {
         let network = Network::new("hand")?;
         let path = target()?.join("release/bench_peer");
-        let root = network.directory.middleware(rc_iceoryx2::NAME);
-        std::fs::create_dir_all(&root)?;
-        let root = root.to_string_lossy().into_owned();
-        let prefix = rc_iceoryx2::prefix(&network.directory);
+        let (root, prefix) = network.files()?;
         let pong = ready(Program::start(&path, &["pong", &root, &prefix])?)?;
         let ping = ready(Program::start(&path, &["ping", &root, &prefix])?)?;
         Ok(Self {
             ping,
             pong,
-            _network: network,
+            _network: Some(network),
         })
+    }
+
+    /// The program of `bench/ice`, twice.
+    pub(crate) fn ice(path: &Path) -> Result<Self, Failure> {
+        let pong = Program::start(path, &["server"])?;
+        let said = pong.hear(START)?;
+        let address = said.strip_prefix("ready ").ok_or("no address")?;
+        let ping = ready(Program::start(path, &["client", address])?)?;
+        Ok(Self {
+            ping,
+            pong,
+            _network: None,
+        })
+    }
+
+    /// What both used of the processor since their start.
+    pub(crate) fn processor_time(&self) -> Result<Duration, Failure> {
+        Ok(processor_time(self.ping.pid())? + processor_time(self.pong.pid())?)
     }
 
     /// Measures one block.
@@ -126,11 +163,38 @@ impl Pair {
         let Row { kind, size, .. } = row;
         self.ping.say(&format!("{kind} {size} {count}"))?;
         let asked = times(&self.ping.hear(BLOCK)?)?;
-        if *kind != "publish" {
+        if matches!(*kind, "query" | "awake") {
             return Ok(asked);
         }
         times(&self.pong.hear(BLOCK)?)
     }
+
+    /// Measures one block of values that are sent as fast as possible.
+    pub(crate) fn flood(&mut self, size: usize, count: usize) -> Result<Flood, Failure> {
+        self.ping.say(&format!("flood {size} {count}"))?;
+        let took = times(&self.ping.hear(BLOCK)?)?;
+        let took = *took.first().ok_or("no time")?;
+        let came = times(&self.pong.hear(BLOCK)?)?;
+        // The last value that was sent is never the one that is lost.
+        let last = *came.last().ok_or("nothing came")?;
+        Ok(Flood {
+            sent: count,
+            sending: took as f64 / 1e9,
+            came: came.len(),
+            coming: (took + last) as f64 / 1e9,
+        })
+    }
+}
+
+/// What came of values that were sent as fast as possible.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Flood {
+    /// How many were sent, and in how many seconds.
+    pub(crate) sent: usize,
+    pub(crate) sending: f64,
+    /// How many came, and how many seconds after the first was sent the last of them did.
+    pub(crate) came: usize,
+    pub(crate) coming: f64,
 }
 
 fn ready(program: Program) -> Result<Program, Failure> {

@@ -2,6 +2,7 @@
 
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead as _, BufReader, Write as _};
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -123,9 +124,22 @@ pub(crate) struct Program {
 impl Program {
     /// Starts it.
     pub(crate) fn start(path: &Path, arguments: &[&str]) -> Result<Self, Failure> {
-        let name = path.display().to_string();
-        let child = Command::new(path)
-            .args(arguments)
+        let mut command = Command::new(path);
+        command.args(arguments);
+        Self::spawn(command)
+    }
+
+    /// Starts it in a process group of its own: what a terminal sends to this process does not reach it. It has to
+    /// end by itself when nobody reads what it says.
+    pub(crate) fn start_apart(path: &Path, arguments: &[&str]) -> Result<Self, Failure> {
+        let mut command = Command::new(path);
+        command.args(arguments).process_group(0);
+        Self::spawn(command)
+    }
+
+    fn spawn(mut command: Command) -> Result<Self, Failure> {
+        let name = command.get_program().to_string_lossy().into_owned();
+        let child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -163,5 +177,30 @@ impl Program {
     pub(crate) fn hear(&self, limit: Duration) -> Result<String, Failure> {
         let line = self.lines.recv_timeout(limit);
         line.map_err(|_| format!("{} said nothing within {limit:?}", self.name).into())
+    }
+
+    /// All that it has said meanwhile. An error: it has ended.
+    pub(crate) fn heard(&mut self) -> Result<Vec<String>, Failure> {
+        let lines = self.lines.try_iter().collect();
+        match self.child.0.try_wait()? {
+            Some(status) => Err(format!("{} has ended by itself: {status}", self.name).into()),
+            None => Ok(lines),
+        }
+    }
+
+    /// Asks it to end, and waits for that; gives back what it said. An error: it had to be killed, or failed.
+    pub(crate) fn end(mut self, limit: Duration) -> Result<Vec<String>, Failure> {
+        kill_process(Pid::from_child(&self.child.0), Signal::TERM)?;
+        if !self.child.ended_within(limit) {
+            return Err(format!("{} does not end within {limit:?}", self.name).into());
+        }
+        let status = self.child.0.wait()?;
+        if !status.success() {
+            return Err(format!("{} failed: {status}", self.name).into());
+        }
+        // Its end of the pipe is closed, and the thread that reads it ends.
+        let end = Instant::now() + limit;
+        let left = || end.saturating_duration_since(Instant::now());
+        Ok(std::iter::from_fn(|| self.lines.recv_timeout(left()).ok()).collect())
     }
 }

@@ -1,10 +1,12 @@
 //! What `ping` and `pong` do, written by hand over iceoryx2: the yardstick for generated components.
 //!
-//! `bench_peer ping|pong ROOT PREFIX`. The services have the settings of our backend (overflow and depth of topics,
+//! `bench_peer ping|pong ROOT PREFIX` are the pair; `bench_peer hold publishers|subscribers|servers|clients COUNT ROOT PREFIX`
+//! holds many ports. The services have the settings of our backend (overflow and depth of topics,
 //! order and queues of calls, limits of ports), bodies are `[u8]`, and who waits sleeps in `poll` on the
 //! descriptor of its listener. What only our backend does is not here: envelopes, type hashes, growing memory,
 //! watching the other side's process, a periodic `compute`.
 
+mod hold;
 mod ping;
 mod pong;
 mod services;
@@ -17,7 +19,10 @@ fn main() -> ExitCode {
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["ping", root, prefix] => ping::run(root, prefix),
         ["pong", root, prefix] => pong::run(root, prefix),
-        _ => Err(Failure::from("usage: bench_peer ping|pong ROOT PREFIX")),
+        ["hold", role, count, root, prefix] => hold::run(role, count, root, prefix),
+        _ => Err(Failure::from(
+            "usage: bench_peer ping|pong ROOT PREFIX | hold ROLE COUNT ROOT PREFIX",
+        )),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

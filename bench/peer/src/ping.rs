@@ -1,6 +1,6 @@
 //! The sending and asking side.
 
-use crate::services::{Failure, Ipc, Stamp, bells, calls, node, samples, wait};
+use crate::services::{Failure, Ipc, Stamp, Topic, bells, calls, node, topic, wait};
 use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
@@ -12,6 +12,8 @@ const WAITS: usize = 5;
 
 struct Ping {
     publisher: Publisher<Ipc, [u8], Stamp>,
+    pictures: Publisher<Ipc, [u8], Stamp>,
+    watcher: Notifier<Ipc>,
     client: Client<Ipc, [u8], (), [u8], ()>,
     subscriber: Notifier<Ipc>,
     server: Notifier<Ipc>,
@@ -21,18 +23,24 @@ struct Ping {
 /// Does what is ordered until there are no more orders.
 pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let node = node(root, prefix)?;
-    let (samples, calls) = (samples(&node)?, calls(&node)?);
+    let (samples, pictures) = (topic(&node, "sample")?, topic(&node, "picture")?);
+    let calls = calls(&node, "echo")?;
     let (sampled, asked, answered) = (
         bells(&node, "sample")?,
         bells(&node, "asked")?,
         bells(&node, "answered")?,
     );
-    let ping = Ping {
-        publisher: samples
+    let publisher = |topic: &Topic| {
+        topic
             .publisher_builder()
             .initial_max_slice_len(LARGEST)
             .max_loaned_samples(1)
-            .create()?,
+            .create()
+    };
+    let ping = Ping {
+        publisher: publisher(&samples)?,
+        pictures: publisher(&pictures)?,
+        watcher: bells(&node, "picture")?.notifier_builder().create()?,
         client: calls
             .client_builder()
             .initial_max_slice_len(LARGEST)
@@ -48,12 +56,18 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     while let Some(order) = next_order()? {
         times.clear();
         let data = &data[..order.size];
+        let begin = now();
         for _ in 0..order.count {
             match order.kind {
                 Kind::Publish => {
-                    pause();
+                    pause(order.size);
                     ping.publish(now(), data)?;
                 }
+                Kind::InPlace => {
+                    pause(order.size);
+                    ping.picture(now(), data)?;
+                }
+                Kind::Flood => ping.publish(now(), data)?,
                 Kind::Query | Kind::Awake => {
                     let start = now();
                     ping.query(data, &mut answer)?;
@@ -64,8 +78,11 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                 }
             }
         }
-        if order.kind == Kind::Publish {
-            pause();
+        if order.kind == Kind::Flood {
+            times.push(now() - begin);
+        }
+        if !matches!(order.kind, Kind::Query | Kind::Awake) {
+            pause(order.size);
             ping.publish(0, &[])?;
         }
         report(&times)?;
@@ -79,6 +96,15 @@ impl Ping {
         *loan.user_header_mut() = sent;
         loan.write_from_slice(data).send()?;
         self.subscriber.notify()?;
+        Ok(())
+    }
+
+    /// The data are written once, where they are read.
+    fn picture(&self, sent: Stamp, data: &[u8]) -> Result<(), Failure> {
+        let mut loan = self.pictures.loan_slice_uninit(data.len())?;
+        *loan.user_header_mut() = sent;
+        loan.write_from_slice(data).send()?;
+        self.watcher.notify()?;
         Ok(())
     }
 

@@ -1,21 +1,24 @@
 //! The receiving and answering side.
 
-use crate::services::{Failure, bells, calls, node, samples, wait};
+use crate::services::{Failure, bells, calls, node, topic, wait};
 use bench_protocol::{LARGEST, now, ready, report};
 
 /// Answers and notes until it is ended.
 pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let node = node(root, prefix)?;
-    let (samples, calls) = (samples(&node)?, calls(&node)?);
+    let (samples, pictures) = (topic(&node, "sample")?, topic(&node, "picture")?);
+    let calls = calls(&node, "echo")?;
     let (sampled, asked, answered) = (
         bells(&node, "sample")?,
         bells(&node, "asked")?,
         bells(&node, "answered")?,
     );
     let sampled = sampled.listener_builder().create()?;
+    let pictured = bells(&node, "picture")?.listener_builder().create()?;
     let asked = asked.listener_builder().create()?;
     let client = answered.notifier_builder().create()?;
     let subscriber = samples.subscriber_builder().buffer_size(10).create()?;
+    let watcher = pictures.subscriber_builder().buffer_size(10).create()?;
     let server = calls
         .server_builder()
         .initial_max_slice_len(LARGEST)
@@ -24,7 +27,12 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let mut data = Vec::new();
     ready()?;
     loop {
-        wait([&sampled, &asked])?;
+        wait([&sampled, &pictured, &asked])?;
+        while let Some(picture) = watcher.receive()? {
+            // It is looked at where it is.
+            std::hint::black_box(picture.payload());
+            times.push(now() - *picture.user_header());
+        }
         while let Some(sample) = subscriber.receive()? {
             data.clear();
             data.extend_from_slice(sample.payload());

@@ -14,7 +14,7 @@ use std::os::fd::BorrowedFd;
 pub(crate) type Failure = Box<dyn std::error::Error>;
 /// The services of one process for itself: nothing here crosses a thread.
 pub(crate) type Ipc = ipc::Service;
-pub(crate) type Samples = publish_subscribe::PortFactory<Ipc, [u8], Stamp>;
+pub(crate) type Topic = publish_subscribe::PortFactory<Ipc, [u8], Stamp>;
 pub(crate) type Calls = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
 pub(crate) type Bells = event::PortFactory<Ipc>;
 
@@ -38,10 +38,10 @@ pub(crate) fn node(root: &str, prefix: &str) -> Result<Node<Ipc>, Failure> {
         .create::<Ipc>()?)
 }
 
-/// The topic.
-pub(crate) fn samples(node: &Node<Ipc>) -> Result<Samples, Failure> {
+/// The topic `name`.
+pub(crate) fn topic(node: &Node<Ipc>, name: &str) -> Result<Topic, Failure> {
     Ok(node
-        .service_builder(&"sample".try_into()?)
+        .service_builder(&name.try_into()?)
         .publish_subscribe::<[u8]>()
         .user_header::<Stamp>()
         .enable_safe_overflow(true)
@@ -54,10 +54,10 @@ pub(crate) fn samples(node: &Node<Ipc>) -> Result<Samples, Failure> {
         .open_or_create()?)
 }
 
-/// The calls.
-pub(crate) fn calls(node: &Node<Ipc>) -> Result<Calls, Failure> {
+/// The calls `name`.
+pub(crate) fn calls(node: &Node<Ipc>, name: &str) -> Result<Calls, Failure> {
     Ok(node
-        .service_builder(&"echo".try_into()?)
+        .service_builder(&name.try_into()?)
         .request_response::<[u8], [u8]>()
         .enable_safe_overflow_for_requests(false)
         .enable_safe_overflow_for_responses(false)

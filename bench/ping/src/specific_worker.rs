@@ -26,12 +26,22 @@ impl Worker for SpecificWorker {
         };
         self.times.clear();
         let data = &self.data[..order.size];
+        let begin = now();
         for _ in 0..order.count {
             match order.kind {
                 Kind::Publish => {
-                    pause();
+                    pause(order.size);
                     ctx.sample.sample(now(), data)?;
                 }
+                Kind::InPlace => {
+                    pause(order.size);
+                    let sent = now();
+                    let mut picture = ctx.pictures.loan_picture()?;
+                    picture.sent = sent;
+                    picture.resize_data(data.len())?.copy_from_slice(data);
+                    picture.send()?;
+                }
+                Kind::Flood => ctx.sample.sample(now(), data)?,
                 Kind::Query | Kind::Awake => {
                     let start = now();
                     let answer = match order.kind {
@@ -45,8 +55,11 @@ impl Worker for SpecificWorker {
                 }
             }
         }
-        if order.kind == Kind::Publish {
-            pause();
+        if order.kind == Kind::Flood {
+            self.times.push(now() - begin);
+        }
+        if !matches!(order.kind, Kind::Query | Kind::Awake) {
+            pause(order.size);
             ctx.sample.sample(0, &[])?;
         }
         report(&self.times)?;

@@ -2,7 +2,7 @@
 
 use bench_protocol::{now, ready, report};
 use pong_generated::tracing::error;
-use pong_generated::{Awake, Context, Echo, Sample, Worker, WorkerError};
+use pong_generated::{Awake, Context, Echo, PictureInPlace, Pictures, Sample, Worker, WorkerError};
 
 pub(crate) struct SpecificWorker {
     times: Vec<i64>,
@@ -41,5 +41,11 @@ impl Sample for SpecificWorker {
             error!("nobody listens: {error}");
         }
         self.times.clear();
+    }
+}
+
+impl Pictures for SpecificWorker {
+    fn picture(&mut self, _ctx: &mut Context, picture: &PictureInPlace) {
+        self.times.push(now() - picture.sent);
     }
 }

@@ -4,11 +4,14 @@
 //! | who | says | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | its connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, `query SIZE COUNT`, `awake SIZE COUNT` | one block is to be measured |
-//! | ping | `times …` (a query), `times` (a publish) | the block is done |
-//! | pong | `times …` | the block of values has ended |
+//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `awake`, `flood` | one block is to be measured |
+//! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block is done |
+//! | pong | `times …`, one for each value that came | the block of values has ended |
 //!
 //! Times are in nanoseconds. The end of its standard input ends a ping.
+
+pub mod slots;
+pub mod soak;
 
 use std::fmt::Write as _;
 use std::io::{self, BufRead as _, Write as _};
@@ -17,8 +20,12 @@ use std::time::Duration;
 
 /// Between two values: longer than a receiver needs to go to sleep again.
 const PAUSE: Duration = Duration::from_micros(200);
+/// The same where values are so large that copying them takes longer than that.
+const LONG_PAUSE: Duration = Duration::from_millis(2);
+/// From this size on they are.
+const LARGE: usize = 64 * 1024;
 /// Largest data of a block.
-pub const LARGEST: usize = 4096;
+pub const LARGEST: usize = 1024 * 1024;
 
 /// One block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,10 +43,15 @@ pub struct Order {
 pub enum Kind {
     /// From before the sending until the receiver's handler has the data in its own memory.
     Publish,
+    /// From before the data are written where the receiver will read them until its handler can look at them there.
+    InPlace,
     /// From before the call until the answer is there.
     Query,
     /// The same where both ends stay awake (`wake spin`), as far as the program can.
     Awake,
+    /// As many values as the sender can send, one after the other without a pause; what the receiver has no time for
+    /// is lost.
+    Flood,
 }
 
 impl FromStr for Order {
@@ -50,8 +62,10 @@ impl FromStr for Order {
         let mut words = line.split_whitespace();
         let kind = match words.next() {
             Some("publish") => Kind::Publish,
+            Some("place") => Kind::InPlace,
             Some("query") => Kind::Query,
             Some("awake") => Kind::Awake,
+            Some("flood") => Kind::Flood,
             _ => return Err(bad()),
         };
         let mut number = || words.next().and_then(|word| word.parse().ok());
@@ -69,8 +83,10 @@ impl std::fmt::Display for Order {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let kind = match self.kind {
             Kind::Publish => "publish",
+            Kind::InPlace => "place",
             Kind::Query => "query",
             Kind::Awake => "awake",
+            Kind::Flood => "flood",
         };
         write!(f, "{kind} {} {}", self.size, self.count)
     }
@@ -101,9 +117,9 @@ pub fn report(times: &[i64]) -> io::Result<()> {
     say(&line)
 }
 
-/// The pause between two values.
-pub fn pause() {
-    std::thread::sleep(PAUSE);
+/// The pause before a value of so many bytes.
+pub fn pause(size: usize) {
+    std::thread::sleep(if size < LARGE { PAUSE } else { LONG_PAUSE });
 }
 
 /// Nanoseconds of the clock that all processes share.

@@ -10,10 +10,11 @@ use rc_idsl::model::TypeId;
 use std::collections::BTreeSet;
 
 /// What `lib.rs` exports by name, whatever the component is.
-const OWN: [&str; 8] = [
+const OWN: [&str; 9] = [
     "CallError",
     "Context",
     "Embedded",
+    "InPlace",
     "Params",
     "SendError",
     "State",
@@ -41,6 +42,12 @@ impl Exports {
         let library = &component.library;
         let mut names: Vec<String> = OWN.map(str::to_owned).to_vec();
         names.extend(library.types.iter().map(|t| names::ty(&t.name.text)));
+        let in_place = super::in_place::needed(component);
+        names.extend(
+            in_place
+                .iter()
+                .map(|id| super::in_place::name(library, *id)),
+        );
         let consts = library.modules.iter().flat_map(|m| &m.consts);
         names.extend(consts.map(|c| names::shout(&c.name.text)));
         let mut interfaces: Vec<_> = component.slots.iter().map(|s| s.interface).collect();
@@ -80,6 +87,15 @@ impl Exports {
         let decl = library.ty(id);
         let module = format!("types::{}", super::type_module(library, decl.module));
         self.named(&module, &names::ty(&decl.name.text))
+    }
+
+    /// The structure of a type in place as the user's file writes it.
+    pub(super) fn in_place(&self, library: &Library, id: TypeId) -> String {
+        let module = super::type_module(library, library.ty(id).module);
+        self.named(
+            &format!("types::{module}"),
+            &super::in_place::name(library, id),
+        )
     }
 
     /// The error or the answer of an operation as the user's file writes it; `module` is its interface's.

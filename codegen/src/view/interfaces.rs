@@ -3,7 +3,7 @@
 use super::operation_names::{
     answer_name, error_name, exception_constant, operation_constant, variant,
 };
-use super::{checks, types};
+use super::{checks, in_place, types};
 use crate::{layout, names};
 use rc_cdsl::Component;
 use rc_cdsl::model::Role;
@@ -75,6 +75,8 @@ pub struct OperationView {
     pub read_signature: String,
     /// The name of the function that reads its parameters.
     pub read_function: String,
+    /// Whether a handler needs this function.
+    pub is_read: bool,
     /// Statements that read its parameters.
     pub read: Vec<String>,
     /// The expression of all parameters, `(a, b)`.
@@ -89,6 +91,12 @@ pub struct OperationView {
     pub answer_alias: String,
     /// Its exceptions.
     pub throws: Vec<ExceptionView>,
+    /// `pub fn loan_…(&mut self) -> … {` of the publishing end, where a value can be written in place; else empty.
+    pub loan_signature: String,
+    /// `pub fn …_in_place(&mut self, …) -> … {` of the calling end, where the answer can be read in place; else empty.
+    pub in_place_signature: String,
+    /// The expression that reads it.
+    pub in_place_answer: String,
 }
 
 /// An exception of an operation.
@@ -136,7 +144,10 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     let operations: Vec<OperationView> = interface
         .operations
         .iter()
-        .map(|o| operation(library, id, o, role, found))
+        .map(|o| OperationView {
+            is_read: is_read(component, id, o),
+            ..operation(library, id, o, role, found)
+        })
         .collect();
     let mut exceptions: Vec<(String, i32)> = interface
         .operations
@@ -161,6 +172,8 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     let by_reference = operations
         .iter()
         .any(|o| o.write.iter().any(|line| line.starts_with("cdr::")));
+    let read = operations.iter().any(|o| o.is_read);
+    let loans = published && operations.iter().any(|o| !o.loan_signature.is_empty());
     let listed = |wanted: &[(&'static str, bool)]| -> Vec<&'static str> {
         wanted
             .iter()
@@ -176,10 +189,11 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     ]);
     let middleware = listed(&[
         ("CallError", (required && any) || throws),
-        ("DecodeError", received || (required && throws)),
+        ("DecodeError", read || (required && throws)),
         ("OpenError", published),
-        ("Reader", received),
+        ("Reader", read),
         ("SendError", published),
+        ("in_place", loans),
         ("cdr", (required || published) && by_reference),
     ]);
     let runtime_uses = runtime_uses(&typed, &middleware, published);
@@ -212,6 +226,20 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
         operations,
         exceptions,
     }
+}
+
+/// Whether a handler takes the parameters of an operation one by one, and not in place.
+fn is_read(component: &Component, id: InterfaceId, operation: &Operation) -> bool {
+    let library = &component.library;
+    component
+        .slots
+        .iter()
+        .filter(|s| s.interface == id)
+        .any(|slot| match slot.role {
+            Role::Implements => true,
+            Role::SubscribesTo => super::slots::in_place(library, slot, operation, false).is_none(),
+            Role::Requires | Role::Publishes => false,
+        })
 }
 
 /// The imports of the runtime: a list in braces stands after longer paths, a single name before them.
@@ -255,12 +283,14 @@ fn mentions(
         texts.push(&operation.answer_alias);
         if required {
             texts.push(&operation.call_signature);
+            texts.push(&operation.in_place_signature);
             texts.extend(operation.read_answer.iter().map(String::as_str));
         }
         if published {
             texts.push(&operation.publish_signature);
+            texts.push(&operation.loan_signature);
         }
-        if received {
+        if received && operation.is_read {
             texts.push(&operation.read_signature);
             texts.extend(operation.read.iter().map(String::as_str));
         }
@@ -404,6 +434,11 @@ pub(super) fn what_comes_back(operation: &Operation) -> Vec<(String, Member)> {
     members
 }
 
+/// A name as a part of a longer one.
+pub(super) fn bare(name: &str) -> &str {
+    name.trim_end_matches('_')
+}
+
 fn with_names(members: &[Member]) -> Vec<(String, Member)> {
     let members = members.iter();
     members
@@ -411,19 +446,32 @@ fn with_names(members: &[Member]) -> Vec<(String, Member)> {
         .collect()
 }
 
-/// The statements that read members one after the other; the second part names the variables.
+/// The statements that read members one after the other; the second part names the variables. A single one may have
+/// been sent `in_place`.
 fn read(
     library: &Library,
     interface: &str,
     members: &[(String, Member)],
+    in_place: Option<TypeId>,
     indent: usize,
 ) -> (Vec<String>, Vec<String>) {
     let (mut lines, mut names) = (Vec::new(), Vec::new());
     for (name, member) in members {
-        lines.push(format!(
-            "let {name}: {} = reader.get()?;",
-            owned(library, member)
-        ));
+        match in_place.map(|id| in_place::path(library, id)) {
+            Some(path) => {
+                let head = format!("reader.value::<{path}>");
+                let names = std::slice::from_ref(name);
+                let text = layout::binding(indent, names, &head, &[], "?;");
+                lines.extend(text.lines().map(|line| {
+                    let pad = " ".repeat(indent);
+                    line.strip_prefix(&pad).unwrap_or(line).to_owned()
+                }));
+            }
+            None => lines.push(format!(
+                "let {name}: {} = reader.get()?;",
+                owned(library, member)
+            )),
+        }
         let what = format!("{interface}.{}", member.name.text);
         lines.extend(checks::lines_at(
             library,
@@ -501,11 +549,23 @@ fn operation(
     if statements.is_empty() {
         statements.push("writer.put(&0_u8);".to_owned());
     }
-    let (mut read_lines, names) = read(library, &what, &with_names(&operation.inputs), 4);
+    // An answer in place is for a call, a parameter in place for a topic.
+    let topic = operation
+        .topic_in_place(library)
+        .filter(|_| role.is_topic());
+    let result_in_place = operation.result_in_place(library).filter(|_| two_way);
+    let inputs = with_names(&operation.inputs);
+    let (mut read_lines, names) = read(library, &what, &inputs, topic, 4);
     if names.is_empty() {
         read_lines.push("reader.get::<u8>()?;".to_owned());
     }
-    let (mut answer_lines, mut outs) = read(library, &what, &what_comes_back(operation), 8);
+    let (mut answer_lines, mut outs) = read(
+        library,
+        &what,
+        &what_comes_back(operation),
+        result_in_place,
+        8,
+    );
     if operation.result.is_some() {
         outs.rotate_right(1);
     }
@@ -514,7 +574,37 @@ fn operation(
     }
     let inputs: Vec<String> = operation.inputs.iter().map(|m| owned(library, m)).collect();
     let read_function = format!("read_{}", names::shout(&operation.name.text).to_lowercase());
+    let in_place_path = |id: Option<TypeId>| id.map(|id| in_place::path(library, id));
+    let in_place_signature = in_place_path(result_in_place).map(|path| {
+        let mut args = args("&mut self");
+        args.push(format!("read: impl FnOnce(&{path}) -> T"));
+        let returns = format!(" -> Result<T, {call_error}> {{");
+        layout::signature(
+            4,
+            &format!("pub fn {}_in_place<T>", bare(&method)),
+            &args,
+            &returns,
+        )
+    });
+    let loan_signature = in_place_path(topic).map(|path| {
+        let returns = format!(" -> Result<in_place::Loan<'_, {path}>, SendError> {{");
+        let head = format!("pub fn loan_{}", bare(&method));
+        layout::signature(4, &head, &["&mut self".to_owned()], &returns)
+    });
+    let answer = ["answer".to_owned()];
+    let in_place_answer = in_place_path(result_in_place).map(|path| {
+        layout::binding(
+            12,
+            &answer,
+            &format!("reader.in_place::<{path}>"),
+            &[],
+            "?;",
+        )
+    });
     OperationView {
+        loan_signature: loan_signature.unwrap_or_default(),
+        in_place_signature: in_place_signature.unwrap_or_default(),
+        in_place_answer: in_place_answer.unwrap_or_default(),
         name: operation.name.text.clone(),
         constant: operation_constant(operation),
         doc: super::doc(&operation_doc(operation), None, None),
@@ -544,6 +634,7 @@ fn operation(
             "DecodeError",
         ),
         read_function,
+        is_read: true,
         read: read_lines,
         read_value: tuple_at(4, &names),
         answer_alias: answer_alias(library, operation),

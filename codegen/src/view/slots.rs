@@ -5,13 +5,13 @@ use super::interfaces::{answer_type, operation_doc, owned, tuple, what_comes_bac
 use super::operation_names::{
     answer_name, error_name, exception_constant, operation_constant, variant,
 };
-use super::types;
+use super::{in_place, types};
 use crate::{layout, names};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Backend, Qos, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
-use rc_idsl::model::{Operation, Type};
+use rc_idsl::model::{Operation, Type, TypeId};
 use serde::Serialize;
 
 /// One slot.
@@ -94,6 +94,8 @@ pub struct Handler {
     pub take: String,
     /// Whether an answer comes back.
     pub two_way: bool,
+    /// Whether the worker writes the answer in place.
+    pub in_place: bool,
     /// The variants of its error and the constants of their hashes.
     pub throws: Vec<(String, String)>,
     /// The path of its error.
@@ -188,7 +190,11 @@ fn one(
         let module = format!("{}::", path.trim_start_matches("crate::types::"));
         operations.iter().any(|o| o.signature.contains(&module))
     });
-    uses.push(format!("crate::interfaces::{module}"));
+    let in_place = |o| in_place(library, slot, o, super::two_way(slot.role, o));
+    if slot.role == Role::Implements || !interface.operations.iter().all(|o| in_place(o).is_some())
+    {
+        uses.push(format!("crate::interfaces::{module}"));
+    }
     uses.push("crate::context::Context".to_owned());
     uses.sort_by(|a, b| layout::order(a, b));
     let role = slot.role;
@@ -304,20 +310,27 @@ fn qos(role: Role, qos: &Qos) -> Vec<String> {
     lines
 }
 
-/// What the user's handler mentions; `result` is the type of its answer, as it is written there.
+/// What the user's handler mentions; `result` is the type of its answer, as it is written there, `in_place` what comes
+/// or goes in place.
 fn mentioned(
     library: &Library,
     exports: &Exports,
     operation: &Operation,
     result: &str,
+    in_place: Option<TypeId>,
+    two_way: bool,
 ) -> Vec<String> {
+    let comes = in_place.is_some() && !two_way;
     let mut names = Vec::new();
-    let inputs = operation.inputs.iter().map(|m| &m.ty);
-    inputs.for_each(|ty| named(library, ty, &mut names));
+    names.extend(in_place.map(|id| in_place::name(library, id)));
+    if !comes {
+        let inputs = operation.inputs.iter().map(|m| &m.ty);
+        inputs.for_each(|ty| named(library, ty, &mut names));
+    }
     let alias = answer_name(operation);
     if result == alias {
         names.push(alias);
-    } else {
+    } else if in_place.is_none() {
         let outputs = operation.outputs.iter().map(|m| &m.ty);
         let outputs = outputs.chain(&operation.result);
         outputs.for_each(|ty| named(library, ty, &mut names));
@@ -361,13 +374,24 @@ fn handler(
     let two_way = super::two_way(slot.role, operation);
     let throws = !operation.throws.is_empty();
     let error = format!("{module}::{}", error_name(operation));
-    let params = |ty: &dyn Fn(&rc_idsl::model::Member) -> String| -> Vec<String> {
+    let in_place = in_place(library, slot, operation, two_way);
+    // A value of a topic comes in place, or the answer goes so.
+    let comes = in_place.filter(|_| !two_way);
+    let goes = in_place.filter(|_| two_way);
+    let result = what_comes_back(operation).pop().map(|(name, _)| name);
+    let result = result.filter(|_| goes.is_some());
+    let params = |ty: &dyn Fn(&rc_idsl::model::Member) -> String, placed: &str| -> Vec<String> {
         let own = ["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
-        let rest = operation
-            .inputs
-            .iter()
-            .map(|m| format!("{}: {}", names::local(&m.name.text), ty(m)));
-        own.into_iter().chain(rest).collect()
+        let rest = operation.inputs.iter().map(|m| {
+            let name = names::local(&m.name.text);
+            if comes.is_some() {
+                format!("{name}: &{placed}")
+            } else {
+                format!("{name}: {}", ty(m))
+            }
+        });
+        let result = result.iter().map(|name| format!("{name}: &mut {placed}"));
+        own.into_iter().chain(rest).chain(result).collect()
     };
     let returns = |result: String, error: String| match (two_way, throws) {
         (true, true) => format!(" -> Result<{result}, {error}>"),
@@ -379,8 +403,10 @@ fn handler(
         .iter()
         .map(|m| names::local(&m.name.text))
         .collect();
+    let borrow = if comes.is_some() { "&" } else { "" };
     let worker_args: Vec<String> = std::iter::once("ctx".to_owned())
-        .chain(names.clone())
+        .chain(names.iter().map(|name| format!("{borrow}{name}")))
+        .chain(result.clone())
         .collect();
     let bare_result: Vec<String> = operation
         .result
@@ -395,6 +421,11 @@ fn handler(
             }
         }))
         .collect();
+    let bare_result = if goes.is_some() {
+        Vec::new()
+    } else {
+        bare_result
+    };
     let bare_tuple = tuple(&bare_result);
     // rustfmt breaks a tuple that is longer than a call may be; the type has a name for that.
     let user_result = if bare_result.len() > 1 && bare_tuple.len() > 62 {
@@ -402,7 +433,7 @@ fn handler(
     } else {
         bare_tuple
     };
-    let mentioned = mentioned(library, exports, operation, &user_result);
+    let mentioned = mentioned(library, exports, operation, &user_result, in_place, two_way);
     let user_returns = returns(
         user_result,
         exports.of_interface(module, &error_name(operation)),
@@ -414,40 +445,73 @@ fn handler(
     let read = format!("{module}::read_{plain}");
     let answers = two_way && (throws || !bare_result.is_empty());
     let mut parts: Vec<String> = Vec::new();
-    if operation.result.is_some() {
-        parts.push("result".to_owned());
+    let mut write = Vec::new();
+    if goes.is_none() {
+        if operation.result.is_some() {
+            parts.push("result".to_owned());
+        }
+        parts.extend(operation.outputs.iter().map(|m| names::local(&m.name.text)));
+        write = write_answer(library, operation, module);
     }
-    parts.extend(operation.outputs.iter().map(|m| names::local(&m.name.text)));
-    let mut write = write_answer(library, operation, module);
     if two_way && write.is_empty() {
         write.push("writer.put(&0_u8);".to_owned());
     }
-    let trait_returns = returns(
-        answer_type(library, operation, &format!("{module}::")),
-        error.clone(),
-    );
+    let trait_result = match goes {
+        Some(_) => "()".to_owned(),
+        None => answer_type(library, operation, &format!("{module}::")),
+    };
+    let trait_returns = returns(trait_result, error.clone());
+    let placed = in_place
+        .map(|id| in_place::path(library, id))
+        .unwrap_or_default();
+    let bare_placed = in_place
+        .map(|id| exports.in_place(library, id))
+        .unwrap_or_default();
+    let mut user_names = names.clone();
+    user_names.extend(result.clone());
+    let call = if let Some(result) = &result {
+        answer_in_place(result, &placed, &method, &worker_args, throws)
+    } else if answers {
+        let answer = ["answer".to_owned()];
+        layout::binding(4, &answer, &format!("worker.{method}"), &worker_args, ";")
+    } else {
+        layout::call(4, &format!("worker.{method}"), &worker_args, ";")
+    };
+    let take = match comes {
+        Some(_) => layout::binding(
+            12,
+            &names,
+            &format!("reader.in_place::<{placed}>"),
+            &[],
+            "?;",
+        ),
+        None => bound(12, &read, &["reader".to_owned()]),
+    };
     Handler {
         doc: super::doc(&operation_doc(operation), None, None),
         signature: layout::signature(
             4,
             &format!("fn {method}"),
-            &params(&|m| owned(library, m)),
+            &params(&|m| owned(library, m), &placed),
             &format!("{trait_returns};"),
         ),
         user_signature: layout::signature(
             4,
             &format!("fn {method}"),
-            &params(&|m| {
-                let ty = bare(library, exports, &m.ty);
-                if m.optional {
-                    format!("Option<{ty}>")
-                } else {
-                    ty
-                }
-            }),
+            &params(
+                &|m| {
+                    let ty = bare(library, exports, &m.ty);
+                    if m.optional {
+                        format!("Option<{ty}>")
+                    } else {
+                        ty
+                    }
+                },
+                &bare_placed,
+            ),
             &format!("{user_returns} {{"),
         ),
-        user_body: user_body(&names, two_way, throws, &bare_result),
+        user_body: user_body(&user_names, two_way, throws, &bare_result),
         serve_signature: layout::signature(
             0,
             &format!("fn {function}<W: {type_name}>"),
@@ -463,14 +527,10 @@ fn handler(
             "request.arguments",
             &[format!("&{constant}"), read.clone()],
         ),
-        call: if answers {
-            let answer = ["answer".to_owned()];
-            layout::binding(4, &answer, &format!("worker.{method}"), &worker_args, ";")
-        } else {
-            layout::call(4, &format!("worker.{method}"), &worker_args, ";")
-        },
+        call,
+        in_place: goes.is_some(),
         take_call: layout::call(12, &format!("worker.{method}"), &worker_args, ";"),
-        take: bound(12, &read, &["reader".to_owned()]),
+        take,
         two_way,
         throws: operation
             .throws
@@ -496,6 +556,40 @@ fn handler(
         function,
         method,
     }
+}
+
+/// The structure in which a slot with `in_place true` gets its value or gives its answer.
+pub(super) fn in_place(
+    library: &Library,
+    slot: &rc_cdsl::model::Slot,
+    operation: &Operation,
+    two_way: bool,
+) -> Option<TypeId> {
+    match slot.role {
+        _ if !slot.qos.in_place => None,
+        Role::SubscribesTo => operation.topic_in_place(library),
+        _ if two_way => operation.result_in_place(library),
+        _ => None,
+    }
+}
+
+/// The statement that lets the worker write its answer in place.
+fn answer_in_place(
+    result: &str,
+    placed: &str,
+    method: &str,
+    args: &[String],
+    throws: bool,
+) -> String {
+    let (binding, end) = if throws {
+        ("let answer = ", "")
+    } else {
+        ("", ";")
+    };
+    let call = layout::call(8, &format!("worker.{method}"), args, end);
+    format!(
+        "{binding}request.in_place(|{result}| {{\n        let {result}: &mut {placed} = {result};\n        {call}\n    }})?;"
+    )
 }
 
 fn write_answer(library: &Library, operation: &Operation, module: &str) -> Vec<String> {

@@ -2,11 +2,13 @@
 
 use super::checks;
 use crate::{layout, names};
+use rc_cdsl::Component;
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 use rc_idsl::model::{Member, ModuleId, Primitive, Type, TypeDecl, TypeDeclKind, TypeId};
 use rc_syntax::{Literal, LiteralKind};
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// The types of one IDSL module: one file.
 #[derive(Debug, Serialize)]
@@ -23,6 +25,10 @@ pub struct Module {
     pub types: Vec<TypeView>,
     /// Its constants.
     pub consts: Vec<ConstView>,
+    /// The structures of those that travel in place.
+    pub in_place: Vec<super::in_place::Structure>,
+    /// Whether one of these has a length.
+    pub counted: bool,
 }
 
 /// A constant.
@@ -91,18 +97,32 @@ pub struct MemberView {
     pub read_checks: Vec<String>,
 }
 
-pub(super) fn of(library: &Library, found: &mut Diagnostics) -> Vec<Module> {
+pub(super) fn of(component: &Component, found: &mut Diagnostics) -> Vec<Module> {
+    let library = &component.library;
+    let in_place = super::in_place::needed(component);
     let mut modules: Vec<Module> = (0..library.modules.len())
-        .map(|at| module(library, ModuleId(at), found))
+        .map(|at| module(library, ModuleId(at), &in_place, found))
         .collect();
     modules.sort_by(|a, b| a.module.cmp(&b.module));
     modules
 }
 
-fn module(library: &Library, id: ModuleId, found: &mut Diagnostics) -> Module {
+fn module(
+    library: &Library,
+    id: ModuleId,
+    in_place: &BTreeSet<TypeId>,
+    found: &mut Diagnostics,
+) -> Module {
     let module = library.module(id);
     let decls = module.types.iter().map(|t| &library.ty(*t).name);
-    super::collisions(decls.map(|n| (n, names::ty(&n.text))), "types", found);
+    let placed = module.types.iter().filter(|t| in_place.contains(t));
+    let in_place: Vec<_> = placed
+        .clone()
+        .flat_map(|t| super::in_place::of(library, id, *t))
+        .collect();
+    let placed = placed.map(|t| (&library.ty(*t).name, super::in_place::name(library, *t)));
+    let all = decls.map(|n| (n, names::ty(&n.text))).chain(placed);
+    super::collisions(all, "types", found);
     let mut used = Vec::new();
     for ty in &module.types {
         types_in(library, *ty, &mut used);
@@ -124,6 +144,8 @@ fn module(library: &Library, id: ModuleId, found: &mut Diagnostics) -> Module {
             .iter()
             .map(|t| type_view(library, id, *t, found))
             .collect(),
+        counted: in_place.iter().any(|s| !s.methods.is_empty()),
+        in_place,
         consts: module
             .consts
             .iter()
@@ -332,7 +354,7 @@ fn primitive_word(primitive: Primitive) -> &'static str {
 }
 
 /// A value as Rust writes it.
-fn value(library: &Library, ty: &Type, literal: &Literal, home: ModuleId) -> String {
+pub(super) fn value(library: &Library, ty: &Type, literal: &Literal, home: ModuleId) -> String {
     let float = matches!(library.resolved(ty), Type::Primitive(p) if p.is_float());
     match &literal.kind {
         LiteralKind::Int(value) if float => format!("{value}.0"),

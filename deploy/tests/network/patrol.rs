@@ -223,3 +223,96 @@ fn a_binary_tells_what_it_is() {
     assert_eq!(wrong.code, 2);
     assert!(wrong.stderr.contains("did you mean `Laser`?"), "{wrong:?}");
 }
+
+fn pid_of(status: &Value, name: &str) -> Pid {
+    let components = status["components"].as_array().expect("a list");
+    let found = components.iter().find(|c| c["name"] == name);
+    let pid = found.and_then(|c| c["pid"].as_i64()).expect("a pid");
+    Pid::from_raw(pid as i32).expect("a pid")
+}
+
+/// Calls to a component that stands still end by their deadline; when it goes on, all does.
+#[test]
+fn a_stopped_component_is_an_error_to_its_callers_and_goes_on() {
+    let site = Site::new("stopped");
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let avoider = || site.ask("avoider", "status");
+    let done = |status: &Value| status["compute"]["count"].as_u64().expect("a count");
+    let failed = |status: &Value| status["compute"]["errors"].as_u64().expect("a count");
+    Site::until("it computes", || done(&avoider()) > 3);
+    let simulator = pid_of(&site.status(), "simulator");
+    kill_process(simulator, Signal::STOP).expect("to stop it");
+    Site::until("a call has ended", || failed(&avoider()) > 0);
+    let status = avoider();
+    let error = status["last_error"].as_str().unwrap_or_default();
+    assert!(error.contains("no answer from"), "{status}");
+    assert_eq!(status["state"], "running", "{status}");
+    kill_process(simulator, Signal::CONT).expect("to let it go on");
+    // Five in a row without an error.
+    let since = std::cell::Cell::new((0, 0));
+    Site::until("it computes again", || {
+        let status = avoider();
+        if failed(&status) != since.get().1 {
+            since.set((done(&status), failed(&status)));
+        }
+        done(&status) >= since.get().0 + 5
+    });
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+/// It reads nothing while the simulator goes on; afterwards it has the newest, and everybody can see what it lost.
+#[test]
+fn what_a_slow_subscriber_lost_is_in_the_status() {
+    let site = Site::new("slow");
+    let monitor = PATROL.replace(
+        "cdsl \"../pose_monitor/pose_monitor.cdsl\";",
+        "cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\";",
+    );
+    let quick = monitor.replace(
+        "cdsl \"../simulator/simulator.cdsl\";",
+        "cdsl \"../simulator/simulator.cdsl\"; config \"simulator.toml\";",
+    );
+    site.write_ddsl(&quick);
+    site.write("monitor.toml", "[parameters]\nsvg = \"\"\n");
+    site.write("simulator.toml", "[component]\nperiod = \"2ms\"\n");
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let slot = |component: &str| site.ask(component, "status")["slots"][0].clone();
+    Site::until("poses come", || slot("monitor")["handlers"]["count"] != 0);
+    let before = slot("monitor");
+    assert_eq!(before["lost"], 0, "{before}");
+    let monitor = pid_of(&site.status(), "monitor");
+    let computed = || site.ask("simulator", "status")["compute"]["count"].as_u64();
+    kill_process(monitor, Signal::STOP).expect("to stop it");
+    // More than the hundred poses that wait for it.
+    let then = computed().expect("a count") + 300;
+    Site::until("the simulator goes on", || computed() >= Some(then));
+    kill_process(monitor, Signal::CONT).expect("to let it go on");
+    Site::until("the loss is seen", || {
+        slot("monitor")["lost"].as_u64() >= Some(200)
+    });
+    site.await_component("monitor", |c| {
+        c["lost"]["FullPoseEstimationPub"].as_u64() >= Some(200)
+    });
+    let shown = site.rcdeploy(&["status", &site.network], false);
+    let line = shown
+        .stdout
+        .lines()
+        .find(|line| line.starts_with("monitor"));
+    assert!(
+        line.is_some_and(|line| line.contains("FullPoseEstimationPub lost ")),
+        "{shown:?}"
+    );
+    let others = site.status();
+    let others = others["components"].as_array().expect("a list");
+    let others = others.iter().filter(|c| c["name"] != "monitor");
+    assert!(
+        others
+            .into_iter()
+            .all(|c| c["lost"] == serde_json::json!({}))
+    );
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The network of the README, as its file is.
@@ -19,6 +19,38 @@ pub(crate) struct Ran {
     pub(crate) code: i32,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
+}
+
+/// A component that was started by hand. It is killed at the latest when the test ends.
+pub(crate) struct Running {
+    child: Child,
+    log: PathBuf,
+}
+
+impl Running {
+    /// What it has printed.
+    pub(crate) fn log(&self) -> String {
+        std::fs::read_to_string(&self.log).expect("its log")
+    }
+
+    /// Waits until it ends by itself; gives its exit code.
+    pub(crate) fn end(mut self) -> Option<i32> {
+        let start = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().expect("a child") {
+                return status.code();
+            }
+            assert!(start.elapsed() < LIMIT, "it does not end: {}", self.log());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
 }
 
 pub(crate) struct Site {
@@ -107,19 +139,23 @@ impl Site {
         path
     }
 
-    fn run(&self, mut command: Command) -> Ran {
+    fn place(&self, command: &mut Command) {
         let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
             .ancestors()
             .nth(2)
             .expect("the target folder");
-        let output = command
+        command
             .current_dir(self.path("networks"))
             .env("XDG_RUNTIME_DIR", self.path("run"))
             .env("XDG_STATE_HOME", self.path("state"))
             .env("CARGO_TARGET_DIR", target)
-            .stdin(Stdio::null())
-            .output()
-            .expect("to run");
+            .stdin(Stdio::null());
+    }
+
+    /// Runs a program in this place.
+    pub(crate) fn run(&self, mut command: Command) -> Ran {
+        self.place(&mut command);
+        let output = command.output().expect("to run");
         Ran {
             code: output.status.code().unwrap_or(-1),
             stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
@@ -144,6 +180,39 @@ impl Site {
         self.run(command)
     }
 
+    /// Starts a component of this repository by hand, and waits until it is ready.
+    pub(crate) fn start(&self, name: &str, args: &[&str]) -> Running {
+        let log = self.path(&format!("{name}.log"));
+        let output = std::fs::File::create(&log).expect("a log");
+        let mut command = Command::new(Self::executable(name));
+        command.args(["--network", &self.network]).args(args);
+        self.place(&mut command);
+        command
+            .stdout(output.try_clone().expect("a log"))
+            .stderr(output);
+        let running = Running {
+            child: command.spawn().expect("a component"),
+            log,
+        };
+        Self::until(&format!("{name} is ready"), || {
+            // One that was killed leaves its socket, which nobody answers.
+            UnixStream::connect(self.directory().socket(name)).is_ok()
+                && self.ask(name, "status")["state"] == "running"
+        });
+        running
+    }
+
+    /// Starts a pose monitor that writes each pose to the file `trace`, and ends after so many where that is not 0.
+    pub(crate) fn start_monitor(&self, trace: &str, samples: u32) -> Running {
+        let config = format!(
+            "[component]\nperiod = \"50ms\"\n[parameters]\nmap = \"{}\"\nsvg = \"\"\ntrace = \"{}\"\nsamples = {samples}\n",
+            self.path("maps/house.map").display(),
+            self.path(trace).display()
+        );
+        let config = self.write("monitor.toml", &config);
+        self.start("pose_monitor", &["--config", &config.display().to_string()])
+    }
+
     pub(crate) fn status(&self) -> Value {
         let ran = self.rcdeploy(&["status", "--format", "json", &self.network], false);
         assert_eq!(ran.code, 0, "{ran:?}");
@@ -152,9 +221,14 @@ impl Site {
 
     /// One question to the management of a component.
     pub(crate) fn ask(&self, name: &str, method: &str) -> Value {
+        self.tell(name, method, &Value::Null)
+    }
+
+    /// One question to the management of a component, with parameters.
+    pub(crate) fn tell(&self, name: &str, method: &str, params: &Value) -> Value {
         let mut stream = UnixStream::connect(self.directory().socket(name)).expect("its socket");
         stream.set_read_timeout(Some(LIMIT)).expect("a limit");
-        let request = json!({ "jsonrpc": "2.0", "id": 1, "method": method });
+        let request = json!({ "jsonrpc": "2.0", "id": 1, "method": method, "params": params });
         stream
             .write_all(format!("{request}\n").as_bytes())
             .expect("to ask");

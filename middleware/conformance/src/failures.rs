@@ -24,7 +24,11 @@ pub fn without_a_server_a_call_fails_at_once(subject: &dyn Subject) {
     let nobody = Err(CallError::NoServer("default/Motor".to_owned()));
     assert_eq!(client.send(header(1), b"command"), nobody);
     let mut reply = Vec::new();
-    assert_eq!(client.call(header(2), b"query", LIMIT, &mut reply), nobody);
+    assert_eq!(
+        client.call(header(2), b"query", LIMIT, &mut |_, body| body
+            .clone_into(&mut reply)),
+        nobody
+    );
     assert!(start.elapsed() < LIMIT / 10, "{:?}", start.elapsed());
 }
 
@@ -51,7 +55,9 @@ pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
         let mut reply = Vec::new();
         for request in [b"first", b"other"] {
             let start = Instant::now();
-            let result = client.call(header(1), request, SHORT, &mut reply);
+            let result = client.call(header(1), request, SHORT, &mut |_, body| {
+                body.clone_into(&mut reply);
+            });
             let expected = CallError::Deadline {
                 address: "default/Motor".to_owned(),
                 limit: SHORT,
@@ -83,7 +89,9 @@ pub fn a_late_answer_is_not_taken_for_the_next(subject: &dyn Subject) {
         let backend = network.join("client");
         let mut client = backend.client(&address).expect("a client");
         let mut reply = Vec::new();
-        let late = client.call(header(1), b"slow", SHORT, &mut reply);
+        let late = client.call(header(1), b"slow", SHORT, &mut |_, body| {
+            body.clone_into(&mut reply);
+        });
         assert!(matches!(late, Err(CallError::Deadline { .. })), "{late:?}");
         go.send(()).expect("a server");
         assert_eq!(ask(&mut *client, b"second"), b"second!");
@@ -112,7 +120,9 @@ pub fn a_full_queue_is_told(subject: &dyn Subject) {
         assert_eq!(refused, full);
         assert!(accepted >= REQUEST_QUEUE, "only {accepted} were accepted");
         let mut reply = Vec::new();
-        let refused = client.call(header(1), b"query", LIMIT, &mut reply);
+        let refused = client.call(header(1), b"query", LIMIT, &mut |_, body| {
+            body.clone_into(&mut reply);
+        });
         assert_eq!(refused, Err(full));
         let served = serve(&mut *server, accepted, &|_, _, _| {});
         let expected: Vec<_> = (0..accepted).map(|number| vec![number as u8]).collect();
@@ -134,9 +144,13 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
             let backend = network.join_as(own);
             let mut client = backend.client(address).expect("a client");
             let mut reply = Vec::new();
-            let first = client.call(header(1), b"query", LIMIT, &mut reply);
+            let first = client.call(header(1), b"query", LIMIT, &mut |_, body| {
+                body.clone_into(&mut reply);
+            });
             ended.send(first).expect("a test that waits");
-            let second = client.call(header(1), b"query", LIMIT, &mut reply);
+            let second = client.call(header(1), b"query", LIMIT, &mut |_, body| {
+                body.clone_into(&mut reply);
+            });
             ended.send(second).expect("a test that waits");
         });
         let start = Instant::now();
@@ -189,7 +203,9 @@ pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
             let mut client = backend.client(address).expect("a client");
             let mut reply = Vec::new();
             let start = Instant::now();
-            let result = client.call(header(1), b"query", LIMIT, &mut reply);
+            let result = client.call(header(1), b"query", LIMIT, &mut |_, body| {
+                body.clone_into(&mut reply);
+            });
             (result, start.elapsed())
         });
         until("a request is there", || {
@@ -218,7 +234,7 @@ pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
             let mut client = backend.client(address).expect("a client");
             client.send(header(1), b"command").expect("to be sent");
             may_go.recv().expect("a test that goes on");
-            client.call(header(2), b"query", LIMIT, &mut Vec::new())
+            client.call(header(2), b"query", LIMIT, &mut |_, _| {})
         });
         let mut woken = || {
             until("a request is there", || {

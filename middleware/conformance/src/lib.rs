@@ -21,6 +21,7 @@
 
 pub mod calls;
 pub mod failures;
+pub mod in_place;
 pub mod limits;
 pub mod network;
 pub mod topics;
@@ -56,6 +57,7 @@ macro_rules! suite {
             a_late_subscriber_gets_what_was_kept
             a_publisher_that_keeps_values_reaches_all
             a_slow_subscriber_keeps_the_newest_and_delays_nobody
+            what_was_lost_is_counted
             publishers_come_and_go
             ends_are_counted
             a_value_wakes
@@ -87,11 +89,16 @@ macro_rules! suite {
         );
         $crate::suite!(@of limits, $subject,
             sixty_four_clients_are_served
+            a_thousand_requests_get_their_own_answers
             sixteen_publishers_reach_sixty_four_subscribers
         );
         $crate::suite!(@of typed, $subject,
             topics_carry_values
             queries_bring_results_exceptions_and_refusals
+        );
+        $crate::suite!(@of in_place, $subject,
+            topics_carry_values_in_place
+            answers_may_be_in_place
         );
     };
     (@of $module:ident, $subject:expr, $($name:ident)*) => {

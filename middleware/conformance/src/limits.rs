@@ -2,8 +2,11 @@
 
 use crate::Subject;
 use crate::calls::{ask, echo};
-use crate::network::{Network, endpoint, header, keep_last, receive, until};
-use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS};
+use crate::network::{LIMIT, Network, endpoint, header, keep_last, receive, serve, until};
+use rc_middleware::Header;
+use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
+use std::cell::RefCell;
+use std::sync::mpsc::channel;
 
 /// In eight components of eight clients each.
 pub fn sixty_four_clients_are_served(subject: &dyn Subject) {
@@ -29,6 +32,59 @@ pub fn sixty_four_clients_are_served(subject: &dyn Subject) {
                 });
             }
         });
+    });
+}
+
+/// Sixty-four clients, each with its queue full: fifteen commands and a call that waits for its answer. More than a
+/// thousand requests are under way before the first one is taken; each call is answered with its own request and the
+/// number of commands of its client that came before it.
+pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
+    const ROUNDS: u8 = 3;
+    const COMMANDS: u8 = REQUEST_QUEUE as u8 - 1;
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let served = RefCell::new([0; MAX_READERS]);
+    let answer = |_: Header, request: &[u8], reply: &mut Vec<u8>| {
+        let count = &mut served.borrow_mut()[usize::from(request[0])];
+        match *request {
+            [number, round] => reply.extend([number, round, *count]),
+            _ => *count += 1,
+        }
+    };
+    std::thread::scope(|scope| {
+        let (network, address) = (&network, &address);
+        let backend = network.join("server");
+        let mut server = backend.server(address).expect("a server");
+        let (sent, all_sent) = channel();
+        let mut clients = Vec::new();
+        for number in 0..MAX_READERS as u8 {
+            let (go, may_go) = channel();
+            let sent = sent.clone();
+            clients.push(go);
+            scope.spawn(move || {
+                let backend = network.join("client");
+                let mut client = backend.client(address).expect("a client");
+                for round in 1..=ROUNDS {
+                    may_go.recv_timeout(LIMIT).expect("a round");
+                    for at in 1..=u64::from(COMMANDS) {
+                        let command = client.send(header(at), &[number]);
+                        command.expect("to be sent");
+                    }
+                    sent.send(()).expect("a test that waits");
+                    let answer = ask(&mut *client, &[number, round]);
+                    assert_eq!(answer, [number, round, round * COMMANDS]);
+                }
+            });
+        }
+        for _ in 0..ROUNDS {
+            for client in &clients {
+                client.send(()).expect("a client");
+            }
+            for _ in &clients {
+                all_sent.recv_timeout(LIMIT).expect("its commands");
+            }
+            serve(&mut *server, MAX_READERS * REQUEST_QUEUE, &answer);
+        }
     });
 }
 

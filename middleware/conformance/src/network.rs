@@ -2,7 +2,7 @@
 
 use crate::Subject;
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, RunDirectory, Server,
+    Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, Server,
     Subscriber, TypeIdentity, wait,
 };
 use std::os::fd::AsFd;
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// No test waits longer for anything.
 pub const LIMIT: Duration = Duration::from_secs(30);
 /// After this a waiting end looks into its queue all the same, as the runtime does.
-const CYCLE: Duration = Duration::from_millis(50);
+pub(crate) const CYCLE: Duration = Duration::from_millis(50);
 
 /// How a server under test answers: header, request, reply.
 pub type Answer<'a> = dyn Fn(Header, &[u8], &mut Vec<u8>) + 'a;
@@ -67,6 +67,19 @@ impl<'a> Network<'a> {
         answer: impl Fn(Header, &[u8], &mut Vec<u8>) + Sync,
         body: impl FnOnce() -> R,
     ) -> R {
+        let answer = |header: Header, request: &[u8], reply: &mut dyn Reply| {
+            answer(header, request, reply.body());
+        };
+        self.serving_replies(endpoint, answer, body)
+    }
+
+    /// The same, with a server that may answer in place.
+    pub fn serving_replies<R>(
+        &self,
+        endpoint: &Endpoint,
+        answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
+        body: impl FnOnce() -> R,
+    ) -> R {
         let stop = Interrupt::new().expect("an interrupt");
         std::thread::scope(|scope| {
             let (ready, is_ready) = channel();
@@ -75,7 +88,7 @@ impl<'a> Network<'a> {
                 let backend = self.join("server");
                 let mut server = backend.server(endpoint).expect("a server");
                 ready.send(()).expect("a test that waits");
-                serve_until(&mut *server, stop, answer);
+                serve_replies_until(&mut *server, stop, answer);
                 backend.linger(LIMIT);
             });
             let _stop = StopOnDrop(stop);
@@ -131,11 +144,22 @@ pub fn header(sequence: u64) -> Header {
         type_hash: 7,
         sequence,
         sent: rc_middleware::backend::now(),
+        ..Header::default()
     }
 }
 
 /// Serves until `stop` stops, and then what is still there.
 pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_>) {
+    serve_replies_until(server, stop, &|header, request, reply| {
+        answer(header, request, reply.body());
+    });
+}
+
+fn serve_replies_until(
+    server: &mut dyn Server,
+    stop: &Interrupt,
+    answer: &dyn Fn(Header, &[u8], &mut dyn Reply),
+) {
     let mut woken = false;
     loop {
         let last = stop.is_stopping();
@@ -167,7 +191,7 @@ pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<
             && server
                 .serve(&mut |header, body, reply| {
                     bodies.push(body.to_vec());
-                    answer(header, body, reply);
+                    answer(header, body, reply.body());
                 })
                 .expect("requests")
         {}

@@ -4,7 +4,7 @@ use crate::Subject;
 use crate::network::{
     LIMIT, Network, endpoint, header, keep_last, receive, receive_all, sequences, until,
 };
-use rc_middleware::{Durability, Endpoint, OpenError, Qos, TypeIdentity, wait};
+use rc_middleware::{Durability, Endpoint, Gaps, Header, OpenError, Qos, TypeIdentity, wait};
 use std::sync::mpsc::channel;
 use std::time::Instant;
 
@@ -74,7 +74,13 @@ pub fn a_value_reaches_every_subscriber(subject: &dyn Subject) {
         }
         for receiver in receivers {
             let values = receiver.join().expect("a receiver");
-            let expected: Vec<_> = headers.iter().map(|h| (*h, b"beam".to_vec())).collect();
+            let sender = values[0].0.sender;
+            assert_ne!(sender, 0, "the backend says who sent it");
+            let signed = |header: &Header| Header { sender, ..*header };
+            let expected: Vec<_> = headers
+                .iter()
+                .map(|header| (signed(header), b"beam".to_vec()))
+                .collect();
             assert_eq!(values, expected);
         }
     });
@@ -114,6 +120,10 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
                 .collect();
             assert_eq!(own, (1..=EACH).collect::<Vec<_>>(), "publisher {number}");
         }
+        let mut senders: Vec<_> = values.iter().map(|(header, _)| header.sender).collect();
+        senders.sort_unstable();
+        senders.dedup();
+        assert_eq!(senders.len(), 4, "they are told apart");
     });
 }
 
@@ -128,8 +138,9 @@ pub fn every_size_travels(subject: &dyn Subject) {
     for (size, sequence) in sizes.zip(1..) {
         let sent = (header(sequence), pattern(size));
         publisher.publish(sent.0, &sent.1).expect("to publish");
-        let values = receive(&mut *subscriber, 1);
-        assert!(values == [sent], "{size} bytes came back different");
+        let (header, body) = receive(&mut *subscriber, 1).remove(0);
+        let came = (header.sequence, &body) == (sent.0.sequence, &sent.1);
+        assert!(came, "{size} bytes came back different");
     }
 }
 
@@ -243,6 +254,47 @@ pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subjec
         sequences(&receive_all(&mut *slow)),
         (97..=100).collect::<Vec<_>>()
     );
+}
+
+/// What was lost between two values is seen, sender by sender. A late subscriber has lost nothing, and a publisher that
+/// comes back begins anew.
+pub fn what_was_lost_is_counted(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    let backend = network.join("both");
+    let mut steady = backend.publisher(&topic).expect("a publisher");
+    let lost = |gaps: &mut Gaps, values: &[(Header, Vec<u8>)]| {
+        let lost = values.iter().map(|(header, _)| gaps.note(header));
+        lost.sum::<u64>()
+    };
+    steady.publish(header(1), b"before").expect("to publish");
+    let asking = asking(&topic);
+    let mut subscribers = [(); 2].map(|()| backend.subscriber(&asking).expect("a subscriber"));
+    let mut counts = [(); 2].map(|()| Gaps::default());
+    for round in 0..3 {
+        let mut brief = backend.publisher(&topic).expect("a publisher");
+        for sequence in 1..=20 {
+            let next = header(20 * round + sequence + 1);
+            steady.publish(next, b"steady").expect("to publish");
+            brief
+                .publish(header(sequence), b"brief")
+                .expect("to publish");
+            let values = receive(&mut *subscribers[0], 2);
+            let none = lost(&mut counts[0], &values);
+            assert_eq!(none, 0, "value {sequence} of round {round}");
+        }
+        // The other one reads what is left after each round.
+        let values = receive_all(&mut *subscribers[1]);
+        let late = lost(&mut counts[1], &values);
+        let kept = values.iter().filter(|(_, body)| body == b"steady").count() as u64;
+        assert!(
+            (1..20).contains(&kept),
+            "{kept} of the steady one were kept"
+        );
+        // The brief ones were never heard before, and the steady one was not before the first round.
+        let expected = if round == 0 { 0 } else { 20 - kept };
+        assert_eq!(late, expected, "round {round}");
+    }
 }
 
 /// A subscriber outlives its publishers, and what they sent before they left arrives.

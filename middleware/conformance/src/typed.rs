@@ -69,7 +69,7 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
                 .expect("a text");
             notes.lock().expect("the notes").push(note);
         }
-        request.close(reply);
+        request.close();
     };
     network.serving(&address, answer, || {
         let backend = network.join("client");

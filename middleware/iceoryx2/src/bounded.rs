@@ -1,9 +1,10 @@
-//! A time limit on everything that starts. A process that was killed at the wrong moment can leave a file half
-//! made, on which iceoryx2 then waits, in the worst case for ever; so what opens runs on a thread of its own,
-//! and that thread is given up when the limit has passed.
+//! A time limit on everything that starts. iceoryx2 can wait for a file that a killed process left half made, until
+//! that is removed (see [`unfinished`]), and perhaps for other things; so what opens runs on a thread of its own, and
+//! that thread is given up when the limit has passed.
 
 use crate::session::Session;
-use rc_middleware::{Endpoint, OpenError};
+use crate::unfinished;
+use rc_middleware::{Endpoint, OpenError, RunDirectory};
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::Duration;
@@ -18,13 +19,21 @@ pub(crate) fn open<T: Send + 'static>(
     work: fn(&Arc<Session>, &Endpoint) -> Result<T, OpenError>,
 ) -> Result<T, OpenError> {
     let (own_session, own_endpoint) = (Arc::clone(session), endpoint.clone());
-    run(endpoint.address.as_str(), move || {
-        work(&own_session, &own_endpoint)
+    let directory = &session.environment.directory;
+    run(directory, endpoint.address.as_str(), move || {
+        match work(&own_session, &own_endpoint) {
+            // The places may all be taken by ends that are dead.
+            Err(OpenError::Backend { .. }) if own_session.clean() > 0 => {
+                work(&own_session, &own_endpoint)
+            }
+            outcome => outcome,
+        }
     })
 }
 
 /// Runs `work`, at most for the limit.
 pub(crate) fn run<T: Send + 'static>(
+    directory: &RunDirectory,
     address: &str,
     work: impl FnOnce() -> Result<T, OpenError> + Send + 'static,
 ) -> Result<T, OpenError> {
@@ -43,9 +52,24 @@ pub(crate) fn run<T: Send + 'static>(
     match result.recv_timeout(LIMIT) {
         Ok(result) => result,
         Err(RecvTimeoutError::Timeout) => Err(failed(format!(
-            "iceoryx2 does not come back within {LIMIT:?}: a process that was killed while it started may have left a \
-             file half made; stop the network (`rcdeploy down` wipes it), then start again"
+            "iceoryx2 does not come back within {LIMIT:?}; {}",
+            what_is_left(directory)
         ))),
         Err(RecvTimeoutError::Disconnected) => Err(failed("iceoryx2 panicked".to_owned())),
     }
+}
+
+/// What the dead left, and what to do, for the end of an error.
+pub(crate) fn what_is_left(directory: &RunDirectory) -> String {
+    let files = unfinished::now(directory);
+    let left = if files.is_empty() {
+        "no file of the network is half made".to_owned()
+    } else {
+        let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+        format!("half made, and not removed in time: {}", files.join(", "))
+    };
+    format!(
+        "{left}; end all processes of the network (`rcdeploy down`, or by hand), then start again: the first one to \
+         come removes what is left"
+    )
 }

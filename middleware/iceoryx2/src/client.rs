@@ -156,10 +156,17 @@ impl SharedClient {
     }
 
     /// Takes the answer, where it is there.
-    fn take(&self, pending: &Pending, reply: &mut Vec<u8>) -> Result<bool, CallError> {
+    fn take(
+        &self,
+        pending: &Pending,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<bool, CallError> {
         match pending.receive() {
             Ok(Some(answer)) => {
-                reply.extend_from_slice(answer.payload());
+                let sender = answer.origin().value();
+                let header = answer.user_header().read(sender);
+                let header = header.map_err(|reason| self.failed_for(reason))?;
+                take(header, answer.payload());
                 Ok(true)
             }
             Ok(None) => Ok(false),
@@ -171,13 +178,13 @@ impl SharedClient {
     fn spin(
         &self,
         pending: &Pending,
-        reply: &mut Vec<u8>,
+        take: &mut dyn FnMut(Header, &[u8]),
         limit: Duration,
     ) -> Result<bool, CallError> {
         let start = Instant::now();
         let limit = limit.min(self.spin);
         while start.elapsed() < limit && !self.session.environment.interrupt.is_stopping() {
-            if self.take(pending, reply)? {
+            if self.take(pending, take)? {
                 return Ok(true);
             }
             std::hint::spin_loop();
@@ -195,9 +202,13 @@ impl SharedClient {
     }
 
     fn failed(&self, error: &dyn Debug) -> CallError {
+        self.failed_for(format!("{error:?}"))
+    }
+
+    fn failed_for(&self, reason: String) -> CallError {
         CallError::Backend {
             address: self.address.clone(),
-            reason: format!("{error:?}"),
+            reason,
         }
     }
 }
@@ -223,9 +234,8 @@ impl Client for SharedClient {
         header: Header,
         request: &[u8],
         limit: Duration,
-        reply: &mut Vec<u8>,
+        take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        reply.clear();
         let start = Instant::now();
         let answered = self.answered.take();
         let lately = answered.is_some_and(|at| start.saturating_duration_since(at) < LATELY);
@@ -235,7 +245,7 @@ impl Client for SharedClient {
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
         let stopping = || self.session.environment.interrupt.is_stopping();
-        if !self.spin.is_zero() && self.spin(&pending, reply, limit)? {
+        if !self.spin.is_zero() && self.spin(&pending, take, limit)? {
             self.answered.set(Some(start));
             return Ok(());
         }
@@ -250,7 +260,7 @@ impl Client for SharedClient {
                 self.waiting.sleep(left.min(CYCLE))
             };
             self.ear.take(rung);
-            if self.take(&pending, reply)? {
+            if self.take(&pending, take)? {
                 self.answered.set(Some(start));
                 return Ok(());
             }
@@ -261,14 +271,15 @@ impl Client for SharedClient {
                 // The server has dropped the request. If it is about to leave, that is seen soon.
                 unanswered.get_or_insert_with(Instant::now);
             }
-            if self.take(&pending, reply)? {
+            if self.take(&pending, take)? {
                 return Ok(());
             }
             if gone {
                 return Err(CallError::ServerDied(self.address.clone()));
             }
             if given_up {
-                return Err(self.failed(&"the server took the request and gave no answer"));
+                let reason = "the server took the request and gave no answer";
+                return Err(self.failed_for(reason.to_owned()));
             }
             if stopping() {
                 return Err(CallError::Stopping);

@@ -2,14 +2,15 @@
 
 use crate::names;
 use rc_middleware::RunDirectory;
+use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// Where shared memory lies.
-const MEMORY: &str = "/dev/shm";
+pub(crate) const MEMORY: &str = "/dev/shm";
 
 /// Removes all that iceoryx2 has of the network, whether somebody uses it or not; says how many things there were.
-/// Only for a network of which nothing is alive.
+/// Only for a network of which nothing is alive. An error names what cannot be removed.
 pub fn wipe(directory: &RunDirectory) -> io::Result<usize> {
     let found = leftovers(directory);
     let mut failure = None;
@@ -21,7 +22,8 @@ pub fn wipe(directory: &RunDirectory) -> io::Result<usize> {
         };
         match removed {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                failure = failure.or(Some(error));
+                let text = format!("{} cannot be removed: {error}", path.display());
+                failure = failure.or(Some(io::Error::new(error.kind(), text)));
             }
             _ => {}
         }
@@ -34,11 +36,17 @@ pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
     let root = directory.middleware(crate::NAME);
     let mut found: Vec<PathBuf> = root.exists().then_some(root).into_iter().collect();
     let prefix = names::prefix(directory);
-    let entries = std::fs::read_dir(Path::new(MEMORY)).into_iter().flatten();
-    let ours = entries
-        .flatten()
-        .filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
-    found.extend(ours.map(|entry| entry.path()));
+    let ours = named(Path::new(MEMORY), &prefix);
+    found.extend(ours.map(|(path, _)| path));
     found.sort();
     found
+}
+
+/// What a folder has whose name begins with `prefix`.
+pub(crate) fn named(folder: &Path, prefix: &str) -> impl Iterator<Item = (PathBuf, Metadata)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries
+        .flatten()
+        .filter(move |entry| entry.file_name().to_string_lossy().starts_with(prefix))
+        .filter_map(|entry| Some((entry.path(), entry.metadata().ok()?)))
 }

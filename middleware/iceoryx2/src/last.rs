@@ -1,8 +1,10 @@
-//! The last one out of a network turns off the light: where nobody is left, nothing of it stays in shared memory.
+//! The first one into a network sweeps, and the last one out turns off the light: where nobody is alive, nothing of
+//! the network stays in shared memory, and nothing that the dead left half made is in the way of those who come.
 //!
-//! Every process of a network holds a shared lock on one file in its run directory, as long as it has a node. Who
-//! leaves and can have the lock for itself alone is the last one, and wipes; who comes meanwhile waits for that.
-//! A process that is killed loses its lock, so it counts as gone.
+//! Every process of a network holds a shared lock on one file in its run directory, as long as it has a node; so does
+//! the guard of a deployer, which holds the services. Who can have the lock for itself alone is the only one alive:
+//! it wipes, before it makes its node or after it has left. Who comes meanwhile waits for that. A process that is
+//! killed loses its lock, so it counts as gone.
 
 use crate::estate;
 use rc_middleware::RunDirectory;
@@ -19,30 +21,50 @@ pub(crate) struct Presence {
 }
 
 impl Presence {
-    /// Enters the network. It waits while somebody wipes, which is short; the caller bounds it all the same.
-    pub(crate) fn enter(directory: &RunDirectory) -> io::Result<Self> {
+    /// Enters the network. Who is the first one alive wipes what the dead left, unless there are `strangers`: programs
+    /// that use iceoryx2 without this crate, and hold no lock. It waits while somebody wipes, which is short; the
+    /// caller bounds it all the same.
+    pub(crate) fn enter(
+        directory: &RunDirectory,
+        strangers: impl Fn() -> bool,
+    ) -> io::Result<Self> {
         loop {
-            let path = path(directory);
-            let lock = File::create(&path)?;
-            flock(&lock, FlockOperation::LockShared)?;
-            // The file may have been removed by the last one out between the two calls.
-            match std::fs::metadata(&path) {
-                Ok(there) if there.ino() == lock.metadata()?.ino() => {
-                    return Ok(Self {
-                        directory: directory.clone(),
-                        lock,
-                    });
-                }
-                _ => {}
+            let presence = Self {
+                directory: directory.clone(),
+                lock: File::create(path(directory))?,
+            };
+            let first = flock(&presence.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
+            if first && presence.is_current() && !strangers() {
+                estate::wipe(directory)?;
+            }
+            // The lock may be lost for a moment while it changes its kind, and another one may wipe in that moment:
+            // there is nothing of ours yet.
+            flock(&presence.lock, FlockOperation::LockShared)?;
+            // The file may have been removed by the last one out since it was opened.
+            if presence.is_current() {
+                return Ok(presence);
             }
         }
+    }
+
+    /// Whether the file that is locked is the one that others find.
+    fn is_current(&self) -> bool {
+        let (Ok(ours), Ok(there)) = (
+            self.lock.metadata(),
+            std::fs::metadata(path(&self.directory)),
+        ) else {
+            return false;
+        };
+        (ours.dev(), ours.ino()) == (there.dev(), there.ino())
     }
 }
 
 impl Drop for Presence {
     fn drop(&mut self) {
-        if flock(&self.lock, FlockOperation::NonBlockingLockExclusive).is_ok() {
-            // What cannot be removed is seen by the next deployer; there is nobody to tell here.
+        // Where a deployer has removed the run directory, another network may have its place already.
+        if flock(&self.lock, FlockOperation::NonBlockingLockExclusive).is_ok() && self.is_current()
+        {
+            // What cannot be removed is told to the next one who comes; there is nobody to tell here.
             let _ = estate::wipe(&self.directory);
             let _ = std::fs::remove_file(path(&self.directory));
         }

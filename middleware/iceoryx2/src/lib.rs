@@ -13,13 +13,17 @@ mod estate;
 mod holder;
 mod keeper;
 mod last;
+mod memory;
 mod message;
 mod names;
+mod opening;
 mod publisher;
 mod server;
 mod service;
 mod session;
 mod subscriber;
+mod tags;
+mod unfinished;
 mod waiting;
 mod watch;
 

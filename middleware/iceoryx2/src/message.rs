@@ -5,12 +5,14 @@
 //! could be set too, counts for each single byte of a `[u8]` in iceoryx2 0.10.0: 16 times the memory is reserved.)
 
 use iceoryx2::prelude::ZeroCopySend;
-use rc_middleware::Header;
+use rc_middleware::{Encoding, Header};
 
 /// The version of these headers.
 const VERSION: u16 = 1;
-/// The encoding of the bodies: CDR in the version XCDR1, little endian (in its envelope, for a call).
+/// The encoding of a body: CDR in the version XCDR1, little endian (in its envelope, for a call).
 const CDR: u16 = 1;
+/// The encoding of a body: the memory image of a plain type (behind its envelope, for an answer).
+const IMAGE: u16 = 2;
 /// Flag of a request: no answer is waited for.
 const ONE_WAY: u32 = 1;
 
@@ -42,7 +44,10 @@ impl MessageHeader {
     pub(crate) fn new(header: Header) -> Self {
         Self {
             version: VERSION,
-            encoding: CDR,
+            encoding: match header.encoding {
+                Encoding::Cdr => CDR,
+                Encoding::Image => IMAGE,
+            },
             flags: 0,
             type_hash: header.type_hash,
             sequence: header.sequence,
@@ -50,19 +55,25 @@ impl MessageHeader {
         }
     }
 
-    /// The header in our terms, or why it is not understood.
-    pub(crate) fn read(&self) -> Result<Header, String> {
-        if (self.version, self.encoding) != (VERSION, CDR) {
-            return Err(format!(
-                "a message of version {} and encoding {} came, this side knows version {VERSION} and encoding {CDR}; \
-                 rebuild both sides with the same framework",
-                self.version, self.encoding
-            ));
-        }
+    /// The header of a message from `sender` in our terms, or why it is not understood.
+    pub(crate) fn read(&self, sender: u128) -> Result<Header, String> {
+        let encoding = match (self.version, self.encoding) {
+            (VERSION, CDR) => Encoding::Cdr,
+            // What is in memory is believed only of an end that says that its types are the same.
+            (VERSION, IMAGE) if self.type_hash != 0 => Encoding::Image,
+            (version, encoding) => {
+                return Err(format!(
+                    "a message of version {version} and encoding {encoding} came, this side knows version {VERSION}, \
+                     encoding {CDR} and, with a type hash, {IMAGE}; rebuild both sides with the same framework"
+                ));
+            }
+        };
         Ok(Header {
             type_hash: self.type_hash,
             sequence: self.sequence,
             sent: self.sent,
+            encoding,
+            sender,
         })
     }
 }
@@ -76,8 +87,8 @@ impl RequestHeader {
         Self { message, client }
     }
 
-    pub(crate) fn read(&self) -> Result<Header, String> {
-        self.message.read()
+    pub(crate) fn read(&self, sender: u128) -> Result<Header, String> {
+        self.message.read(sender)
     }
 
     /// Whose event service waits for the answer; all zero where none does.

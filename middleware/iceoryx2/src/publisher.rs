@@ -2,13 +2,14 @@
 
 use crate::bell::Bell;
 use crate::keeper::Keeper;
+use crate::memory;
 use crate::message::MessageHeader;
 use crate::names;
-use crate::service::{Audience, PublisherPort, Topic, kept_topic, refusal, topic};
+use crate::service::{Audience, PublisherPort, Sample, Topic, kept_topic, refusal, topic};
 use crate::session::Session;
 use iceoryx2::prelude::AllocationStrategy;
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::{Durability, Endpoint, Header, OpenError, Publisher, SendError};
+use rc_middleware::{Durability, Endpoint, Header, Lent, OpenError, Publisher, SendError};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -67,29 +68,72 @@ pub(crate) struct SharedPublisher {
     bell: Bell,
 }
 
-impl Publisher for SharedPublisher {
-    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
-        let failed = |error: &dyn Debug| SendError::Backend {
+impl SharedPublisher {
+    fn failed(&self, error: &dyn Debug) -> SendError {
+        SendError::Backend {
             address: self.address.clone(),
             reason: format!("{error:?}"),
-        };
-        let mut sample = self
-            .port
-            .loan_slice_uninit(body.len())
-            .map_err(|error| failed(&error))?;
-        *sample.user_header_mut() = MessageHeader::new(header);
-        let reached = sample
-            .write_from_slice(body)
-            .send()
-            .map_err(|error| failed(&error))?;
+        }
+    }
+
+    /// Rings after sending.
+    fn sent(&self, reached: Result<usize, iceoryx2::port::SendError>) -> Result<(), SendError> {
+        let reached = reached.map_err(|error| self.failed(&error))?;
         self.bell.ring();
         if reached > 0 {
             self.session.published();
         }
         Ok(())
     }
+}
+
+impl Publisher for SharedPublisher {
+    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
+        let mut sample = self
+            .port
+            .loan_slice_uninit(body.len())
+            .map_err(|error| self.failed(&error))?;
+        *sample.user_header_mut() = MessageHeader::new(header);
+        self.sent(sample.write_from_slice(body).send())
+    }
+
+    fn lends(&self) -> bool {
+        true
+    }
+
+    fn loan(&mut self, length: usize) -> Result<Box<dyn Lent + '_>, SendError> {
+        let sample = self
+            .port
+            .loan_slice_uninit(length)
+            .map_err(|error| self.failed(&error))?;
+        Ok(Box::new(SharedLoan {
+            publisher: self,
+            sample: memory::sample(sample),
+        }))
+    }
 
     fn peers(&self) -> usize {
         self.topic.dynamic_config().number_of_subscribers()
+    }
+}
+
+/// A value that is being written in place.
+struct SharedLoan<'a> {
+    publisher: &'a SharedPublisher,
+    sample: Sample,
+}
+
+impl Lent for SharedLoan<'_> {
+    fn memory(&self) -> &[u8] {
+        self.sample.payload()
+    }
+
+    fn memory_mut(&mut self) -> &mut [u8] {
+        self.sample.payload_mut()
+    }
+
+    fn send(mut self: Box<Self>, header: Header) -> Result<(), SendError> {
+        *self.sample.user_header_mut() = MessageHeader::new(header);
+        self.publisher.sent(self.sample.send())
     }
 }

@@ -1,9 +1,10 @@
 //! The answering end of a connection.
 
 use crate::bell::{Bell, Ear};
+use crate::memory;
 use crate::message::MessageHeader;
 use crate::names;
-use crate::service::{Active, Audience, Calls, ServerPort, Service, calls, refusal};
+use crate::service::{Active, Audience, Calls, Response, ServerPort, Service, calls, refusal};
 use crate::session::Session;
 use crate::watch::Watch;
 use iceoryx2::port::ReceiveError as PortError;
@@ -12,8 +13,9 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgre
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 use rc_middleware::qos::MAX_READERS;
-use rc_middleware::{Address, Endpoint, Header, OpenError, ReceiveError, Server};
+use rc_middleware::{Address, Encoding, Endpoint, Header, OpenError, ReceiveError, Reply, Server};
 use std::collections::{HashMap, VecDeque};
+use std::fmt::Debug;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::time::Duration;
@@ -164,21 +166,38 @@ impl SharedServer {
         Ok(())
     }
 
-    /// Sends the answer in `self.reply`.
-    fn reply_to(&self, request: &Active, header: Header) -> Result<(), ReceiveError> {
-        let failed = |error: String| {
+    /// Sends the answer; one that is empty is none.
+    fn reply_to(
+        &self,
+        request: &Active,
+        header: Header,
+        answer: SharedReply<'_>,
+    ) -> Result<(), ReceiveError> {
+        let length = answer.body.len();
+        let failed = |error: &dyn Debug| {
             self.failed(format!(
-                "an answer of {} bytes was not sent (the largest has {LARGEST_ANSWER}): {error}",
-                self.reply.len()
+                "an answer of {length} bytes was not sent (the largest has {LARGEST_ANSWER}): {error:?}"
             ))
         };
-        let mut loan = request
-            .loan_slice_uninit(self.reply.len())
-            .map_err(|error| failed(format!("{error:?}")))?;
-        *loan.user_header_mut() = MessageHeader::new(header);
-        loan.write_from_slice(&self.reply)
-            .send()
-            .map_err(|error| failed(format!("{error:?}")))
+        let encoding = match answer.chosen {
+            true => Encoding::Image,
+            false => Encoding::Cdr,
+        };
+        let header = MessageHeader::new(Header { encoding, ..header });
+        match answer.loan.filter(|_| answer.chosen) {
+            Some(mut loan) => {
+                *loan.user_header_mut() = header;
+                loan.send().map_err(|error| failed(&error))
+            }
+            None if length == 0 => Ok(()),
+            None => {
+                let loan = request.loan_slice_uninit(length);
+                let mut loan = loan.map_err(|error| failed(&error))?;
+                *loan.user_header_mut() = header;
+                let loan = loan.write_from_slice(answer.body);
+                loan.send().map_err(|error| failed(&error))
+            }
+        }
     }
 
     /// Wakes one client.
@@ -208,6 +227,33 @@ impl SharedServer {
     }
 }
 
+/// The answer to one request.
+struct SharedReply<'a> {
+    request: &'a Active,
+    body: &'a mut Vec<u8>,
+    loan: Option<Response>,
+    /// What was lent is the answer.
+    chosen: bool,
+}
+
+impl Reply for SharedReply<'_> {
+    fn body(&mut self) -> &mut Vec<u8> {
+        self.body
+    }
+
+    fn loan(&mut self, length: usize) -> Option<&mut [u8]> {
+        // One loan a request is what the port has room for.
+        self.loan = None;
+        let loan = self.request.loan_slice_uninit(length).ok()?;
+        let loan = self.loan.insert(memory::response(loan));
+        Some(loan.payload_mut())
+    }
+
+    fn send_loan(&mut self) {
+        self.chosen = true;
+    }
+}
+
 impl Server for SharedServer {
     fn descriptor(&self) -> BorrowedFd<'_> {
         self.ear.descriptor()
@@ -219,7 +265,7 @@ impl Server for SharedServer {
 
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
+        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         if self.inbox.is_empty() {
             self.refill()?;
@@ -229,14 +275,25 @@ impl Server for SharedServer {
         };
         let user_header = *request.user_header();
         let client = user_header.client();
-        let header = user_header.read().map_err(|reason| self.failed(reason))?;
-        self.reply.clear();
-        answer(header, request.payload(), &mut self.reply);
-        let sent = if self.reply.is_empty() || user_header.is_one_way() {
+        let sender = request.origin().value();
+        let header = user_header
+            .read(sender)
+            .map_err(|reason| self.failed(reason))?;
+        let mut body = std::mem::take(&mut self.reply);
+        body.clear();
+        let mut reply = SharedReply {
+            request: &request,
+            body: &mut body,
+            loan: None,
+            chosen: false,
+        };
+        answer(header, request.payload(), &mut reply);
+        let sent = if user_header.is_one_way() {
             Ok(())
         } else {
-            self.reply_to(&request, header)
+            self.reply_to(&request, header, reply)
         };
+        self.reply = body;
         drop(request);
         if !user_header.is_one_way() {
             self.wake(client);

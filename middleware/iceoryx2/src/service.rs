@@ -2,6 +2,7 @@
 
 use crate::message::{MessageHeader, RequestHeader};
 use crate::session::Session;
+use crate::{bounded, names, opening};
 use iceoryx2::port::{client, listener, notifier, publisher, server, subscriber};
 use iceoryx2::prelude::{AttributeVerifier, MessagingPattern, SemanticString, ServiceName};
 use iceoryx2::service::Service as _;
@@ -24,6 +25,7 @@ pub(crate) type Listener = listener::Listener<Service>;
 pub(crate) type Notifier = notifier::Notifier<Service>;
 pub(crate) type Topic = publish_subscribe::PortFactory<Service, [u8], MessageHeader>;
 pub(crate) type PublisherPort = publisher::Publisher<Service, [u8], MessageHeader>;
+pub(crate) type Sample = iceoryx2::sample_mut::SampleMut<Service, [u8], MessageHeader>;
 pub(crate) type SubscriberPort = subscriber::Subscriber<Service, [u8], MessageHeader>;
 pub(crate) type Calls =
     request_response::PortFactory<Service, [u8], RequestHeader, [u8], MessageHeader>;
@@ -31,6 +33,7 @@ pub(crate) type ClientPort = client::Client<Service, [u8], RequestHeader, [u8], 
 pub(crate) type ServerPort = server::Server<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type Pending =
     iceoryx2::pending_response::PendingResponse<Service, [u8], RequestHeader, [u8], MessageHeader>;
+pub(crate) type Response = iceoryx2::response_mut::ResponseMut<Service, [u8], MessageHeader>;
 pub(crate) type Active =
     iceoryx2::active_request::ActiveRequest<Service, [u8], RequestHeader, [u8], MessageHeader>;
 
@@ -242,12 +245,23 @@ impl Session {
             reason,
         };
         let service = ServiceName::new(name).map_err(|e| refused(format!("{e:?}")))?;
+        let directory = &self.environment.directory;
+        let root = names::root(directory);
         let mut attempt = 1;
         loop {
-            let error = match open(&service) {
+            let outcome = {
+                let _together = opening::together(&root);
+                open(&service)
+            };
+            let error = match outcome {
                 Ok(opened) => return Ok(opened),
                 Err(error) => error,
             };
+            // What was met may be of the dead, its types and settings, too.
+            if self.clean() > 0 && attempt < ATTEMPTS {
+                attempt += 1;
+                continue;
+            }
             if let Some(theirs) = self.other_types(&service, pattern, types) {
                 return Err(OpenError::TypeMismatch {
                     address: name.to_owned(),
@@ -256,10 +270,14 @@ impl Session {
                 });
             }
             if attempt == ATTEMPTS {
-                return Err(refused(explain(&error)));
+                let reason = explain(&error);
+                return Err(refused(if is_half_made(&error) {
+                    format!("{reason}; {}", bounded::what_is_left(directory))
+                } else {
+                    reason
+                }));
             }
             attempt += 1;
-            self.clean();
             std::thread::sleep(PAUSE);
         }
     }
@@ -283,8 +301,8 @@ impl Session {
 
 fn explain(error: &impl Debug) -> String {
     let text = format!("{error:?}");
-    let help = if text.contains("HangsInCreation") || text.contains("Corrupted") {
-        "a process that was killed while it started left it half made; stop the network (`rcdeploy down` wipes it), then start again"
+    let help = if is_half_made(error) {
+        "a process that was killed while it started or ended left it half made"
     } else if text.contains("MinBufferSize") {
         "an end that keeps fewer values made it; start the end that keeps most values first"
     } else if text.contains("ExceedsMax") {
@@ -293,6 +311,14 @@ fn explain(error: &impl Debug) -> String {
         return format!("iceoryx2 says {text}");
     };
     format!("iceoryx2 says {text}: {help}")
+}
+
+/// Whether an error says that a service is neither there nor not there.
+fn is_half_made(error: &impl Debug) -> bool {
+    let text = format!("{error:?}");
+    ["HangsInCreation", "Corrupted", "IsMarkedForDestruction"]
+        .iter()
+        .any(|said| text.contains(said))
 }
 
 /// `iceoryx2 says …`, for a port that could not be made.

@@ -2,10 +2,12 @@
 
 use crate::last::Presence;
 use crate::service::{Node, Pending, Service};
-use crate::{bounded, names};
+use crate::unfinished::{CREATION, Watcher};
+use crate::{bounded, names, opening, tags};
+use iceoryx2::node::{NodeState, NodeView as _};
 use iceoryx2::prelude::{
-    Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
-    set_log_level,
+    CallbackProgression, Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString,
+    SignalHandlingMode, set_log_level,
 };
 use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS};
 use rc_middleware::{Environment, OpenError};
@@ -15,8 +17,8 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-/// How long a file may be half made before opening fails.
-const CREATION: Duration = Duration::from_millis(500);
+/// How often the node is tried, in which half-made files may be in the way.
+const ATTEMPTS: u32 = 4;
 /// How long a value that was published needs to reach those who subscribe: a subscriber maps a new piece of shared
 /// memory only when it receives the first value in it, and finds it gone if the publisher is. 1 ms was enough in 30
 /// of 30 tries on an idle machine.
@@ -32,6 +34,8 @@ pub(crate) struct Session {
     pub(crate) node: Node,
     published: Mutex<Option<Instant>>,
     commands: Mutex<Vec<Weak<Mutex<Option<Pending>>>>>,
+    /// Ended after everything above.
+    _watcher: Watcher,
     /// Left after everything above.
     _presence: Presence,
 }
@@ -41,29 +45,48 @@ impl Session {
     pub(crate) fn open(environment: &Environment) -> Result<Arc<Self>, OpenError> {
         set_log_level(LogLevel::Fatal);
         let owned = environment.clone();
-        bounded::run(&environment.network, move || {
+        bounded::run(&environment.directory, &environment.network, move || {
             let refused = |reason: String| OpenError::Backend {
                 address: owned.network.clone(),
                 reason,
             };
             let config = configuration(&owned).map_err(refused)?;
-            let presence = Presence::enter(&owned.directory)
-                .map_err(|e| refused(format!("the network's lock cannot be taken: {e}")))?;
+            let strangers = || lives(&config);
+            let presence = Presence::enter(&owned.directory, strangers).map_err(|e| {
+                refused(format!(
+                    "the network cannot be entered: {e}; remove by hand what is in the way"
+                ))
+            })?;
+            let root = names::root(&owned.directory);
+            private(&root).map_err(|e| refused(format!("{}: {e}", root.display())))?;
+            let watcher = Watcher::start(&owned.directory)
+                .map_err(|e| refused(format!("no thread for its files: {e}")))?;
             let node = node(&owned, &config).map_err(refused)?;
-            Ok(Arc::new(Self {
+            let session = Self {
                 environment: owned,
                 config,
                 node,
                 published: Mutex::default(),
                 commands: Mutex::default(),
+                _watcher: watcher,
                 _presence: presence,
-            }))
+            };
+            session.clean();
+            Ok(Arc::new(session))
         })
     }
 
     /// Removes what the dead left behind; says how many dead there were.
     pub(crate) fn clean(&self) -> usize {
-        self.node.try_cleanup_dead_nodes().cleanups as usize
+        if dead_nodes(&self.config).is_empty() {
+            return 0;
+        }
+        let root = names::root(&self.environment.directory);
+        let _alone = opening::alone(&root);
+        tags::keep(&root, &dead_nodes(&self.config));
+        let cleaned = self.node.try_cleanup_dead_nodes().cleanups as usize;
+        tags::forget(&root);
+        cleaned
     }
 
     /// Notes that a value was published, for `linger`.
@@ -109,7 +132,6 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 /// Reads no file: without a configuration of its own a node reads `./config/iceoryx2.toml`.
 fn configuration(environment: &Environment) -> Result<Config, String> {
     let root = names::root(&environment.directory);
-    private(&root).map_err(|error| format!("{}: {error}", root.display()))?;
     let says = |error: &dyn Debug| format!("{} as its root: {error:?}", root.display());
     let mut config = Config::default();
     let path = Path::new(root.as_os_str().as_bytes()).map_err(|e| says(&e))?;
@@ -117,9 +139,10 @@ fn configuration(environment: &Environment) -> Result<Config, String> {
     config.global.prefix =
         FileName::new(names::prefix(&environment.directory).as_bytes()).map_err(|e| says(&e))?;
     config.global.creation_timeout = CREATION;
-    config.global.node.cleanup_dead_nodes_on_creation = true;
+    // Who cleans does it alone, see [`opening`].
+    config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
-    config.global.service.cleanup_dead_nodes_on_open = true;
+    config.global.service.cleanup_dead_nodes_on_open = false;
     // Room for what ends that are gone have left unread, 2 to 6 kB each; the default is 128 everywhere.
     config
         .defaults
@@ -153,10 +176,49 @@ fn private(root: &std::path::Path) -> std::io::Result<()> {
 fn node(environment: &Environment, config: &Config) -> Result<Node, String> {
     let name = NodeName::new(&environment.instance)
         .map_err(|error| format!("`{}` as its name: {error:?}", environment.instance))?;
-    NodeBuilder::new()
-        .config(config)
-        .name(&name)
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<Service>()
-        .map_err(|error| format!("iceoryx2 makes no node: {error:?}"))
+    let mut attempt = 1;
+    loop {
+        let made = NodeBuilder::new()
+            .config(config)
+            .name(&name)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Service>();
+        match made {
+            Ok(node) => return Ok(node),
+            // It has waited by itself for what is half made.
+            Err(_) if attempt < ATTEMPTS => attempt += 1,
+            Err(error) => {
+                return Err(format!(
+                    "iceoryx2 makes no node: {error:?}; {}",
+                    bounded::what_is_left(&environment.directory)
+                ));
+            }
+        }
+    }
+}
+
+/// Whether a node of the network is alive.
+fn lives(config: &Config) -> bool {
+    let mut found = false;
+    list(config, |node| found |= matches!(node, NodeState::Alive(_)));
+    found
+}
+
+/// The nodes of the network whose processes are dead.
+fn dead_nodes(config: &Config) -> Vec<u128> {
+    let mut found = Vec::new();
+    list(config, |node| {
+        if let NodeState::Dead(node) = node {
+            found.push(node.id().value());
+        }
+    });
+    found
+}
+
+fn list(config: &Config, mut each: impl FnMut(NodeState<Service>)) {
+    // A list that breaks off, at something that cannot be read, is as good as it can be.
+    let _ = Node::list(config, |node| {
+        each(node);
+        CallbackProgression::Continue
+    });
 }

@@ -146,7 +146,8 @@ impl Source {
         let Some(sample) = received else {
             return Ok(false);
         };
-        let header = sample.user_header().read().map_err(failed)?;
+        let sender = sample.origin().value();
+        let header = sample.user_header().read(sender).map_err(failed)?;
         take(header, sample.payload());
         Ok(true)
     }

@@ -1,162 +1,17 @@
-//! What happens when processes are really killed. The other processes are this test binary again, started for the
-//! one test `role` with the role in an environment variable.
+//! What happens when processes are really killed.
 
+mod processes;
+
+use processes::{Network, Process, ask, map};
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
-use rc_middleware::qos::Durability;
-use rc_middleware::{
-    Backend, CallError, Client, Endpoint, Environment, Interrupt, OpenError, RunDirectory, wait,
-};
-use std::io::{BufRead, BufReader};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use rc_middleware::{CallError, Interrupt, OpenError, wait};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-const ROLE: &str = "RC_TEST_ROLE";
-const NETWORK: &str = "RC_TEST_NETWORK";
-
-/// A network of processes; wiped when it goes.
-struct Network(String);
-
-impl Network {
-    fn new(name: &str) -> Self {
-        Self(format!("{name}-{}", std::process::id()))
-    }
-
-    fn environment(&self, instance: &str) -> Environment {
-        Environment {
-            network: self.0.clone(),
-            instance: instance.to_owned(),
-            directory: RunDirectory::open(&self.0).expect("a run directory"),
-            interrupt: Interrupt::new().expect("an interrupt"),
-        }
-    }
-
-    fn join(&self, instance: &str) -> Box<dyn Backend> {
-        rc_iceoryx2::connect(&self.environment(instance)).expect("the network")
-    }
-
-    /// A process in `role` that says it is ready.
-    fn start(&self, role: &str) -> Process {
-        let mut process = self.begin(role);
-        process.says("ready");
-        process
-    }
-
-    /// A process in `role` that has just begun.
-    fn begin(&self, role: &str) -> Process {
-        let mut child = Command::new(std::env::current_exe().expect("this binary"))
-            .args(["role", "--exact", "--nocapture", "--test-threads=1"])
-            .env(ROLE, role)
-            .env(NETWORK, &self.0)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("a process");
-        let output = BufReader::new(child.stdout.take().expect("a pipe"));
-        Process { child, output }
-    }
-}
-
-impl Drop for Network {
-    fn drop(&mut self) {
-        let directory = RunDirectory::of(&self.0);
-        rc_iceoryx2::wipe(&directory).expect("to wipe");
-        directory.remove().expect("to remove");
-    }
-}
-
-/// A process that is killed at the latest when the test ends.
-struct Process {
-    child: Child,
-    output: BufReader<ChildStdout>,
-}
-
-impl Process {
-    /// Waits until it has said `word`.
-    fn says(&mut self, word: &str) {
-        let mut lines = (&mut self.output).lines();
-        let said = lines.any(|line| line.expect("a line").ends_with(word));
-        assert!(said, "it ended before it was {word}");
-    }
-
-    fn kill(&mut self) {
-        self.child.kill().expect("to kill");
-        self.child.wait().expect("to reap");
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        self.kill();
-    }
-}
-
-fn map() -> Endpoint {
-    let mut map = endpoint("default/Map/map");
-    map.qos.durability = Durability::TransientLocal;
-    map
-}
 
 /// Not a test: what the other processes do.
 #[test]
 fn role() {
-    let (Ok(role), Ok(network)) = (std::env::var(ROLE), std::env::var(NETWORK)) else {
-        return;
-    };
-    let network = Network(network);
-    let backend = network.join(&role);
-    let motor = endpoint("default/Motor");
-    let stop = Interrupt::new().expect("an interrupt");
-    match role.as_str() {
-        "server" => {
-            let mut server = backend.server(&motor).expect("a server");
-            println!("ready");
-            serve_until(&mut *server, &stop, &|_, request, reply| {
-                if request == b"hold" {
-                    println!("holding");
-                    wait(&[], LIMIT);
-                }
-                reply.extend_from_slice(request);
-            });
-        }
-        "publisher" => {
-            let mut scan = backend
-                .publisher(&endpoint("default/Laser/scan"))
-                .expect("a publisher");
-            let mut map = backend.publisher(&map()).expect("a publisher");
-            println!("ready");
-            for sequence in 1.. {
-                scan.publish(header(sequence), &[1; 500])
-                    .expect("to publish");
-                map.publish(header(sequence), &[2; 500])
-                    .expect("to publish");
-                wait(&[], Duration::from_millis(1));
-            }
-        }
-        "subscriber" => {
-            let mut scan = backend
-                .subscriber(&endpoint("default/Laser/scan"))
-                .expect("a subscriber");
-            println!("ready");
-            loop {
-                receive(&mut *scan, 1);
-            }
-        }
-        "client" => {
-            let mut client = backend.client(&motor).expect("a client");
-            println!("ready");
-            loop {
-                let _ = client.call(header(1), b"again", LIMIT, &mut Vec::new());
-            }
-        }
-        other => panic!("no role `{other}`"),
-    }
-    std::mem::forget(network);
-}
-
-fn ask(client: &mut dyn Client, request: &[u8]) -> Result<Vec<u8>, CallError> {
-    let mut reply = Vec::new();
-    client
-        .call(header(1), request, LIMIT, &mut reply)
-        .map(|()| reply)
+    processes::play();
 }
 
 #[test]
@@ -212,6 +67,49 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
     assert_eq!(own.peers(), 1);
 }
 
+/// The clean-up removes the tag of a dead end before it frees the end's place. Who is killed in between leaves the dead
+/// without tags, and what it had remembered of them.
+#[test]
+fn a_killed_cleaner_is_replaced() {
+    let network = Network::new("kk");
+    let backend = network.join("bystander");
+    // Has the service open, so that it stays.
+    let _client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let directory = network.environment("bystander").directory;
+    let root = directory.middleware(rc_iceoryx2::NAME);
+    let living = entries(&root.join("nodes"));
+    for _ in 0..3 {
+        network.start("server").kill();
+        let mut tags = 0;
+        let nodes = entries(&root.join("nodes"));
+        for node in nodes.iter().filter(|node| !living.contains(node)) {
+            let kept = root.join("tags").join(node.file_name().expect("a name"));
+            for tag in entries(node) {
+                if tag.extension().is_some_and(|e| e == "port_tag") {
+                    std::fs::create_dir_all(&kept).expect("a folder");
+                    let name = tag.file_name().expect("a name");
+                    std::fs::rename(&tag, kept.join(name)).expect("to move");
+                    tags += 1;
+                }
+            }
+        }
+        // A server, and the listener that wakes it.
+        assert_eq!(tags, 2);
+        let mut server = network.start("server");
+        assert!(entries(&root.join("tags")).is_empty());
+        server.kill();
+    }
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect()
+}
+
 #[test]
 fn a_killed_publisher_is_replaced() {
     let network = Network::new("kp");
@@ -220,7 +118,8 @@ fn a_killed_publisher_is_replaced() {
         .subscriber(&endpoint("default/Laser/scan"))
         .expect("a subscriber");
     let mut late = backend.subscriber(&map()).expect("a subscriber");
-    for _ in 0..5 {
+    // More than there may be at a time.
+    for _ in 0..20 {
         let mut publisher = network.start("publisher");
         receive(&mut *scan, 20);
         receive(&mut *late, 20);

@@ -3,20 +3,16 @@
 use crate::hub::{self, lock};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::{
-    CallError, Client, Endpoint, Environment, Header, Interrupt, OpenError, ReceiveError, Server,
-    wait,
+    CallError, Client, Endpoint, Environment, Header, Interrupt, OpenError, ReceiveError, Reply,
+    Server, wait,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Longest wait before a stop is looked for: the wake-up of an interrupt can be meant for somebody else.
 const CYCLE: Duration = Duration::from_millis(50);
-
-/// Counts clients and servers.
-static PORTS: AtomicU64 = AtomicU64::new(1);
 
 /// Where clients and their server meet.
 #[derive(Default)]
@@ -83,7 +79,7 @@ pub(crate) fn client(
     endpoint: &Endpoint,
 ) -> Result<LocalClient, OpenError> {
     let state = hub::calls(environment, endpoint)?;
-    let port = PORTS.fetch_add(1, Ordering::Relaxed);
+    let port = hub::number();
     let signal = hub::signal(endpoint)?;
     lock(&state).queues.push_back(Queue {
         client: port,
@@ -105,7 +101,7 @@ pub(crate) fn server(
     endpoint: &Endpoint,
 ) -> Result<LocalServer, OpenError> {
     let state = hub::calls(environment, endpoint)?;
-    let port = PORTS.fetch_add(1, Ordering::Relaxed);
+    let port = hub::number();
     let signal = hub::signal(endpoint)?;
     let mut guard = lock(&state);
     if let Some(server) = &guard.server {
@@ -151,6 +147,13 @@ impl LocalClient {
         Ok(server.port)
     }
 
+    fn signed(&self, header: Header) -> Header {
+        Header {
+            sender: self.port.into(),
+            ..header
+        }
+    }
+
     /// Why a server that was asked never answered.
     fn silence(&self, asked: u64) -> CallError {
         let state = lock(&self.state);
@@ -175,7 +178,7 @@ impl Client for LocalClient {
 
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
         let request = Request {
-            header,
+            header: self.signed(header),
             body: request.to_vec(),
             ticket: None,
         };
@@ -187,13 +190,12 @@ impl Client for LocalClient {
         header: Header,
         request: &[u8],
         limit: Duration,
-        reply: &mut Vec<u8>,
+        take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        reply.clear();
         let start = Instant::now();
         let slot = Arc::new(Mutex::new(Answer::default()));
         let asked = self.submit(Request {
-            header,
+            header: self.signed(header),
             body: request.to_vec(),
             ticket: Some(Ticket {
                 slot: Arc::clone(&slot),
@@ -205,7 +207,7 @@ impl Client for LocalClient {
             self.signal.clear();
             match std::mem::take(&mut *lock(&slot)) {
                 Answer::Given(answer) => {
-                    *reply = answer;
+                    take(header, &answer);
                     return Ok(());
                 }
                 Answer::Never => return Err(self.silence(asked)),
@@ -278,7 +280,7 @@ impl Server for LocalServer {
 
     fn serve(
         &mut self,
-        answer: &mut dyn FnMut(Header, &[u8], &mut Vec<u8>),
+        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         let request = lock(&self.state).next();
         let Some(request) = request else {

@@ -3,6 +3,7 @@
 use crate::{calls, topic};
 use rc_middleware::{Address, Endpoint, Environment, Interrupt, OpenError, TypeIdentity};
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
 
 /// One kind of meeting points. Each lives as long as one of its ends.
@@ -10,6 +11,12 @@ type Table<T> = HashMap<(String, Address), (TypeIdentity, Weak<Mutex<T>>)>;
 
 static TOPICS: LazyLock<Mutex<Table<topic::State>>> = LazyLock::new(Mutex::default);
 static CALLS: LazyLock<Mutex<Table<calls::State>>> = LazyLock::new(Mutex::default);
+
+/// An end that no other end of this process is or was.
+pub(crate) fn number() -> u64 {
+    static ENDS: AtomicU64 = AtomicU64::new(1);
+    ENDS.fetch_add(1, Ordering::Relaxed)
+}
 
 /// Where the ends of a topic meet.
 pub(crate) fn topic(

@@ -69,7 +69,12 @@ pub(crate) fn publisher(
     };
     let kept = Queue::new(keeps, hub::signal(endpoint)?);
     lock(&state).publishers.push(Arc::clone(&kept));
-    Ok(LocalPublisher { state, kept })
+    let sender = hub::number().into();
+    Ok(LocalPublisher {
+        state,
+        kept,
+        sender,
+    })
 }
 
 /// Opens the receiving end of a topic.
@@ -96,11 +101,13 @@ pub(crate) fn subscriber(
 pub(crate) struct LocalPublisher {
     state: Arc<Mutex<State>>,
     kept: Arc<Queue>,
+    sender: u128,
 }
 
 impl Publisher for LocalPublisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
-        let value: Value = (header, Arc::from(body));
+        let sender = self.sender;
+        let value: Value = (Header { sender, ..header }, Arc::from(body));
         // One lock over all, so that a late subscriber gets each value once.
         let state = lock(&self.state);
         self.kept.push(value.clone());

@@ -15,6 +15,8 @@ pub struct Context {
     pub awake: EchoClient,
     /// publishes `Sample`
     pub sample: SamplePublisher,
+    /// publishes `Pictures`
+    pub pictures: PicturesPublisher,
 }
 
 impl Context {
@@ -25,6 +27,7 @@ impl Context {
             echo: EchoClient::new(ports.caller(0)?),
             awake: EchoClient::new(ports.caller(1)?),
             sample: SamplePublisher::new(ports, 2)?,
+            pictures: PicturesPublisher::new(ports, 3)?,
         })
     }
 
@@ -36,6 +39,7 @@ impl Context {
         peers[0] = usize::from(self.echo.is_connected());
         peers[1] = usize::from(self.awake.is_connected());
         peers[2] = self.sample.subscribers();
+        peers[3] = self.pictures.subscribers();
     }
 }
 

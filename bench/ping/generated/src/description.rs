@@ -44,15 +44,26 @@ const SLOT_SAMPLE: Slot = Slot {
     operations: interfaces::sample::OPERATIONS,
 };
 
+const SLOT_PICTURES: Slot = Slot {
+    name: "Pictures",
+    role: Role::Publishes,
+    interface: "Pictures",
+    type_name: "RcBench::Pictures",
+    type_hash: 0x3c6e22ebb6bf2104,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::PUBLISHER,
+    operations: interfaces::pictures::OPERATIONS,
+};
+
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "ping",
-    model_hash: 0x799c16c10d4ace45,
+    model_hash: 0x82e38812cdbe5563,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
     backends: backend::BACKENDS,
     note: backend::NOTE,
 };

@@ -2,7 +2,9 @@
 //! The interfaces of this component: how their operations are called and what they answer.
 
 pub mod echo;
+pub mod pictures;
 pub mod sample;
 
 pub use echo::*;
+pub use pictures::*;
 pub use sample::*;

@@ -45,6 +45,7 @@ where
     W: Worker,
     W: slots::Awake,
     W: slots::Echo,
+    W: slots::Pictures,
     W: slots::Sample,
 {
     rc_runtime::run(&DESCRIPTION, start::<W>)
@@ -56,6 +57,7 @@ where
     W: Worker + 'static,
     W: slots::Awake,
     W: slots::Echo,
+    W: slots::Pictures,
     W: slots::Sample,
 {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
@@ -72,6 +74,7 @@ where
     W: Worker,
     W: slots::Awake,
     W: slots::Echo,
+    W: slots::Pictures,
     W: slots::Sample,
 {
     fn core(&mut self) -> &mut Core {
@@ -114,6 +117,7 @@ where
     ) -> Result<(), HandlerError> {
         match slot {
             2 => slots::sample::receive(&mut self.worker, &mut self.ctx, operation, reader),
+            3 => slots::pictures::receive(&mut self.worker, &mut self.ctx, operation, reader),
             _ => Err(HandlerError("there is no such slot here".to_owned())),
         }
     }

@@ -44,15 +44,26 @@ const SLOT_SAMPLE: Slot = Slot {
     operations: interfaces::sample::OPERATIONS,
 };
 
+const SLOT_PICTURES: Slot = Slot {
+    name: "Pictures",
+    role: Role::SubscribesTo,
+    interface: "Pictures",
+    type_name: "RcBench::Pictures",
+    type_hash: 0x3c6e22ebb6bf2104,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::SUBSCRIBER,
+    operations: interfaces::pictures::OPERATIONS,
+};
+
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pong",
-    model_hash: 0x99429babd3b95348,
+    model_hash: 0x8488f684877bcae2,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
     backends: backend::BACKENDS,
     note: backend::NOTE,
 };

@@ -2,4 +2,5 @@
 //! The interfaces of this component: how their operations are called and what they answer.
 
 pub mod echo;
+pub mod pictures;
 pub mod sample;

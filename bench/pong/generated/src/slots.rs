@@ -3,8 +3,10 @@
 
 pub(crate) mod awake;
 pub(crate) mod echo;
+pub(crate) mod pictures;
 pub(crate) mod sample;
 
 pub use awake::Awake;
 pub use echo::Echo;
+pub use pictures::Pictures;
 pub use sample::Sample;

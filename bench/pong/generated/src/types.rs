@@ -2,3 +2,5 @@
 //! The types of the interfaces, one module a module of the IDSL.
 
 pub mod rc_bench;
+
+pub use rc_bench::*;

@@ -19,7 +19,7 @@ pub use adapter::{Worker, embed, run};
 pub use context::Context;
 pub use interfaces::*;
 pub use parameters::Params;
-pub use rc_runtime::middleware::{CallError, SendError};
+pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, State, WorkerError};
 pub use types::*;

@@ -6,7 +6,7 @@ use crate::interfaces;
 use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
-use rc_runtime::middleware::Reliability;
+use rc_runtime::middleware::{Durability, Reliability};
 use rc_runtime::{Role, Slot};
 use std::time::Duration;
 
@@ -19,6 +19,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos {
         reliability: Reliability::Reliable,
+        durability: Durability::TransientLocal,
         depth: 100,
         ..Qos::SUBSCRIBER
     },
@@ -28,7 +29,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pose_monitor",
-    model_hash: 0xb62fefceecb8c180,
+    model_hash: 0xed392b920dabc954,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),

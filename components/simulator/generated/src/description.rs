@@ -5,6 +5,7 @@ use crate::backend;
 use crate::interfaces;
 use crate::parameters;
 use rc_runtime::Description;
+use rc_runtime::middleware::Durability;
 use rc_runtime::middleware::Qos;
 use rc_runtime::{Role, Slot};
 use std::time::Duration;
@@ -39,6 +40,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
     type_hash: 0x21ddbe7f0f48f693,
     backend: backend::MIDDLEWARE,
     qos: Qos {
+        durability: Durability::TransientLocal,
         depth: 100,
         ..Qos::PUBLISHER
     },
@@ -48,7 +50,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "simulator",
-    model_hash: 0xfc857cdff2d1891e,
+    model_hash: 0x781d710bf1b18b8a,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

@@ -21,7 +21,7 @@ pub use context::Context;
 pub use interfaces::*;
 pub use parameters::Params;
 pub use planar_map;
-pub use rc_runtime::middleware::{CallError, SendError};
+pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, State, WorkerError};
 pub use slots::DifferentialRobot;

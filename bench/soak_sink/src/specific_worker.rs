@@ -1,0 +1,84 @@
+//! Looks at the number and the content of all that comes, and answers.
+
+use bench_protocol::soak::{
+    STALL, STALL_AT, Sequence, WARM_UP_IMAGES, WARM_UP_TICKS, image, pattern, tell,
+};
+use soak_sink_generated::tracing::warn;
+use soak_sink_generated::{Context, Echo, ImageInPlace, Images, Ticks, Worker, WorkerError};
+
+pub(crate) struct SpecificWorker {
+    pattern: Vec<u8>,
+    ticks: Sequence,
+    images: Sequence,
+    spoilt: u64,
+    answered: u64,
+    stalled: bool,
+}
+
+impl Worker for SpecificWorker {
+    fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
+        Ok(Self {
+            pattern: pattern(),
+            ticks: Sequence::default(),
+            images: Sequence::default(),
+            spoilt: 0,
+            answered: 0,
+            stalled: false,
+        })
+    }
+
+    fn compute(&mut self, _ctx: &mut Context) -> Result<(), WorkerError> {
+        self.tell()
+    }
+
+    fn finalize(&mut self, _ctx: &mut Context) {
+        if let Err(error) = self.tell() {
+            warn!("nobody listens: {error}");
+        }
+    }
+}
+
+impl SpecificWorker {
+    fn tell(&self) -> Result<(), WorkerError> {
+        let Self { ticks, images, .. } = self;
+        let told = tell(&[
+            ("ticks", ticks.came),
+            ("ticks_lost", ticks.lost),
+            ("ticks_next", ticks.next()),
+            ("images", images.came),
+            ("images_lost", images.lost),
+            ("images_next", images.next()),
+            ("disordered", ticks.disordered + images.disordered),
+            ("spoilt", self.spoilt),
+            ("answered", self.answered),
+        ]);
+        told.map_err(|error| WorkerError::Fatal(format!("nobody listens: {error}")))
+    }
+}
+
+impl Echo for SpecificWorker {
+    fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
+        self.answered += 1;
+        data
+    }
+}
+
+impl Ticks for SpecificWorker {
+    fn tick(&mut self, _ctx: &mut Context, number: i64) {
+        self.ticks.note(number.unsigned_abs(), WARM_UP_TICKS);
+        if !self.stalled && number.unsigned_abs() >= STALL_AT {
+            self.stalled = true;
+            std::thread::sleep(STALL);
+        }
+    }
+}
+
+impl Images for SpecificWorker {
+    fn image(&mut self, _ctx: &mut Context, picture: &ImageInPlace) {
+        let number = picture.number.unsigned_abs();
+        self.images.note(number, WARM_UP_IMAGES);
+        if picture.data() != image(&self.pattern, number) {
+            self.spoilt += 1;
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The component `camera`.
+
+mod specific_worker;
+
+fn main() -> std::process::ExitCode {
+    camera_generated::run::<specific_worker::SpecificWorker>()
+}

@@ -1,0 +1,98 @@
+//! Programs in Python with the package `iceoryx2`, which know of this project what its documents say.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+const PACKAGE: &str = "iceoryx2==0.10.0";
+/// For each step of the installation.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// An interpreter that has the package, in an environment below the target folder which is made once; without Python,
+/// or without a way to the package, `test` is listed as skipped.
+pub(crate) fn interpreter(test: &str) -> Option<&'static Path> {
+    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    match FOUND.get_or_init(install) {
+        Ok(python) => Some(python),
+        Err(reason) => {
+            skipped(test, reason);
+            None
+        }
+    }
+}
+
+/// Says that a test could not be run; `cargo xtask test` repeats it at its end.
+fn skipped(test: &str, reason: &str) {
+    let line = format!("skipped: {test}: {reason}\n");
+    // Past the test harness, which keeps what successful tests print to itself.
+    let _ = std::io::stderr().write_all(line.as_bytes());
+    if let Some(list) = std::env::var_os("RC_TEST_SKIPPED") {
+        let list = std::fs::File::options()
+            .append(true)
+            .create(true)
+            .open(list);
+        list.and_then(|mut list| list.write_all(line.as_bytes()))
+            .expect("the list of skipped tests");
+    }
+}
+
+fn install() -> Result<PathBuf, String> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let place = folder.join(PACKAGE.replace("==", "-"));
+    let python = place.join("bin/python");
+    if run(&python, &["-c", "import iceoryx2"]).is_ok() {
+        return Ok(python);
+    }
+    // Made under another name, so that what is found is whole, whoever else does the same now.
+    let new = folder.join(format!("python-{}", std::process::id()));
+    let path = new.display().to_string();
+    let made = run(Path::new("python3"), &["-m", "venv", &path]).and_then(|()| {
+        let pip = "-m pip install --quiet --disable-pip-version-check --only-binary :all: --retries 1 --timeout 15";
+        let pip: Vec<&str> = pip.split(' ').chain([PACKAGE]).collect();
+        run(&new.join("bin/python"), &pip)
+    });
+    if made.is_ok() && std::fs::rename(&new, &place).is_err() && place.exists() {
+        // What is there is another one's, or was spoilt.
+        let _ = std::fs::remove_dir_all(&place);
+        let _ = std::fs::rename(&new, &place);
+    }
+    let _ = std::fs::remove_dir_all(&new);
+    made.map(|()| python)
+}
+
+/// Runs one step; an error says what it was and the last that it printed.
+fn run(program: &Path, args: &[&str]) -> Result<(), String> {
+    let what = format!("{} {}", program.display(), args.join(" "));
+    let mut child = Command::new(program)
+        .args(args)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("`{what}`: {error}"))?;
+    let end = Instant::now() + LIMIT;
+    while child
+        .try_wait()
+        .map_err(|e| format!("`{what}`: {e}"))?
+        .is_none()
+    {
+        if Instant::now() > end {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(format!("`{what}` took more than {LIMIT:?}"));
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let output = child
+        .wait_with_output()
+        .map_err(|e| format!("`{what}`: {e}"))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = said.trim_end().lines().last().unwrap_or("it failed");
+    if output.status.success() {
+        Ok(())
+    } else {
+        Err(format!("`{what}`: {last}"))
+    }
+}

@@ -1,0 +1,198 @@
+//! Values that are written and read where they are, and what becomes of them on a backend that lends no memory.
+
+use crate::Subject;
+use crate::network::{LIMIT, Network, endpoint};
+use rc_middleware::in_place::{self, FromBytes, Immutable, InPlace, IntoBytes, KnownLayout};
+use rc_middleware::typed::{Caller, Operation, Request, Topic};
+use rc_middleware::{
+    CallError, DecodeError, EncodeError, Header, Reader, SendError, Subscriber, wait,
+};
+use std::time::Instant;
+
+/// `struct Scan { int number; sequence<short, 1000000> beams; }`
+#[derive(FromBytes, Immutable, IntoBytes, KnownLayout)]
+#[zerocopy(crate = "rc_middleware::in_place::zerocopy")]
+#[repr(C)]
+struct ScanInPlace {
+    number: i32,
+    beams_length: u32,
+    beams: [i16; 1_000_000],
+}
+
+impl ScanInPlace {
+    fn beams(&self) -> &[i16] {
+        in_place::filled(&self.beams, self.beams_length)
+    }
+
+    fn resize_beams(&mut self, length: usize) -> Result<&mut [i16], EncodeError> {
+        in_place::resize(
+            "Scan.beams",
+            &mut self.beams,
+            &mut self.beams_length,
+            length,
+        )
+    }
+}
+
+impl InPlace for ScanInPlace {
+    type Value = Vec<i16>;
+
+    const NAME: &'static str = "Scan";
+
+    fn reset(&mut self) {
+        (self.number, self.beams_length) = (0, 0);
+    }
+
+    fn set(&mut self, value: &Vec<i16>) -> Result<(), EncodeError> {
+        self.resize_beams(value.len())?.copy_from_slice(value);
+        Ok(())
+    }
+
+    fn value(&self) -> Result<Vec<i16>, DecodeError> {
+        Ok(self.beams().to_vec())
+    }
+
+    fn check(&self) -> Result<(), DecodeError> {
+        Reader::new(&[]).range(
+            "Scan.number",
+            f64::from(self.number),
+            (0.0, 99.0),
+            "0 to 99",
+        )
+    }
+}
+
+const SCAN: Operation = Operation {
+    name: "scan",
+    id: 21,
+    type_hash: 7,
+    two_way: true,
+};
+
+/// Takes one value, however it was sent.
+fn take(subscriber: &mut dyn Subscriber) -> Vec<i16> {
+    let end = Instant::now() + LIMIT;
+    let mut value = None;
+    while value.is_none() {
+        assert!(Instant::now() < end, "no value came");
+        let woken = wait(&[subscriber.descriptor()], crate::network::CYCLE) != 0;
+        subscriber.acknowledge(woken);
+        let received = subscriber.receive(&mut |header, body| {
+            assert_eq!(header.type_hash, SCAN.type_hash);
+            let mut reader = Reader::of(body, header.encoding);
+            let scan = reader.in_place::<ScanInPlace>().expect("a scan");
+            value = Some(scan.beams().to_vec());
+        });
+        received.expect("to receive");
+    }
+    value.unwrap_or_default()
+}
+
+/// One that was written in place and one that was not reach three, who may read both in either way.
+pub fn topics_carry_values_in_place(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Laser/scan");
+    let backend = network.join("both");
+    let mut subscribers: Vec<_> = (0..3)
+        .map(|_| backend.subscriber(&address).expect("a subscriber"))
+        .collect();
+    let port = backend.publisher(&address).expect("a publisher");
+    let mut topic = Topic::new(port, SCAN);
+    for length in [0, 1, 1000, 1_000_000, 3] {
+        let beams: Vec<i16> = (0..length).map(|at| at as i16).collect();
+        let mut scan = topic.loan::<ScanInPlace>().expect("a loan");
+        assert!(scan.beams().is_empty(), "what was there before is not told");
+        scan.set(&beams).expect("to fit");
+        scan.send().expect("to be sent");
+        for subscriber in &mut subscribers {
+            assert_eq!(take(&mut **subscriber), beams);
+        }
+        topic.begin().put(&beams);
+        topic.publish().expect("to be sent");
+        for subscriber in &mut subscribers {
+            assert_eq!(take(&mut **subscriber), beams);
+        }
+    }
+    // One that is dropped is not sent; nor is one that is not as its type wants it.
+    drop(topic.loan::<ScanInPlace>().expect("a loan"));
+    let mut scan = topic.loan::<ScanInPlace>().expect("a loan");
+    assert!(scan.resize_beams(1_000_001).is_err());
+    scan.number = 100;
+    assert!(matches!(scan.send(), Err(SendError::Invalid(_))));
+    for subscriber in &mut subscribers {
+        assert_eq!(subscriber.receive(&mut |_, _| {}), Ok(false));
+    }
+}
+
+/// Answers in place and answers in CDR, read in place and copied; and the two ways to fail.
+pub fn answers_may_be_in_place(subject: &dyn Subject) {
+    const BAD: i32 = 5;
+    let network = Network::new(subject);
+    let address = endpoint("default/Laser");
+    // What is asked for: how many beams, and whether in place. Minus one is an exception, more than fit an error.
+    let answer = |header: Header, body: &[u8], reply: &mut dyn rc_middleware::Reply| {
+        let mut request = Request::open(header, body, reply).expect("an envelope");
+        let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<bool>()?));
+        let (length, placed) = request.arguments(&SCAN, read).expect("arguments");
+        if placed {
+            let outcome = request.in_place(|scan: &mut ScanInPlace| {
+                let length = usize::try_from(length).map_err(|_| BAD)?;
+                match scan.resize_beams(length) {
+                    Ok(beams) => beams.fill(7),
+                    Err(_) => scan.number = -1,
+                }
+                Ok::<_, i32>(())
+            });
+            match outcome.expect("memory") {
+                Ok(()) => {
+                    let _ = request.finish_in_place();
+                }
+                Err(case) => {
+                    request.begin(case).put(&case);
+                    request.finish().expect("an answer");
+                }
+            }
+        } else {
+            let beams = vec![7_i16; usize::try_from(length).expect("a length")];
+            request.begin(0).put(&beams);
+            request.finish().expect("an answer");
+        }
+        request.close();
+    };
+    network.serving_replies(&address, answer, || {
+        let backend = network.join("client");
+        let port = backend.client(&address).expect("a client");
+        let mut caller = Caller::new(port, LIMIT);
+        let begin = |caller: &mut Caller, length: i32, placed: bool| {
+            let writer = caller.begin(&SCAN);
+            writer.put(&length);
+            writer.put(&placed);
+        };
+        for length in [0, 1, 1000, 1_000_000, 3] {
+            let beams = vec![7_i16; length as usize];
+            for placed in [true, false] {
+                begin(&mut caller, length, placed);
+                let read = caller.call_in_place(|case, reader| {
+                    assert_eq!(case, 0);
+                    Ok::<_, CallError>(reader.in_place::<ScanInPlace>()?.beams().to_vec())
+                });
+                assert_eq!(read.as_ref(), Ok(&beams));
+                begin(&mut caller, length, placed);
+                let (case, mut reader) = caller.call().expect("an answer");
+                assert_eq!(case, 0);
+                assert_eq!(reader.value::<ScanInPlace>().as_ref(), Ok(&beams));
+            }
+        }
+        begin(&mut caller, -1, true);
+        let (case, mut reader) = caller.call().expect("an exception");
+        assert_eq!((case, reader.get::<i32>()), (BAD, Ok(BAD)));
+        begin(&mut caller, 1_000_001, true);
+        let refused = caller.call().map(|_| ());
+        assert!(
+            matches!(&refused, Err(CallError::Refused(why)) if why.contains("Scan.number")),
+            "{refused:?}"
+        );
+        begin(&mut caller, 2, true);
+        assert!(caller.call().is_ok());
+    });
+}

@@ -1,0 +1,28 @@
+//! Shared memory that was lent to be written in place.
+#![expect(
+    unsafe_code,
+    reason = "iceoryx2 lends memory as uninitialised, and initialising it is what is to be saved"
+)]
+
+use crate::message::MessageHeader;
+use crate::service::{Response, Sample, Service};
+use iceoryx2::response_mut_uninit::ResponseMutUninit;
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
+use std::mem::MaybeUninit;
+
+/// The memory for a value, with what was in it.
+pub(crate) fn sample(lent: SampleMutUninit<Service, [MaybeUninit<u8>], MessageHeader>) -> Sample {
+    // SAFETY: bytes have no invalid values, and these are initialised: they lie in shared memory, which the system
+    // hands out zeroed, and into which afterwards only bytes were written: copied ones, or the fields of structures
+    // without padding (`rc_middleware::InPlace` requires `zerocopy::IntoBytes`). No other process writes to a sample
+    // that is lent; receivers map it for reading.
+    unsafe { lent.assume_init() }
+}
+
+/// The memory for an answer, with what was in it.
+pub(crate) fn response(
+    lent: ResponseMutUninit<Service, [MaybeUninit<u8>], MessageHeader>,
+) -> Response {
+    // SAFETY: as for a sample.
+    unsafe { lent.assume_init() }
+}

@@ -1,0 +1,19 @@
+"""Prints poses, the last five first, as JSON: hear.py NETWORK COUNT."""
+
+import json
+import sys
+
+import robocomp
+
+network, count = sys.argv[1], int(sys.argv[2])
+topic = f"{network}/FullPoseEstimationPub/newFullPose"
+poses = robocomp.Subscriber(robocomp.Network(network), topic, late=5)
+print("ready", flush=True)
+for header, body in poses.values(seconds=20):
+    # struct FullPoseEuler { string source; float x, y, z, rx, ry, rz, vx, vy, vz, vrx, vry, vrz; int confidence; }
+    pose = robocomp.Cdr(body)
+    source, numbers, confidence = pose.get_text(), [pose.get("f") for _ in range(12)], pose.get("i")
+    print(json.dumps([header.sequence, f"{header.type_hash:016x}", source, numbers[:2], confidence]), flush=True)
+    count -= 1
+    if count == 0:
+        break

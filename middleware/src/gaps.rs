@@ -1,0 +1,89 @@
+//! How many values a receiver of a topic never saw, found out by the numbers that senders give them.
+
+use crate::Header;
+
+/// Senders that are remembered at a time: twice as many as publish on one topic, so that those that come in the place
+/// of others find room.
+const SENDERS: usize = 2 * crate::qos::MAX_PUBLISHERS;
+
+/// Counts the gaps in the sequences of the senders of one topic.
+///
+/// The first value of a sender is no gap, whatever its number: who comes late has lost nothing, and a sender that was
+/// started again is another one. Of many senders the one that was silent the longest is forgotten. Requests need no
+/// such count: their queue refuses what it cannot hold, and whoever calls is told.
+#[derive(Clone, Debug, Default)]
+pub struct Gaps {
+    /// Who was heard, and the number of its last value; who was heard last comes first.
+    heard: Vec<(u128, u64)>,
+}
+
+impl Gaps {
+    /// Notes a value that came; says how many of its sender were lost right before it.
+    pub fn note(&mut self, header: &Header) -> u64 {
+        let Header {
+            sender, sequence, ..
+        } = *header;
+        // Where the backend cannot tell senders apart, or a sender does not count, there is nothing to say.
+        if sender == 0 || sequence == 0 {
+            return 0;
+        }
+        let Some(at) = self.heard.iter().position(|(known, _)| *known == sender) else {
+            self.heard.reserve_exact(SENDERS - self.heard.len());
+            self.heard.truncate(SENDERS - 1);
+            self.heard.insert(0, (sender, sequence));
+            return 0;
+        };
+        let last = std::mem::replace(&mut self.heard[at].1, sequence);
+        self.heard[..=at].rotate_right(1);
+        // A number that does not grow is that of a sender which has begun anew.
+        sequence.saturating_sub(last).saturating_sub(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lost(gaps: &mut Gaps, sender: u128, sequences: &[u64]) -> u64 {
+        let note = |&sequence| {
+            gaps.note(&Header {
+                sequence,
+                sender,
+                ..Header::default()
+            })
+        };
+        sequences.iter().map(note).sum()
+    }
+
+    #[test]
+    fn what_is_missing_is_counted() {
+        let gaps = &mut Gaps::default();
+        assert_eq!(lost(gaps, 1, &[7, 8, 9]), 0, "one that came late");
+        assert_eq!(lost(gaps, 1, &[13, 14, 16]), 4);
+        assert_eq!(lost(gaps, 1, &[1, 2]), 0, "it has begun anew");
+        assert_eq!(lost(gaps, 1, &[u64::MAX, 1]), u64::MAX - 3);
+    }
+
+    #[test]
+    fn senders_are_counted_apart() {
+        let gaps = &mut Gaps::default();
+        for round in 1..10 {
+            assert_eq!(lost(gaps, 1, &[round]), 0);
+            assert_eq!(lost(gaps, 2, &[2 * round]), u64::from(round > 1));
+            assert_eq!(lost(gaps, 3, &[0]), 0, "it does not count");
+            assert_eq!(lost(gaps, 0, &[9 * round]), 0, "nobody knows who it is");
+        }
+    }
+
+    #[test]
+    fn senders_that_are_gone_are_forgotten() {
+        let gaps = &mut Gaps::default();
+        for sender in 1..1000 {
+            assert_eq!(lost(gaps, 7000, &[sender as u64]), 0, "it goes on");
+            assert_eq!(lost(gaps, sender, &[5, 7]), 1);
+            assert!(gaps.heard.len() <= SENDERS && gaps.heard.capacity() <= SENDERS);
+        }
+        assert_eq!(lost(gaps, 1, &[99]), 0, "it was forgotten");
+        assert_eq!(lost(gaps, 999, &[9]), 1, "it was not");
+    }
+}

@@ -1,0 +1,158 @@
+//! `cargo xtask chaos`: kills processes of a network at random moments, many times, and looks whether everything
+//! starts again, works, and in the end leaves nothing.
+//!
+//! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the one of the
+//! components simulator, avoider and `pose_monitor`: a query, a command and a topic.
+
+mod by_hand;
+mod ground;
+mod supervised;
+
+use crate::programs::{Failure, cargo};
+use ground::Ground;
+use std::time::{Duration, Instant};
+
+/// What the command line says.
+pub(crate) struct Orders {
+    kills: u32,
+    seed: u64,
+}
+
+impl Orders {
+    /// Reads `[--kills N] [--seed S]`; `None` where there is something else.
+    pub(crate) fn parse(words: &[&str]) -> Option<Self> {
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        let mut orders = Self {
+            kills: 500,
+            seed: now.map_or(0, |since| since.as_secs()),
+        };
+        for pair in words.chunks(2) {
+            match *pair {
+                ["--kills", number] => orders.kills = number.parse().ok()?,
+                ["--seed", number] => orders.seed = number.parse().ok()?,
+                _ => return None,
+            }
+        }
+        Some(orders)
+    }
+}
+
+/// Kills, and says how it went.
+pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
+    build()?;
+    let Orders { kills, seed } = *orders;
+    println!("chaos: {kills} kills, seed {seed}");
+    let start = Instant::now();
+    let mut dice = Dice(seed);
+    let spread = by_hand::time_to_start(&Ground::new()?)?;
+    let halves: [(&str, Half, u32); 2] = [
+        ("by hand", by_hand::run, kills / 2),
+        ("under rcdeploy", supervised::run, kills - kills / 2),
+    ];
+    for (name, half, kills) in halves {
+        let ground = Ground::new()?;
+        let mut tally = Tally::default();
+        let outcome = half(&ground, &mut dice, Kills { kills, spread }, &mut tally);
+        let outcome = outcome.and_then(|()| ground.nothing_is_left());
+        println!("{name}: {tally}");
+        if let Err(error) = outcome {
+            let folder = ground.keep();
+            let folder = folder.display();
+            return Err(format!(
+                "{name}, seed {seed}, after {} kills: {error}\nits folder is kept: {folder}",
+                tally.kills
+            )
+            .into());
+        }
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    println!("chaos: everything started again and worked, nothing is left; {seconds:.0} s");
+    Ok(())
+}
+
+/// How one half kills.
+#[derive(Clone, Copy)]
+struct Kills {
+    kills: u32,
+    /// Over how long after a start the kills are spread.
+    spread: Duration,
+}
+
+/// One half of the kills.
+type Half = fn(&Ground, &mut Dice, Kills, &mut Tally) -> Result<(), Failure>;
+
+/// Builds what is started. Nothing is to be done when the test run has done it.
+fn build() -> Result<(), Failure> {
+    let words = "build --quiet --bins -p simulator -p avoider -p pose_monitor -p rc-deploy";
+    let words: Vec<&str> = words.split(' ').collect();
+    if cargo(&words)?.status()?.success() {
+        Ok(())
+    } else {
+        Err("the components could not be built".into())
+    }
+}
+
+/// What was done, for the summary.
+#[derive(Default)]
+struct Tally {
+    kills: u32,
+    /// Of those, the ones between the start of a process and its readiness.
+    during_start: u32,
+    /// How often all was found at work again.
+    recoveries: u32,
+    /// The longest time from the last kill until all was at work again.
+    longest: Duration,
+}
+
+impl Tally {
+    fn kill(&mut self, during_start: bool) {
+        self.kills += 1;
+        self.during_start += u32::from(during_start);
+    }
+
+    fn recovered(&mut self, took: Duration) {
+        self.recoveries += 1;
+        self.longest = self.longest.max(took);
+    }
+}
+
+impl std::fmt::Display for Tally {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} kills, {} of them during start; at work again {} times, at the latest after {:.2} s",
+            self.kills,
+            self.during_start,
+            self.recoveries,
+            self.longest.as_secs_f64()
+        )
+    }
+}
+
+/// Random numbers that a seed determines: `SplitMix64` (Steele, Lea, Flood, 2014).
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// One of `0..count`.
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() % count.max(1) as u64) as usize
+    }
+
+    /// Whether it falls so, in `percent` of all cases.
+    fn falls(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+
+    /// A time less than `limit`, to the microsecond.
+    fn time(&mut self, limit: Duration) -> Duration {
+        Duration::from_micros(self.next() % (limit.as_micros() as u64).max(1))
+    }
+}

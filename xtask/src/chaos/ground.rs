@@ -1,0 +1,245 @@
+//! Where it happens: a folder with networks of its own, and what can be seen of them from outside.
+
+use crate::programs::{Failure, root, target};
+use rc_middleware::RunDirectory;
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use serde_json::Value;
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// The network, also in the description of the deployment.
+pub(super) const NETWORK: &str = "chaos";
+/// The components, in the order of their start.
+pub(super) const NAMES: [&str; 3] = ["simulator", "monitor", "avoider"];
+/// Their programs.
+pub(super) const PROGRAMS: [&str; 3] = ["simulator", "pose_monitor", "avoider"];
+
+/// How long all may take until it works again. Half a second is for what somebody left half made, five are the most
+/// that one opening may take.
+pub(super) const RECOVERY: Duration = Duration::from_secs(20);
+/// How long what ends may take.
+pub(super) const END: Duration = Duration::from_secs(20);
+/// How long a component may take to answer.
+const ANSWER: Duration = Duration::from_secs(2);
+/// Between two looks at what is awaited.
+pub(super) const LOOK: Duration = Duration::from_millis(2);
+
+/// A folder for run directories, logs and working directories.
+pub(super) struct Ground(TempDir);
+
+impl Ground {
+    pub(super) fn new() -> Result<Self, Failure> {
+        let folder = tempfile::Builder::new()
+            .prefix("rc-chaos-")
+            .tempdir_in("/dev/shm")?;
+        let ground = Self(folder);
+        for name in ["run", "state", "work"] {
+            std::fs::create_dir(ground.0.path().join(name))?;
+        }
+        // The working directory of the components, from which their map is `../maps/house.map`.
+        let components = root().canonicalize()?.join("components");
+        std::os::unix::fs::symlink(components.join("maps"), ground.0.path().join("maps"))?;
+        std::fs::write(ground.deployment(), deployment(&components))?;
+        Ok(ground)
+    }
+
+    /// The description of the network for rcdeploy.
+    pub(super) fn deployment(&self) -> PathBuf {
+        self.0.path().join("work/chaos.ddsl")
+    }
+
+    /// A program of this workspace that has its place here.
+    pub(super) fn command(&self, program: &str) -> Result<Command, Failure> {
+        let folder = self.0.path();
+        let log = File::options()
+            .create(true)
+            .append(true)
+            .open(folder.join(format!("{program}.log")))?;
+        let mut command = Command::new(target()?.join("debug").join(program));
+        command
+            .current_dir(folder.join("work"))
+            .env("XDG_RUNTIME_DIR", folder.join("run"))
+            .env("XDG_STATE_HOME", folder.join("state"))
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(log);
+        Ok(command)
+    }
+
+    fn directory(&self) -> RunDirectory {
+        RunDirectory::below(&self.0.path().join("run/robocomp"), NETWORK)
+    }
+
+    /// Asks what listens on `NAME.sock` for its status.
+    pub(super) fn status(&self, name: &str) -> Result<Value, Failure> {
+        let mut stream = UnixStream::connect(self.directory().socket(name))?;
+        stream.set_read_timeout(Some(ANSWER))?;
+        stream.set_write_timeout(Some(ANSWER))?;
+        stream.write_all(b"{\"jsonrpc\": \"2.0\", \"id\": 1, \"method\": \"status\"}\n")?;
+        let mut line = String::new();
+        BufReader::new(stream).read_line(&mut line)?;
+        let mut answer: Value = serde_json::from_str(&line)?;
+        Ok(answer["result"].take())
+    }
+
+    /// Whether a component says that it runs.
+    pub(super) fn is_ready(&self, name: &str) -> bool {
+        self.status(name)
+            .is_ok_and(|status| status["state"] == "running")
+    }
+
+    /// Waits until calls are answered and values arrive: the counters of all three components go up.
+    pub(super) fn works(&self) -> Result<(), Failure> {
+        let end = Instant::now() + RECOVERY;
+        let mut before = Vec::new();
+        loop {
+            let now = self.counters().unwrap_or_default();
+            if is_more(&before, &now) {
+                return Ok(());
+            }
+            // Those who were started again count from the beginning.
+            if !same_processes(&before, &now) {
+                before = now;
+            }
+            if Instant::now() > end {
+                return Err(self.what_hangs().into());
+            }
+            std::thread::sleep(LOOK * 5);
+        }
+    }
+
+    /// Of each component: its process, and how often what it is for was done well.
+    fn counters(&self) -> Result<Vec<(u64, u64)>, Failure> {
+        let mut counters = Vec::new();
+        for name in NAMES {
+            let status = self.status(name)?;
+            let counts = match name {
+                "simulator" => slot(&status, "Laser"),
+                "monitor" => slot(&status, "FullPoseEstimationPub"),
+                _ => &status["compute"],
+            };
+            let [count, errors] =
+                ["count", "errors"].map(|word| counts[word].as_u64().unwrap_or(0));
+            counters.push((status["pid"].as_u64().unwrap_or(0), count - errors));
+        }
+        Ok(counters)
+    }
+
+    fn what_hangs(&self) -> String {
+        let mut text = format!("not at work within {RECOVERY:?}:");
+        for name in NAMES {
+            text += &match self.status(name) {
+                Ok(status) => format!("\n{name}: {status}"),
+                Err(error) => format!("\n{name}: {error}"),
+            };
+        }
+        text
+    }
+
+    /// Kills one process of this ground, whatever its pid means by now; says whether there was one.
+    pub(super) fn kill(&self, pid: i32) -> bool {
+        let Some(pid) = Pid::from_raw(pid) else {
+            return false;
+        };
+        let Ok(process) = pidfd_open(pid, PidfdFlags::empty()) else {
+            return false;
+        };
+        self.is_ours(&format!("/proc/{}", pid.as_raw_nonzero()))
+            && pidfd_send_signal(&process, Signal::KILL).is_ok()
+    }
+
+    fn is_ours(&self, process: &str) -> bool {
+        let environment = std::fs::read(format!("{process}/environ")).unwrap_or_default();
+        let mark = format!("XDG_RUNTIME_DIR={}", self.0.path().join("run").display());
+        environment
+            .split(|byte| *byte == 0)
+            .any(|one| one == mark.as_bytes())
+    }
+
+    /// Waits until there is no process, no shared memory and no run directory, or says what there is.
+    pub(super) fn nothing_is_left(&self) -> Result<(), Failure> {
+        let end = Instant::now() + END;
+        loop {
+            let left = self.left()?;
+            if left.is_empty() {
+                return Ok(());
+            }
+            if Instant::now() > end {
+                return Err(format!("left behind: {}", left.join(", ")).into());
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    fn left(&self) -> Result<Vec<String>, Failure> {
+        let mut left = Vec::new();
+        for entry in std::fs::read_dir("/proc")?.flatten() {
+            let process = entry.path().display().to_string();
+            if self.is_ours(&process) {
+                let name = std::fs::read_to_string(format!("{process}/comm")).unwrap_or_default();
+                left.push(format!("process {process} ({})", name.trim()));
+            }
+        }
+        let directory = self.directory();
+        let files = rc_iceoryx2::leftovers(&directory);
+        left.extend(files.iter().map(|path| path.display().to_string()));
+        left.extend(everything_in(&self.0.path().join("run/robocomp")));
+        Ok(left)
+    }
+
+    /// Leaves the folder where it is, and gives it back.
+    pub(super) fn keep(self) -> PathBuf {
+        self.0.keep()
+    }
+}
+
+fn everything_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries
+        .flat_map(|entry| {
+            let inside = everything_in(&entry.path());
+            std::iter::once(entry.path().display().to_string()).chain(inside)
+        })
+        .collect()
+}
+
+fn slot<'s>(status: &'s Value, name: &str) -> &'s Value {
+    let slots = status["slots"].as_array().map_or(&[][..], Vec::as_slice);
+    let found = slots.iter().find(|slot| slot["name"] == name);
+    found.map_or(&Value::Null, |slot| &slot["handlers"])
+}
+
+fn same_processes(before: &[(u64, u64)], now: &[(u64, u64)]) -> bool {
+    before.iter().map(|b| b.0).eq(now.iter().map(|n| n.0))
+}
+
+fn is_more(before: &[(u64, u64)], now: &[(u64, u64)]) -> bool {
+    !now.is_empty() && same_processes(before, now) && before.iter().zip(now).all(|(b, n)| n.1 > b.1)
+}
+
+fn deployment(components: &Path) -> String {
+    let mut text = format!("Deployment {NETWORK}\n{{\n    middleware iceoryx2;\n");
+    for (name, program) in NAMES.iter().zip(PROGRAMS) {
+        let path = components.join(program).join(program);
+        text += &format!(
+            "    Component {name}\n    {{\n        cdsl \"{}.cdsl\";\n        restart on_failure backoff 1ms;\n    }};\n",
+            path.display()
+        );
+    }
+    for (user, provider) in [
+        ("avoider.Laser", "simulator.Laser"),
+        ("avoider.DifferentialRobot", "simulator.DifferentialRobot"),
+        (
+            "monitor.FullPoseEstimationPub",
+            "simulator.FullPoseEstimationPub",
+        ),
+    ] {
+        text += &format!("    bind {user} -> {provider};\n");
+    }
+    text + "};\n"
+}

@@ -1,0 +1,173 @@
+//! The same network under rcdeploy, which starts again what is killed. Sometimes its supervisor or its guard is.
+
+use super::ground::{END, Ground, LOOK, NAMES, NETWORK, RECOVERY};
+use super::{Dice, Kills, Tally};
+use crate::programs::Failure;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+/// Most kills of one component before the network is ended: the pauses before its new starts double.
+const EACH: usize = 8;
+/// Most kills between two looks whether all works.
+const UNSEEN: usize = 4;
+
+pub(super) fn run(
+    ground: &Ground,
+    dice: &mut Dice,
+    orders: Kills,
+    tally: &mut Tally,
+) -> Result<(), Failure> {
+    while tally.kills < orders.kills {
+        if orders.kills - tally.kills > 1 && dice.falls(30) {
+            // Killed while it starts. The next one waits for its guard.
+            let mut supervisor = Supervisor::start(ground)?;
+            std::thread::sleep(dice.time(orders.spread * 4));
+            supervisor.kill()?;
+            tally.kill(true);
+        }
+        session(ground, dice, orders, tally)?;
+        ground.nothing_is_left()?;
+    }
+    Ok(())
+}
+
+/// One `rcdeploy up`, from its start to its end.
+fn session(
+    ground: &Ground,
+    dice: &mut Dice,
+    orders: Kills,
+    tally: &mut Tally,
+) -> Result<(), Failure> {
+    let mut supervisor = Supervisor::start(ground)?;
+    let begun = Instant::now();
+    ground.works()?;
+    tally.recovered(begun.elapsed());
+    let mut killed = [0; NAMES.len()];
+    while tally.kills < orders.kills && killed.iter().all(|count| *count < EACH) {
+        let mut since = Instant::now();
+        for _ in 0..=dice.below(UNSEEN) {
+            // At work, and then perhaps each time as soon as it is there again.
+            let at = dice.below(NAMES.len());
+            let mut last = None;
+            while tally.kills < orders.kills && killed[at] < EACH {
+                let wait = dice.time(orders.spread);
+                let (process, was_ready) = kill_one(ground, at, last, wait)?;
+                tally.kill(!was_ready);
+                killed[at] += 1;
+                since = Instant::now();
+                last = Some(process);
+                if dice.falls(40) {
+                    break;
+                }
+            }
+        }
+        if tally.kills < orders.kills && dice.falls(10) {
+            let status = ground.status("rcdeploy")?;
+            if let Some(guard) = pid(&status["guard"])
+                && ground.kill(guard)
+            {
+                tally.kill(false);
+            }
+        }
+        ground.works().map_err(|error| {
+            let status = ground.status("rcdeploy");
+            let status = status.map_or_else(|error| error.to_string(), |status| status.to_string());
+            format!("{error}\nrcdeploy: {status}")
+        })?;
+        tally.recovered(since.elapsed());
+    }
+    // The last one ends in good order.
+    if orders.kills - tally.kills > 1 && dice.falls(30) {
+        tally.kill(false);
+        return supervisor.kill();
+    }
+    supervisor.stop()
+}
+
+/// Kills a component that is ready, or, where its `last` process is told, the next one a while after it has come.
+/// Says which process it was, and whether it was ready.
+fn kill_one(
+    ground: &Ground,
+    at: usize,
+    last: Option<i32>,
+    wait: Duration,
+) -> Result<(i32, bool), Failure> {
+    let end = Instant::now() + RECOVERY;
+    loop {
+        let status = ground.status("rcdeploy")?;
+        let component = &status["components"][position(&status, at)];
+        if let Some(pid) = pid(&component["pid"])
+            && last.map_or(component["state"] == "running", |last| last != pid)
+        {
+            std::thread::sleep(wait);
+            let was_ready = ground.is_ready(NAMES[at]);
+            if ground.kill(pid) {
+                return Ok((pid, was_ready));
+            }
+        }
+        if Instant::now() > end {
+            return Err(format!("rcdeploy does not start {} again: {status}", NAMES[at]).into());
+        }
+        std::thread::sleep(LOOK / 2);
+    }
+}
+
+fn position(status: &Value, at: usize) -> usize {
+    let components = status["components"].as_array();
+    let mut names = components.into_iter().flatten().map(|c| &c["name"]);
+    names.position(|name| name == NAMES[at]).unwrap_or(0)
+}
+
+fn pid(value: &Value) -> Option<i32> {
+    value.as_i64().and_then(|pid| pid.try_into().ok())
+}
+
+/// `rcdeploy up`, killed at the latest when it is dropped; its guard then does the rest.
+struct Supervisor {
+    child: Child,
+}
+
+impl Supervisor {
+    fn start(ground: &Ground) -> Result<Self, Failure> {
+        let mut command = ground.command("rcdeploy")?;
+        command
+            .args(["up", "--profile", "dev", "--format", "json"])
+            .arg(ground.deployment());
+        Ok(Self {
+            child: command.spawn()?,
+        })
+    }
+
+    fn kill(&mut self) -> Result<(), Failure> {
+        self.child.kill()?;
+        self.child.wait()?;
+        Ok(())
+    }
+
+    /// Ends it as Ctrl-C does.
+    fn stop(&mut self) -> Result<(), Failure> {
+        kill_process(Pid::from_child(&self.child), Signal::INT)?;
+        let end = Instant::now() + END;
+        loop {
+            if let Some(status) = self.child.try_wait()? {
+                return if status.success() {
+                    Ok(())
+                } else {
+                    Err(format!("rcdeploy up {NETWORK} was stopped and ended with {status}").into())
+                };
+            }
+            if Instant::now() > end {
+                return Err(format!("rcdeploy up {NETWORK} does not end").into());
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+}
+
+impl Drop for Supervisor {
+    fn drop(&mut self) {
+        let _ = self.kill();
+    }
+}

@@ -1,0 +1,181 @@
+//! Two pairs of programs that do the same, measured in turns.
+
+use crate::bench::mark;
+use crate::pair::{Flood, Pair, Row, Times, quantile};
+use crate::programs::Failure;
+use std::time::Duration;
+
+/// Whom the generated components are compared with.
+#[derive(Clone, Copy)]
+pub(crate) struct Peer {
+    pub(crate) name: &'static str,
+    /// At p50 a generated component may take so many times what the peer takes.
+    pub(crate) goal: f64,
+}
+
+/// What one side took for a row.
+#[derive(Default)]
+struct Side {
+    times: Times,
+    processor: Duration,
+}
+
+impl Side {
+    fn block(&mut self, pair: &mut Pair, row: &Row, share: f64) -> Result<Vec<i64>, Failure> {
+        let before = pair.processor_time()?;
+        let times = pair.block(row, share)?;
+        self.processor += pair.processor_time()?.saturating_sub(before);
+        self.times.add(times.clone());
+        Ok(times)
+    }
+
+    /// Microseconds of processor time a message, of both programs together.
+    fn processor(&self) -> f64 {
+        self.processor.as_secs_f64() * 1e6 / self.times.len() as f64
+    }
+}
+
+/// Measures a block of both; who goes first changes from block to block.
+fn in_turn<T>(
+    block: usize,
+    ours: impl FnOnce() -> Result<T, Failure>,
+    theirs: impl FnOnce() -> Result<T, Failure>,
+) -> Result<(T, T), Failure> {
+    if block.is_multiple_of(2) {
+        let ours = ours()?;
+        Ok((ours, theirs()?))
+    } else {
+        let theirs = theirs()?;
+        Ok((ours()?, theirs))
+    }
+}
+
+/// Values that are sent as fast as possible: a name, their size, and how many a block has.
+const FLOODS: [(&str, usize, usize); 2] = [
+    ("publish 64 B", 64, 20_000),
+    ("publish 1 MiB", 1024 * 1024, 300),
+];
+
+impl Flood {
+    fn add(&mut self, block: Self) {
+        self.sent += block.sent;
+        self.sending += block.sending;
+        self.came += block.came;
+        self.coming += block.coming;
+    }
+
+    fn columns(&self, size: usize) -> String {
+        let came = self.came as f64 / self.coming;
+        format!(
+            "{:.0} | {came:.0} | {:.0} | {:.1} %",
+            self.sent as f64 / self.sending,
+            came * size as f64 / 1e6,
+            100.0 * (1.0 - self.came as f64 / self.sent as f64),
+        )
+    }
+}
+
+impl Peer {
+    /// Measures `rows` and prints two tables; says whether all goals are met.
+    pub(crate) fn table(
+        self,
+        rows: &[Row],
+        ours: &mut Pair,
+        theirs: &mut Pair,
+        blocks: usize,
+        share: f64,
+    ) -> Result<bool, Failure> {
+        let Self { name, goal } = self;
+        println!(
+            "| µs | generated p50 | p99 | {name} p50 | p99 | ratio at p50 (goal ≤ {goal:.2}) | middle half of the blocks | n |"
+        );
+        println!("|---|---|---|---|---|---|---|---|");
+        let mut met = true;
+        let mut processor = Vec::new();
+        for row in rows {
+            let (mut a, mut b) = (Side::default(), Side::default());
+            let mut ratios = Vec::new();
+            for block in 0..=blocks {
+                // The first block warms up.
+                if block == 1 {
+                    (a, b) = (Side::default(), Side::default());
+                    ratios.clear();
+                }
+                let (ours, theirs) = in_turn(
+                    block,
+                    || a.block(ours, row, share),
+                    || b.block(theirs, row, share),
+                )?;
+                let median = |mut times: Vec<i64>| quantile(&mut times, 0.5) as f64;
+                ratios.push(median(ours) / median(theirs));
+            }
+            let ratio = a.times.quantile(0.5) / b.times.quantile(0.5);
+            met &= ratio <= goal;
+            println!(
+                "| {} | {:.1} | {:.1} | {:.1} | {:.1} | {ratio:.2} {} | {:.2}–{:.2} | {} |",
+                row.name,
+                a.times.quantile(0.5),
+                a.times.quantile(0.99),
+                b.times.quantile(0.5),
+                b.times.quantile(0.99),
+                mark(ratio <= goal),
+                quantile(&mut ratios, 0.25),
+                quantile(&mut ratios, 0.75),
+                a.times.len(),
+            );
+            processor.push((row.name, a.processor(), b.processor()));
+        }
+        println!("\n| processor time a message, both programs, µs | generated | {name} | ratio |");
+        println!("|---|---|---|---|");
+        for (row, a, b) in processor {
+            println!("| {row} | {a:.1} | {b:.1} | {:.2} |", a / b);
+        }
+        println!();
+        Ok(met)
+    }
+
+    /// Measures values that are sent as fast as possible and prints a table; says whether all goals are met.
+    pub(crate) fn throughput(
+        self,
+        ours: &mut Pair,
+        theirs: &mut Pair,
+        blocks: usize,
+    ) -> Result<bool, Failure> {
+        let Self { name, goal } = self;
+        println!(
+            "| sender at full speed | generated: sent/s | came/s | MB/s | lost | {name}: sent/s | came/s | MB/s | lost | time a value that came, ratio (goal ≤ {goal:.2}) | middle half of the blocks |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|---|---|");
+        let mut met = true;
+        for (what, size, count) in FLOODS {
+            let (mut a, mut b) = (Flood::default(), Flood::default());
+            let mut ratios = Vec::new();
+            // The first block warms up.
+            for block in 0..=blocks {
+                let (ours, theirs) = in_turn(
+                    block,
+                    || ours.flood(size, count),
+                    || theirs.flood(size, count),
+                )?;
+                if block > 0 {
+                    let each = |flood: Flood| flood.coming / flood.came as f64;
+                    ratios.push(each(ours) / each(theirs));
+                    a.add(ours);
+                    b.add(theirs);
+                }
+            }
+            let ratio = quantile(&mut ratios, 0.5);
+            met &= ratio <= goal;
+            println!(
+                "| {what} | {} | {} | {ratio:.2} {} | {:.2}–{:.2} |",
+                a.columns(size),
+                b.columns(size),
+                mark(ratio <= goal),
+                quantile(&mut ratios, 0.25),
+                quantile(&mut ratios, 0.75),
+            );
+        }
+        println!();
+        Ok(met)
+    }
+}

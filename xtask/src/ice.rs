@@ -1,0 +1,82 @@
+//! `cargo xtask bench ice`: a query beside the same over Ice in C++, RoboComp's own middleware.
+
+use crate::bench::{BLOCKS, BUILD, machine};
+use crate::compare::Peer;
+use crate::pair::{Pair, Row};
+use crate::programs::{Failure, cargo, finish, root, target};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// What is measured.
+const ROWS: [Row; 2] = [
+    Row {
+        name: "query 64 B, round trip",
+        kind: "query",
+        size: 64,
+        count: 1000,
+    },
+    Row {
+        name: "query 4 KiB, round trip",
+        kind: "query",
+        size: 4096,
+        count: 1000,
+    },
+];
+
+/// Builds both sides, measures them, and prints the tables.
+pub(crate) fn run() -> Result<(), Failure> {
+    let echo = build()?;
+    finish(
+        cargo(&["build", "--release", "-p", "ping", "-p", "pong"])?,
+        BUILD,
+    )?;
+    println!("{}\n", machine());
+    let peer = Peer {
+        name: "Ice",
+        goal: 0.5,
+    };
+    let (mut ours, mut theirs) = (Pair::generated()?, Pair::ice(&echo)?);
+    if !peer.table(&ROWS, &mut ours, &mut theirs, BLOCKS, 1.0)? {
+        eprintln!("xtask: a goal was missed");
+    }
+    Ok(())
+}
+
+/// Compiles `bench/ice`; gives back the program.
+fn build() -> Result<PathBuf, Failure> {
+    let source = root().join("bench/ice");
+    let out = target()?.join("ice");
+    std::fs::create_dir_all(&out)?;
+    let mut translate = Command::new("slice2cpp");
+    translate
+        .arg("--output-dir")
+        .arg(&out)
+        .arg(source.join("Echo.ice"));
+    run_tool(translate, "slice2cpp")?;
+    let compiler = std::env::var_os("CXX").unwrap_or_else(|| OsString::from("c++"));
+    let mut compile = Command::new(&compiler);
+    compile.args(["-std=c++17", "-O2", "-DICE_CPP11_MAPPING", "-I"]);
+    compile.arg(&out);
+    compile.args([source.join("echo.cpp"), out.join("Echo.cpp")]);
+    compile.arg("-o").arg(out.join("echo"));
+    compile.args(["-lIce++11", "-pthread"]);
+    run_tool(compile, &compiler.to_string_lossy())?;
+    Ok(out.join("echo"))
+}
+
+/// Runs a tool of the system; says how to get it where it is not there.
+fn run_tool(command: Command, name: &str) -> Result<(), Failure> {
+    let missing = |error: &(dyn std::error::Error + 'static)| {
+        let error = error.downcast_ref::<std::io::Error>();
+        error.is_some_and(|e| e.kind() == std::io::ErrorKind::NotFound)
+    };
+    match finish(command, BUILD) {
+        Ok(_) => Ok(()),
+        Err(error) if missing(error.as_ref()) => Err(format!(
+            "{name} is not there, and this benchmark needs Ice for C++; on Debian and Ubuntu: apt install zeroc-ice-all-dev g++"
+        )
+        .into()),
+        Err(error) => Err(error),
+    }
+}

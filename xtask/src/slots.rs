@@ -1,0 +1,117 @@
+//! What one more slot of a component costs, in memory of its own and in shared memory.
+
+use crate::pair::Network;
+use crate::programs::{Failure, Program, target};
+use crate::usage::{own_memory, shared_memory};
+use bench_protocol::slots::Role;
+use std::time::Duration;
+
+/// Slots of the small and of the large program; what a slot costs is their difference, divided.
+const COUNTS: [usize; 2] = [1, 17];
+/// How long such a program may take for anything.
+const LIMIT: Duration = Duration::from_secs(20);
+/// Both sides of a connection: who is started first, and who meets it.
+const SIDES: [[Role; 2]; 2] = [
+    [Role::Publishers, Role::Subscribers],
+    [Role::Servers, Role::Clients],
+];
+
+/// Who opens the slots.
+#[derive(Clone, Copy)]
+enum Maker {
+    Generated,
+    ByHand,
+}
+
+/// Kilobytes: of the process itself, and of the shared memory of the network.
+#[derive(Clone, Copy, Default)]
+struct Cost {
+    own: f64,
+    shared: f64,
+}
+
+/// Measures, and prints the table.
+pub(crate) fn table() -> Result<(), Failure> {
+    println!(
+        "| memory of one more slot, kB | generated: own | shared | by hand: own | shared |\n|---|---|---|---|---|"
+    );
+    for sides in SIDES {
+        let ours = slots(Maker::Generated, sides)?;
+        let theirs = slots(Maker::ByHand, sides)?;
+        for ((role, a), b) in sides.iter().zip(ours).zip(theirs) {
+            println!(
+                "| {role} | {:.0} | {:.0} | {:.0} | {:.0} |",
+                a.own, a.shared, b.own, b.shared
+            );
+        }
+    }
+    println!();
+    Ok(())
+}
+
+/// What one more slot of each side costs.
+fn slots(maker: Maker, sides: [Role; 2]) -> Result<[Cost; 2], Failure> {
+    let few = connected(maker, sides, COUNTS[0])?;
+    let many = connected(maker, sides, COUNTS[1])?;
+    let more = (COUNTS[1] - COUNTS[0]) as f64;
+    let each = |few: Cost, many: Cost| Cost {
+        own: (many.own - few.own) / more,
+        shared: (many.shared - few.shared) / more,
+    };
+    Ok([each(few[0], many[0]), each(few[1], many[1])])
+}
+
+/// What `count` slots of each side cost, with all that is beside them. The shared memory of the first side is what there
+/// is before the second comes, that of the second what is there more when each slot has had a message.
+fn connected(maker: Maker, sides: [Role; 2], count: usize) -> Result<[Cost; 2], Failure> {
+    let network = Network::new("slots")?;
+    let mut first = start(maker, &network, sides[0], count)?;
+    let alone = shared_memory(&network.directory);
+    let mut second = start(maker, &network, sides[1], count)?;
+    // Who receives is told first.
+    let (receiver, sender) = match sides[0] {
+        Role::Publishers | Role::Clients => (&mut second, &mut first),
+        Role::Subscribers | Role::Servers => (&mut first, &mut second),
+    };
+    receiver.say("go")?;
+    sender.say("go")?;
+    for program in [receiver, sender] {
+        expect(program, "done")?;
+    }
+    let both = shared_memory(&network.directory);
+    Ok([
+        Cost {
+            own: own_memory(first.pid())? * 1e3,
+            shared: alone * 1e3,
+        },
+        Cost {
+            own: own_memory(second.pid())? * 1e3,
+            shared: (both - alone) * 1e3,
+        },
+    ])
+}
+
+fn start(maker: Maker, network: &Network, role: Role, count: usize) -> Result<Program, Failure> {
+    let folder = target()?.join("release");
+    let (role, count) = (role.to_string(), count.to_string());
+    let program = match maker {
+        Maker::Generated => {
+            let arguments = [role.as_str(), &count, &network.name];
+            Program::start(&folder.join("bench_slots"), &arguments)?
+        }
+        Maker::ByHand => {
+            let (root, prefix) = network.files()?;
+            let arguments = ["hold", &role, &count, &root, &prefix];
+            Program::start(&folder.join("bench_peer"), &arguments)?
+        }
+    };
+    expect(&program, "ready")?;
+    Ok(program)
+}
+
+fn expect(program: &Program, word: &str) -> Result<(), Failure> {
+    match program.hear(LIMIT)?.as_str() {
+        said if said == word => Ok(()),
+        other => Err(format!("`{other}` instead of `{word}`").into()),
+    }
+}

@@ -1,0 +1,269 @@
+//! `cargo xtask soak`: two generated components talk for an hour, and nothing may grow or get lost.
+//!
+//! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and asks (200 Hz); `soak_sink` receives and
+//! answers. What counts is what comes after a warm-up, in which every queue runs over once, so that all memory that
+//! can be in use is in use. What is demanded stands in `judge`.
+
+mod judge;
+
+use crate::pair::Network;
+use crate::programs::{Failure, Program, cargo, finish, target};
+use crate::usage::{descriptors, made_memory, processor_time, shared_memory};
+use bench_protocol::soak::{Counts, TICKS_A_SECOND, WARM_UP_TICKS};
+use judge::{Sample, complaint, grown, lost, row, shares};
+use serde_json::Value;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// A first build may take this long.
+const BUILD: Duration = Duration::from_secs(900);
+/// How long it may take until a component says its first counts, or its next.
+const COUNTS: Duration = Duration::from_secs(20);
+/// How long a component may take to end.
+const END: Duration = Duration::from_secs(5);
+/// How long a component may take to answer its management.
+const ANSWER: Duration = Duration::from_secs(2);
+/// The longest status.
+const LONGEST: u64 = 1 << 20;
+/// Between two looks at a signal.
+const LOOK: Duration = Duration::from_millis(50);
+/// Between two samples of the memory.
+const SAMPLE: Duration = Duration::from_secs(1);
+
+/// How it is run.
+struct Plan {
+    /// How long, after the warm-up.
+    length: Duration,
+    /// The folder of the components in that of cargo.
+    profile: &'static str,
+    /// Between two lines.
+    line: Duration,
+}
+
+/// Builds the components, and runs them so long.
+pub(crate) fn run(seconds: &str) -> Result<(), Failure> {
+    let words = "build --release -p soak_source -p soak_sink";
+    finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
+    soak(&Plan {
+        length: Duration::from_secs(seconds.parse()?),
+        profile: "release",
+        line: Duration::from_secs(60),
+    })
+}
+
+/// The short one of the test run, with the components that it has built.
+pub(crate) fn smoke() -> Result<(), Failure> {
+    soak(&Plan {
+        length: Duration::from_secs(20),
+        profile: "debug",
+        line: Duration::from_secs(5),
+    })
+}
+
+/// Runs it, or as much of it as there is time before a signal. An error: something was not as it has to be.
+fn soak(plan: &Plan) -> Result<(), Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let mut soak = Soak::start(plan)?;
+    println!(
+        "network {}, soak_source {}, soak_sink {}",
+        soak.network.name,
+        soak.source.pid(),
+        soak.sink.pid()
+    );
+    if soak.warm_up(&stop)? {
+        soak.watch(plan, &stop)?;
+    }
+    let verdict = soak.end()?;
+    println!("{}", verdict.line);
+    if verdict.complaints.is_empty() {
+        return Ok(());
+    }
+    Err(verdict.complaints.join("; ").into())
+}
+
+/// The end of a run: a row of a table, and all that is not as it has to be.
+struct Verdict {
+    line: String,
+    complaints: Vec<String>,
+}
+
+/// A running soak. The source is ended first, the network last.
+struct Soak {
+    source: Program,
+    sink: Program,
+    sent: Counts,
+    came: Counts,
+    samples: Vec<Sample>,
+    network: Network,
+}
+
+impl Soak {
+    fn start(plan: &Plan) -> Result<Self, Failure> {
+        let network = Network::new("soak")?;
+        let folder = target()?.join(plan.profile);
+        let arguments = ["--network", network.name.as_str(), "--log", "warn"];
+        let sink = Program::start_apart(&folder.join("soak_sink"), &arguments)?;
+        // Who subscribes first loses nothing.
+        let came = counts(&sink.hear(COUNTS)?)?;
+        // Its computes are sometimes longer than a period, because it catches up; that is no warning.
+        let arguments = ["--network", network.name.as_str(), "--log", "error"];
+        let source = Program::start_apart(&folder.join("soak_source"), &arguments)?;
+        let sent = counts(&source.hear(COUNTS)?)?;
+        Ok(Self {
+            source,
+            sink,
+            sent,
+            came,
+            samples: Vec::new(),
+            network,
+        })
+    }
+
+    /// Waits until the counting begins; false: a signal came first.
+    fn warm_up(&mut self, stop: &AtomicBool) -> Result<bool, Failure> {
+        let end = Instant::now() + 3 * COUNTS;
+        while self.came.get("ticks_next") < WARM_UP_TICKS + TICKS_A_SECOND {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            if Instant::now() > end {
+                return Err("the components do not get warm: too few ticks arrive".into());
+            }
+            std::thread::sleep(LOOK);
+            self.hear()?;
+        }
+        Ok(true)
+    }
+
+    /// Samples and prints until the time is over or a signal comes.
+    fn watch(&mut self, plan: &Plan, stop: &AtomicBool) -> Result<(), Failure> {
+        let start = Instant::now();
+        let end = start + plan.length;
+        let (mut sample, mut line) = (start, start + plan.line);
+        let mut silent_from = (Instant::now(), 0);
+        while Instant::now() < end && !stop.load(Ordering::Relaxed) {
+            self.hear()?;
+            let arrived = self.came.get("ticks") + self.sent.get("ticks");
+            if arrived != silent_from.1 {
+                silent_from = (Instant::now(), arrived);
+            } else if silent_from.0.elapsed() > COUNTS {
+                return Err(format!("no tick arrived within {COUNTS:?}").into());
+            }
+            if Instant::now() >= sample {
+                sample += SAMPLE;
+                self.sample()?;
+            }
+            if Instant::now() >= line {
+                println!("{:>6} s  {}", (line - start).as_secs(), self.progress());
+                line += plan.line;
+            }
+            std::thread::sleep(LOOK);
+        }
+        Ok(())
+    }
+
+    /// Takes what the components have said meanwhile.
+    fn hear(&mut self) -> Result<(), Failure> {
+        let said = self.source.heard()?;
+        if let Some(line) = said.last() {
+            self.sent = counts(line)?;
+        }
+        let said = self.sink.heard()?;
+        if let Some(line) = said.last() {
+            self.came = counts(line)?;
+        }
+        Ok(())
+    }
+
+    fn sample(&mut self) -> Result<(), Failure> {
+        let (source, sink) = (self.source.pid(), self.sink.pid());
+        self.samples.push(Sample {
+            at: Instant::now(),
+            memory: [
+                made_memory(source)?,
+                made_memory(sink)?,
+                shared_memory(&self.network.directory),
+            ],
+            descriptors: descriptors(source)? + descriptors(sink)?,
+            processor: [processor_time(source)?, processor_time(sink)?],
+        });
+        Ok(())
+    }
+
+    /// How it is going.
+    fn progress(&self) -> String {
+        let Self { sent, came, .. } = self;
+        let [source, sink, shared] = self.samples.last().map_or([0.0; 3], |s| s.memory);
+        let processor = shares(&self.samples);
+        format!(
+            "ticks {} lost {}, images {} lost {}, answers {} of {}, PSS {source:.2} + {sink:.2} MB, shared {shared:.2} MB, processor {:.1} + {:.1} %",
+            came.get("ticks"),
+            came.get("ticks_lost"),
+            came.get("images"),
+            came.get("images_lost"),
+            sent.get("answered"),
+            sent.get("asked"),
+            processor[0],
+            processor[1],
+        )
+    }
+
+    /// Ends the source, lets the sink have all that was sent, ends it, and judges.
+    fn end(mut self) -> Result<Verdict, Failure> {
+        let mut complaints = Vec::new();
+        complaints.extend(complaint(
+            "soak_source",
+            &status(&self.network, "soak_source")?,
+        ));
+        let said = self.source.end(END)?;
+        if let Some(line) = said.last() {
+            self.sent = counts(line)?;
+        }
+        let sent = &self.sent;
+        let limit = Instant::now() + END;
+        // A report that was made after the source's end tells all: not the next one, but the one after it.
+        for _ in 0..2 {
+            self.came = counts(&self.sink.hear(limit - Instant::now().min(limit))?)?;
+        }
+        complaints.extend(complaint("soak_sink", &status(&self.network, "soak_sink")?));
+        self.sink.end(END)?;
+        let network = self.network;
+        let name = network.name.clone();
+        let directory = network.directory.clone();
+        drop(network);
+        if !rc_iceoryx2::leftovers(&directory).is_empty() || directory.path().exists() {
+            complaints.push(format!("something of the network {name} is left"));
+        }
+        complaints.extend(lost(sent, &self.came));
+        complaints.extend(grown(&self.samples));
+        Ok(Verdict {
+            line: row(sent, &self.came, &self.samples, complaints.is_empty()),
+            complaints,
+        })
+    }
+}
+
+fn counts(line: &str) -> Result<Counts, Failure> {
+    Counts::read(line).ok_or_else(|| format!("`{line}` instead of counts").into())
+}
+
+/// What a component says of itself.
+fn status(network: &Network, name: &str) -> Result<Value, Failure> {
+    let path = network.directory.socket(name);
+    let mut stream = UnixStream::connect(&path)?;
+    stream.set_read_timeout(Some(ANSWER))?;
+    stream.set_write_timeout(Some(ANSWER))?;
+    stream.write_all(b"{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"status\"}\n")?;
+    let mut line = String::new();
+    BufReader::new(stream.take(LONGEST)).read_line(&mut line)?;
+    let answer: Value = serde_json::from_str(&line)?;
+    let status = answer.get("result").cloned();
+    status.ok_or_else(|| format!("{name} does not tell its status: {line}").into())
+}

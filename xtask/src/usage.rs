@@ -1,0 +1,73 @@
+//! What processes and networks use: processor time, memory, descriptors.
+
+use crate::programs::Failure;
+use rc_middleware::RunDirectory;
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::Path;
+use std::time::Duration;
+
+/// What all threads of a process used, to the nanosecond.
+pub(crate) fn processor_time(pid: u32) -> Result<Duration, Failure> {
+    let mut total = Duration::ZERO;
+    for task in fs::read_dir(format!("/proc/{pid}/task"))? {
+        let text = fs::read_to_string(task?.path().join("schedstat"))?;
+        let nanoseconds = text.split(' ').next().unwrap_or_default().parse()?;
+        total += Duration::from_nanos(nanoseconds);
+    }
+    Ok(total)
+}
+
+/// Proportional and whole resident memory, in MB.
+pub(crate) fn memory(pid: u32) -> Result<(f64, f64), Failure> {
+    let [pss, rss] = rollup(pid, ["Pss:", "Rss:"])?;
+    Ok((pss, rss))
+}
+
+/// Proportional resident memory without the pages of files, in MB: what a process has made itself. The share that it
+/// has of the pages of its executable and of libraries grows when other processes end.
+pub(crate) fn made_memory(pid: u32) -> Result<f64, Failure> {
+    let [anonymous, shared] = rollup(pid, ["Pss_Anon:", "Pss_Shmem:"])?;
+    Ok(anonymous + shared)
+}
+
+/// Memory that no other process has, in MB.
+pub(crate) fn own_memory(pid: u32) -> Result<f64, Failure> {
+    let [anonymous] = rollup(pid, ["Pss_Anon:"])?;
+    Ok(anonymous)
+}
+
+/// Lines of the kernel's summary of a process' memory, in MB.
+fn rollup<const N: usize>(pid: u32, names: [&str; N]) -> Result<[f64; N], Failure> {
+    let path = format!("/proc/{pid}/smaps_rollup");
+    let text = fs::read_to_string(&path)?;
+    let mut found = [0.0; N];
+    for (name, found) in names.iter().zip(&mut found) {
+        let line = text.lines().find_map(|line| line.strip_prefix(name));
+        let kilobytes = line.and_then(|line| line.split_whitespace().next());
+        let kilobytes: f64 = kilobytes.ok_or(format!("no {name} in {path}"))?.parse()?;
+        *found = kilobytes * 1024.0 / 1e6;
+    }
+    Ok(found)
+}
+
+/// Open descriptors of a process.
+pub(crate) fn descriptors(pid: u32) -> Result<usize, Failure> {
+    Ok(fs::read_dir(format!("/proc/{pid}/fd"))?.count())
+}
+
+/// What the files of a network take of the shared memory, in MB. Files that go meanwhile take nothing.
+pub(crate) fn shared_memory(directory: &RunDirectory) -> f64 {
+    let files = rc_iceoryx2::leftovers(directory);
+    files.iter().map(|path| taken(path)).sum::<f64>() / 1e6
+}
+
+/// Bytes that are really there; a file of shared memory is larger than that.
+fn taken(path: &Path) -> f64 {
+    let Ok(found) = fs::symlink_metadata(path) else {
+        return 0.0;
+    };
+    let inside = fs::read_dir(path).into_iter().flatten().flatten();
+    let inside: f64 = inside.map(|entry| taken(&entry.path())).sum();
+    found.blocks() as f64 * 512.0 + inside
+}

@@ -1,0 +1,129 @@
+//! The soak, briefly: what `cargo xtask soak` demands holds for twenty seconds, and it notices when it does not.
+
+use rc_middleware::RunDirectory;
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// No line takes longer, and no end.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// A running soak. It is killed if the test fails; its components then end because nobody reads what they say.
+struct Soak {
+    child: Child,
+    lines: Receiver<String>,
+    /// The words of its first line: `network NAME, soak_source PID, soak_sink PID`.
+    begin: Vec<String>,
+}
+
+impl Soak {
+    fn start() -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_xtask"))
+            .args(["soak", "--smoke"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let output = BufReader::new(child.stdout.take().expect("a pipe"));
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        let mut soak = Self {
+            child,
+            lines,
+            begin: Vec::new(),
+        };
+        let begin = soak.line();
+        soak.begin = begin
+            .split([' ', ','])
+            .filter(|word| !word.is_empty())
+            .map(str::to_owned)
+            .collect();
+        assert_eq!(soak.begin.len(), 6, "{begin}");
+        soak
+    }
+
+    fn line(&mut self) -> String {
+        match self.lines.recv_timeout(LIMIT) {
+            Ok(line) => line,
+            Err(error) => panic!("no line: {error}; {}", self.errors()),
+        }
+    }
+
+    fn signal(&self, who: Option<usize>, signal: Signal) {
+        let pid = match who {
+            Some(word) => Pid::from_raw(self.begin[word].parse().expect("a number")),
+            None => Some(Pid::from_child(&self.child)),
+        };
+        kill_process(pid.expect("a process"), signal).expect("it runs");
+    }
+
+    /// Waits for its end: its last line, its errors and its exit code. Nothing of it is left.
+    fn end(mut self) -> (String, String, Option<i32>) {
+        let mut last = String::new();
+        while let Ok(line) = self.lines.recv_timeout(LIMIT) {
+            last = line;
+        }
+        let errors = self.errors();
+        let code = self.child.wait().expect("it ends").code();
+        let directory = RunDirectory::of(&self.begin[1]);
+        assert!(!directory.path().exists(), "{directory:?}");
+        let left = rc_iceoryx2::leftovers(&directory);
+        assert!(left.is_empty(), "{left:?}");
+        (last, errors, code)
+    }
+
+    /// What it said on stderr until its end; it is ended where it has not.
+    fn errors(&mut self) -> String {
+        if self.lines.recv_timeout(LIMIT) != Err(RecvTimeoutError::Disconnected) {
+            let _ = self.child.kill();
+        }
+        let mut text = String::new();
+        if let Some(mut errors) = self.child.stderr.take() {
+            let _ = errors.read_to_string(&mut text);
+        }
+        text
+    }
+}
+
+impl Drop for Soak {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn nothing_grows_and_nothing_is_lost() {
+    let soak = Soak::start();
+    let (last, errors, code) = soak.end();
+    assert_eq!(code, Some(0), "{errors}{last}");
+    assert!(
+        last.starts_with("| soak, ") && last.ends_with("| met |"),
+        "{last}"
+    );
+}
+
+#[test]
+fn a_sink_that_stands_still_is_noticed_and_a_signal_ends_it_in_order() {
+    const SINK: usize = 5;
+    let mut soak = Soak::start();
+    soak.line();
+    soak.signal(Some(SINK), Signal::STOP);
+    // Between the second and the third line there is time enough for a question to fail.
+    soak.line();
+    soak.line();
+    soak.signal(Some(SINK), Signal::CONT);
+    soak.signal(None, Signal::INT);
+    let (last, errors, code) = soak.end();
+    assert_eq!(code, Some(3), "{errors}{last}");
+    assert!(errors.contains("failed questions: "), "{errors}");
+    assert!(last.ends_with("| **missed** |"), "{last}");
+}
