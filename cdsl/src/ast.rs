@@ -63,7 +63,18 @@ pub struct Item {
     /// `as front`
     pub slot: Option<Name>,
     /// `{ depth 5; }`
-    pub qos: Vec<(Name, Literal)>,
+    pub qos: Vec<Setting>,
     /// All of it.
     pub span: Span,
+}
+
+/// `depth 5`, `wake spin 50us`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// What is set.
+    pub name: Name,
+    /// To what.
+    pub value: Literal,
+    /// Whether `spin` stands before the value.
+    pub spin: bool,
 }

@@ -154,4 +154,10 @@ pub struct Qos {
     pub lifespan: Option<Duration>,
     /// `liveliness 1s;`
     pub liveliness: Option<Duration>,
+    /// `wake spin 50us;`: how long one who waits stays awake before it sleeps
+    pub spin: Option<Duration>,
 }
+
+/// The shortest and the longest time of `wake spin`.
+pub const SPIN: std::ops::RangeInclusive<Duration> =
+    Duration::from_micros(1)..=Duration::from_millis(10);

@@ -1,6 +1,6 @@
 //! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
 
-use crate::ast::{Clause, Comm, Component, File, Item};
+use crate::ast::{Clause, Comm, Component, File, Item, Setting};
 use crate::model::Role;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -163,17 +163,26 @@ fn item(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Item> {
     })
 }
 
-fn setting(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Literal)> {
-    let (mut name, mut value) = (None, None);
+fn setting(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Setting> {
+    let (mut name, mut value, mut spin) = (None, None, false);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => name = Some(r.name(&part)),
             Rule::literal => value = Some(Literal::parse(part.as_str(), r.span(&part))),
+            Rule::spin => {
+                spin = true;
+                let time = part.into_inner().find(|p| p.as_rule() == Rule::literal)?;
+                value = Some(Literal::parse(time.as_str(), r.span(&time)));
+            }
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
     }
-    Some((name?, value?))
+    Some(Setting {
+        name: name?,
+        value: value?,
+        spin,
+    })
 }
 
 fn unread_clause(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {

@@ -1,9 +1,9 @@
 //! From the tree to the model: interfaces are loaded, slots get their names.
 
-use crate::ast::{self, Clause, Item};
-use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, Slot, StateMachine};
+use crate::ast::{self, Clause, Item, Setting};
+use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, SPIN, Slot, StateMachine};
 use crate::parse::parse;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, duration_text};
 use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
@@ -399,25 +399,28 @@ impl Resolver<'_> {
         found.map(|(_, backend)| *backend)
     }
 
-    fn qos(&mut self, role: Role, interface: InterfaceId, settings: &[(Name, Literal)]) -> Qos {
-        const TOPIC: [&str; 7] = [
+    fn qos(&mut self, role: Role, interface: InterfaceId, settings: &[Setting]) -> Qos {
+        const TOPIC: [&str; 8] = [
             "reliability",
             "depth",
             "durability",
             "deadline",
             "lifespan",
             "liveliness",
+            "wake",
             IN_PLACE,
         ];
-        const CALL: [&str; 2] = ["timeout", IN_PLACE];
-        let allowed: &[&str] = if role.is_topic() { &TOPIC } else { &CALL };
-        // Who sends or calls chooses at each call.
-        let handles = matches!(role, Role::Implements | Role::SubscribesTo);
-        let most = allowed.len() - usize::from(!handles);
-        let allowed = &allowed[..most];
+        const CALL: [&str; 3] = ["timeout", "wake", IN_PLACE];
+        // Who sends or calls chooses at each call whether it does so in place; who publishes waits for nobody.
+        let allowed = match role {
+            Role::SubscribesTo => &TOPIC[..],
+            Role::Publishes => &TOPIC[..6],
+            Role::Implements => &CALL[..],
+            Role::Requires => &CALL[..2],
+        };
         let mut qos = Qos::default();
         let mut seen = HashMap::new();
-        for (name, value) in settings {
+        for Setting { name, value, spin } in settings {
             self.once(&mut seen, name, "setting");
             if !allowed.contains(&name.text.as_str()) {
                 let message = format!("`{}` is not a setting of `{}`", name.text, role.word());
@@ -430,11 +433,14 @@ impl Resolver<'_> {
                 LiteralKind::Name(word) => word.as_str(),
                 _ => "",
             };
+            let wakes = name.text == "wake";
             let time = value
                 .as_nanoseconds()
                 .filter(|ns| *ns > 0)
                 .map(Duration::from_nanos);
             let understood = match name.text.as_str() {
+                _ if *spin != wakes => false,
+                "wake" => set(&mut qos.spin, time.filter(|time| SPIN.contains(time))),
                 "reliability" => {
                     qos.reliable = one_of(word, "best_effort", "reliable");
                     qos.reliable.is_some()
@@ -471,12 +477,17 @@ impl Resolver<'_> {
                     "reliability" => "`reliable` or `best_effort`",
                     "durability" => "`volatile` or `transient_local`",
                     "depth" => "a whole number from 1 to 1000",
+                    "wake" => "`spin` and a time from 1us to 10ms",
                     IN_PLACE => "`true` or `false`",
                     _ => "a time such as `500ms`",
                 };
+                let written = match value.as_nanoseconds() {
+                    Some(ns) if *spin => format!("`spin {}`", duration_text(ns)),
+                    _ if *spin => format!("`spin` with {}", value.described()),
+                    _ => value.described(),
+                };
                 let message = format!(
-                    "{} is not a value of `{}`; allowed is {allowed}",
-                    value.described(),
+                    "{written} is not a value of `{}`; allowed is {allowed}",
                     name.text
                 );
                 self.found

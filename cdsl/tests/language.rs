@@ -371,7 +371,7 @@ fn backends_and_quality_of_service() {
         &expect![[r#"
             c.cdsl:3:16: error[unknown-middleware]: unknown middleware `dsd` (did you mean `dds`?)
             c.cdsl:3:23: error[unknown-qos]: `timout` is not a setting of `requires` (did you mean `timeout`?)
-            c.cdsl:3:34: error[unknown-qos]: `depth` is not a setting of `requires` (allowed here: `timeout`)
+            c.cdsl:3:34: error[unknown-qos]: `depth` is not a setting of `requires` (allowed here: `timeout`, `wake`)
             c.cdsl:3:51: error[bad-qos]: `soon` is not a value of `timeout`; allowed is a time such as `500ms`
             c.cdsl:3:57: error[repeated-clause]: setting `timeout` is repeated; each stands once; the first one at c.cdsl:3:43
             c.cdsl:4:40: error[bad-qos]: `reliabel` is not a value of `reliability`; allowed is `reliable` or `best_effort`
@@ -381,8 +381,20 @@ fn backends_and_quality_of_service() {
             c.cdsl:4:97: error[unknown-qos]: `timeout` is not a setting of `publishes` (allowed here: `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );
+    check(
+        "requires Laser { wake 50us; }, Laser as a { wake spin; }, Laser as b { wake spin 20ms; };\nimplements Laser as c { timeout spin 3s; wake spin 0us; };\npublishes LaserPub { wake spin 50us; };\nsubscribesTo LaserPub as d { wake spin 1us; };",
+        "language rust;",
+        &expect![[r#"
+            c.cdsl:3:23: error[bad-qos]: a time is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
+            c.cdsl:3:50: error[bad-qos]: `spin` is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
+            c.cdsl:3:82: error[bad-qos]: `spin 20ms` is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
+            c.cdsl:4:38: error[bad-qos]: `spin 3s` is not a value of `timeout`; allowed is a time such as `500ms`
+            c.cdsl:4:52: error[bad-qos]: `spin 0ms` is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
+            c.cdsl:5:22: error[unknown-qos]: `wake` is not a setting of `publishes` (allowed here: `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+        "#]],
+    );
     let slots = check(
-        "requires Laser(ice) { timeout 500; };\npublishes LaserPub(ros) { reliability best_effort; depth 5; durability transient_local; deadline 100ms; lifespan 1s; liveliness 2 s; };",
+        "requires Laser(ice) { timeout 500; wake spin 50us; };\npublishes LaserPub(ros) { reliability best_effort; depth 5; durability transient_local; deadline 100ms; lifespan 1s; liveliness 2 s; };",
         "language rust;",
         &expect![[""]],
     );
@@ -401,7 +413,7 @@ fn in_place_is_for_handlers_of_plain_structures() {
             c.cdsl:2:100: error[bad-qos]: no operation of `Laser` has, as its only result, a plain structure with a bounded sequence (plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays)
             c.cdsl:3:34: error[bad-qos]: no operation of `LaserPub` has, as its only parameter, a plain structure with a bounded sequence (plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays)
             c.cdsl:3:72: error[bad-qos]: the number 1 is not a value of `in_place`; allowed is `true` or `false`
-            c.cdsl:4:21: error[unknown-qos]: `in_place` is not a setting of `requires` (allowed here: `timeout`)
+            c.cdsl:4:21: error[unknown-qos]: `in_place` is not a setting of `requires` (allowed here: `timeout`, `wake`)
             c.cdsl:5:22: error[unknown-qos]: `in_place` is not a setting of `publishes` (allowed here: `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );

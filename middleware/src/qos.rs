@@ -31,6 +31,9 @@ pub struct Qos {
     pub depth: u32,
     /// How long a call may take.
     pub timeout: Duration,
+    /// How long one who waits stays awake before it sleeps: a client for its answer, a server and a subscriber after a
+    /// message for the next one. Zero: not at all.
+    pub spin: Duration,
 }
 
 impl Qos {
@@ -40,6 +43,7 @@ impl Qos {
         durability: Durability::Volatile,
         depth: 10,
         timeout: Duration::from_secs(1),
+        spin: Duration::ZERO,
     };
     /// What a subscriber asks for: best effort, volatile, keep last 10.
     pub const SUBSCRIBER: Self = Self {

@@ -57,6 +57,8 @@ struct Port {
     woken: bool,
     /// Whether the wake-ups were taken back since it became ready.
     acknowledged: bool,
+    /// Until when it is looked at again and again, without sleeping.
+    awake_until: Option<Instant>,
     complained: Option<Instant>,
 }
 
@@ -70,8 +72,13 @@ impl Port {
 
     /// Nothing is there. What came before its wake-up was taken back has to be looked for once more; what comes later
     /// wakes.
-    fn rest(&mut self) {
-        if self.acknowledged {
+    fn rest(&mut self, now: Instant) {
+        if self.awake_until.is_some_and(|until| now < until) {
+            // Its wake-up stays, and spares those who send another one.
+            self.ready = false;
+        } else if self.awake_until.take().is_some() {
+            self.wake(false);
+        } else if self.acknowledged {
             self.ready = false;
         } else {
             self.receiver.acknowledge(self.woken);
@@ -119,6 +126,7 @@ impl<'a> EventLoop<'a> {
                 failures: 0,
                 woken: false,
                 acknowledged: false,
+                awake_until: None,
                 complained: None,
             })
             .collect();
@@ -187,6 +195,13 @@ impl<'a> EventLoop<'a> {
 
     /// Waits for anything; says whether a `compute()` is due.
     fn wait(&mut self) -> io::Result<bool> {
+        let awake = self
+            .ports
+            .iter_mut()
+            .filter(|port| port.awake_until.is_some());
+        for port in awake {
+            port.ready = true;
+        }
         let limit = if self.ports.iter().any(|p| p.ready) {
             Duration::ZERO
         } else {
@@ -312,10 +327,14 @@ impl<'a> EventLoop<'a> {
             }),
         };
         match taken {
-            Ok(false) => port.rest(),
+            Ok(false) => port.rest(start),
             Ok(true) => {
                 port.failures = 0;
                 let now = Instant::now();
+                let spin = self.description.slots[slot].qos.spin;
+                if !spin.is_zero() {
+                    self.ports[at].awake_until = Some(now + spin);
+                }
                 self.handled(at, now.saturating_duration_since(start), lost, result);
                 return now;
             }
@@ -326,6 +345,7 @@ impl<'a> EventLoop<'a> {
                 if port.failures % HANDLERS_A_TURN == 0 {
                     port.receiver.acknowledge(false);
                     port.ready = false;
+                    port.awake_until = None;
                 }
                 let now = Instant::now();
                 let error = HandlerError(error.to_string());

@@ -25,12 +25,12 @@ pub(crate) struct Row {
 impl Row {
     /// Whether it goes there and back.
     pub(crate) fn is_query(&self) -> bool {
-        self.kind == "query"
+        matches!(self.kind, "query" | "awake")
     }
 }
 
 /// What is measured.
-pub(crate) const ROWS: [Row; 5] = [
+pub(crate) const ROWS: [Row; 6] = [
     Row {
         name: "publish 64 B, one way",
         kind: "publish",
@@ -58,6 +58,12 @@ pub(crate) const ROWS: [Row; 5] = [
     Row {
         name: "query 64 B, round trip",
         kind: "query",
+        size: 64,
+        count: 1000,
+    },
+    Row {
+        name: "the same with `wake spin 200us` at both generated ends",
+        kind: "awake",
         size: 64,
         count: 1000,
     },
@@ -106,7 +112,17 @@ impl Pair {
     pub(crate) fn generated() -> Result<Self, Failure> {
         let network = Network::new("gen")?;
         let folder = target()?.join("release");
-        let arguments = ["--network", network.name.as_str(), "--log", "error"];
+        // Two slots of one interface, so the second one needs an address of its own.
+        let awake = format!("awake={}/Awake", network.name);
+        let network_name = network.name.as_str();
+        let arguments = [
+            "--network",
+            network_name,
+            "--log",
+            "error",
+            "--bind",
+            &awake,
+        ];
         let pong = ready(Program::start(&folder.join("pong"), &arguments)?)?;
         let ping = ready(Program::start(&folder.join("ping"), &arguments)?)?;
         Ok(Self {

@@ -68,7 +68,7 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                     ping.picture(now(), data)?;
                 }
                 Kind::Flood => ping.publish(now(), data)?,
-                Kind::Query => {
+                Kind::Query | Kind::Awake => {
                     let start = now();
                     ping.query(data, &mut answer)?;
                     times.push(now() - start);
@@ -81,7 +81,7 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
         if order.kind == Kind::Flood {
             times.push(now() - begin);
         }
-        if order.kind != Kind::Query {
+        if !matches!(order.kind, Kind::Query | Kind::Awake) {
             pause(order.size);
             ping.publish(0, &[])?;
         }

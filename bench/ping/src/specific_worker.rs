@@ -42,9 +42,12 @@ impl Worker for SpecificWorker {
                     picture.send()?;
                 }
                 Kind::Flood => ctx.sample.sample(now(), data)?,
-                Kind::Query => {
+                Kind::Query | Kind::Awake => {
                     let start = now();
-                    let answer = ctx.echo.echo(data)?;
+                    let answer = match order.kind {
+                        Kind::Awake => ctx.awake.echo(data)?,
+                        _ => ctx.echo.echo(data)?,
+                    };
                     self.times.push(now() - start);
                     if answer.len() != data.len() {
                         return Err(WorkerError::Fatal("another echo".to_owned()));
@@ -55,7 +58,7 @@ impl Worker for SpecificWorker {
         if order.kind == Kind::Flood {
             self.times.push(now() - begin);
         }
-        if order.kind != Kind::Query {
+        if !matches!(order.kind, Kind::Query | Kind::Awake) {
             pause(order.size);
             ctx.sample.sample(0, &[])?;
         }

@@ -3,7 +3,7 @@
 use bench_protocol::{now, ready, report};
 use pong_generated::tracing::error;
 use pong_generated::{
-    Context, Echo, ParamChange, PictureInPlace, Pictures, Sample, Worker, WorkerError,
+    Awake, Context, Echo, ParamChange, PictureInPlace, Pictures, Sample, Worker, WorkerError,
 };
 
 pub(crate) struct SpecificWorker {
@@ -36,6 +36,12 @@ impl Worker for SpecificWorker {
 }
 
 impl Echo for SpecificWorker {
+    fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
+        data
+    }
+}
+
+impl Awake for SpecificWorker {
     fn echo(&mut self, _ctx: &mut Context, data: Vec<u8>) -> Vec<u8> {
         data
     }

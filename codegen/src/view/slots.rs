@@ -297,6 +297,9 @@ fn qos(role: Role, qos: &Qos) -> Vec<String> {
             timeout.subsec_nanos()
         ));
     }
+    if let Some(spin) = qos.spin {
+        fields.push(format!("spin: Duration::new(0, {}),", spin.subsec_nanos()));
+    }
     if fields.is_empty() {
         return vec![base.to_owned()];
     }

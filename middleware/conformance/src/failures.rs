@@ -5,6 +5,7 @@ use crate::calls::{ask, echo};
 use crate::network::{LIMIT, Network, StopOnDrop, endpoint, header, serve, serve_until, until};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::{CallError, Header, Interrupt, wait};
+use rustix::time::{ClockId, clock_gettime};
 use std::os::fd::AsFd;
 use std::sync::Mutex;
 use std::sync::mpsc::channel;
@@ -250,4 +251,35 @@ pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
         let died = CallError::ServerDied("default/Motor".to_owned());
         assert_eq!(result, Err(died));
     });
+}
+
+/// A client that stays awake for some time gets its answers, and sleeps when they take longer.
+pub fn a_call_that_stays_awake_sleeps_in_the_end(subject: &dyn Subject) {
+    const LONG: Duration = Duration::from_millis(200);
+    let network = Network::new(subject);
+    let mut address = endpoint("default/Motor");
+    address.qos.spin = Duration::from_millis(2);
+    let slow = |header: Header, request: &[u8], reply: &mut Vec<u8>| {
+        if request == b"slow" {
+            wait(&[], LONG);
+        }
+        echo(header, request, reply);
+    };
+    network.serving(&address, slow, || {
+        let backend = network.join("client");
+        let mut client = backend.client(&address).expect("a client");
+        for _ in 0..100 {
+            assert_eq!(ask(&mut *client, b"quick"), b"quick!");
+        }
+        let before = processor_time();
+        assert_eq!(ask(&mut *client, b"slow"), b"slow!");
+        let used = processor_time() - before;
+        assert!(used < LONG / 2, "{used:?}");
+    });
+}
+
+/// What this thread has used of a processor.
+fn processor_time() -> Duration {
+    let used = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(used.tv_sec as u64, used.tv_nsec as u32)
 }

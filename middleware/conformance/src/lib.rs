@@ -85,6 +85,7 @@ macro_rules! suite {
             a_wake_up_ends_no_call_and_stays
             a_server_that_leaves_ends_the_call
             a_server_that_leaves_ends_the_calls_it_holds
+            a_call_that_stays_awake_sleeps_in_the_end
         );
         $crate::suite!(@of limits, $subject,
             sixty_four_clients_are_served

@@ -54,6 +54,7 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         watch: RefCell::new(None),
         answered: Cell::new(None),
         command: session.command(),
+        spin: endpoint.qos.spin,
         port,
         calls,
         session: Arc::clone(session),
@@ -72,6 +73,7 @@ pub(crate) struct SharedClient {
     /// When the call began that it has answered, if that was the last call.
     answered: Cell<Option<Instant>>,
     command: OnItsWay,
+    spin: Duration,
     port: ClientPort,
     calls: Calls,
     session: Arc<Session>,
@@ -172,6 +174,24 @@ impl SharedClient {
         }
     }
 
+    /// Looks for the answer without sleeping, as long as its slot says.
+    fn spin(
+        &self,
+        pending: &Pending,
+        take: &mut dyn FnMut(Header, &[u8]),
+        limit: Duration,
+    ) -> Result<bool, CallError> {
+        let start = Instant::now();
+        let limit = limit.min(self.spin);
+        while start.elapsed() < limit && !self.session.environment.interrupt.is_stopping() {
+            if self.take(pending, take)? {
+                return Ok(true);
+            }
+            std::hint::spin_loop();
+        }
+        Ok(false)
+    }
+
     /// Whether the server that was `asked` is there no more. What a dead one left is removed.
     fn is_gone(&self, asked: Option<u128>) -> bool {
         let dead = self.watch.borrow().as_ref().is_some_and(Watch::is_dead);
@@ -225,6 +245,10 @@ impl Client for SharedClient {
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
         let stopping = || self.session.environment.interrupt.is_stopping();
+        if !self.spin.is_zero() && self.spin(&pending, take, limit)? {
+            self.answered.set(Some(start));
+            return Ok(());
+        }
         let mut unanswered: Option<Instant> = None;
         let mut left = limit;
         loop {

@@ -11,4 +11,4 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::conn
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"ping\",\"model\":\"c6ca640ed09bfdd7\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"ping\",\"model\":\"82e38812cdbe5563\",\"middleware\":\"iceoryx2\"}\0";

@@ -11,6 +11,8 @@ pub struct Context {
     core: Core,
     /// requires `Echo`
     pub echo: EchoClient,
+    /// requires `Echo`
+    pub awake: EchoClient,
     /// publishes `Sample`
     pub sample: SamplePublisher,
     /// publishes `Pictures`
@@ -23,8 +25,9 @@ impl Context {
         Ok(Self {
             core,
             echo: EchoClient::new(ports.caller(0)?),
-            sample: SamplePublisher::new(ports, 1)?,
-            pictures: PicturesPublisher::new(ports, 2)?,
+            awake: EchoClient::new(ports.caller(1)?),
+            sample: SamplePublisher::new(ports, 2)?,
+            pictures: PicturesPublisher::new(ports, 3)?,
         })
     }
 
@@ -34,8 +37,9 @@ impl Context {
 
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = usize::from(self.echo.is_connected());
-        peers[1] = self.sample.subscribers();
-        peers[2] = self.pictures.subscribers();
+        peers[1] = usize::from(self.awake.is_connected());
+        peers[2] = self.sample.subscribers();
+        peers[3] = self.pictures.subscribers();
     }
 }
 

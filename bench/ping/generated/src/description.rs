@@ -19,6 +19,20 @@ const SLOT_ECHO: Slot = Slot {
     operations: interfaces::echo::OPERATIONS,
 };
 
+const SLOT_AWAKE: Slot = Slot {
+    name: "awake",
+    role: Role::Requires,
+    interface: "Echo",
+    type_name: "RcBench::Echo",
+    type_hash: 0x0dcda19f7bc6c682,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        spin: Duration::new(0, 200000),
+        ..Qos::CALL
+    },
+    operations: interfaces::echo::OPERATIONS,
+};
+
 const SLOT_SAMPLE: Slot = Slot {
     name: "Sample",
     role: Role::Publishes,
@@ -44,12 +58,12 @@ const SLOT_PICTURES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "ping",
-    model_hash: 0xc6ca640ed09bfdd7,
+    model_hash: 0x82e38812cdbe5563,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_SAMPLE, SLOT_PICTURES],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
     backends: backend::BACKENDS,
     note: backend::NOTE,
 };

@@ -55,6 +55,7 @@ struct Adapter<W> {
 pub fn run<W>() -> ExitCode
 where
     W: Worker,
+    W: slots::Awake,
     W: slots::Echo,
     W: slots::Pictures,
     W: slots::Sample,
@@ -66,6 +67,7 @@ where
 pub fn embed<W>(args: &[&str]) -> Result<Embedded, StartError>
 where
     W: Worker + 'static,
+    W: slots::Awake,
     W: slots::Echo,
     W: slots::Pictures,
     W: slots::Sample,
@@ -82,6 +84,7 @@ fn start<W: Worker>(core: Core, ports: &Ports, values: &Values) -> Result<Adapte
 impl<W> Component for Adapter<W>
 where
     W: Worker,
+    W: slots::Awake,
     W: slots::Echo,
     W: slots::Pictures,
     W: slots::Sample,
@@ -121,6 +124,7 @@ where
     fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
         match slot {
             0 => slots::echo::serve(&mut self.worker, &mut self.ctx, request),
+            1 => slots::awake::serve(&mut self.worker, &mut self.ctx, request),
             _ => request.unknown(),
         }
     }
@@ -132,8 +136,8 @@ where
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         match slot {
-            1 => slots::sample::receive(&mut self.worker, &mut self.ctx, operation, reader),
-            2 => slots::pictures::receive(&mut self.worker, &mut self.ctx, operation, reader),
+            2 => slots::sample::receive(&mut self.worker, &mut self.ctx, operation, reader),
+            3 => slots::pictures::receive(&mut self.worker, &mut self.ctx, operation, reader),
             _ => Err(HandlerError("there is no such slot here".to_owned())),
         }
     }

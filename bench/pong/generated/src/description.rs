@@ -20,6 +20,20 @@ const SLOT_ECHO: Slot = Slot {
     operations: interfaces::echo::OPERATIONS,
 };
 
+const SLOT_AWAKE: Slot = Slot {
+    name: "awake",
+    role: Role::Implements,
+    interface: "Echo",
+    type_name: "RcBench::Echo",
+    type_hash: 0x0dcda19f7bc6c682,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        spin: Duration::new(0, 200000),
+        ..Qos::CALL
+    },
+    operations: interfaces::echo::OPERATIONS,
+};
+
 const SLOT_SAMPLE: Slot = Slot {
     name: "Sample",
     role: Role::SubscribesTo,
@@ -45,12 +59,12 @@ const SLOT_PICTURES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pong",
-    model_hash: 0x6774056ebfad9a13,
+    model_hash: 0x999616c436b26e1a,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_SAMPLE, SLOT_PICTURES],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
     backends: backend::BACKENDS,
     note: backend::NOTE,
 };

@@ -24,6 +24,7 @@ pub use parameters::Params;
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
 pub use rc_runtime::tracing;
 pub use rc_runtime::{Embedded, ParamChange, State, WorkerError};
+pub use slots::Awake;
 pub use slots::Echo;
 pub use slots::Pictures;
 pub use slots::Sample;

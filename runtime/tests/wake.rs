@@ -1,0 +1,148 @@
+//! `wake spin`: a slot that stays awake after a message answers, and sleeps when its time is over.
+
+use rc_middleware::qos::Qos;
+use rc_middleware::typed::{Caller, HandlerError, Operation, Request};
+use rc_middleware::{
+    Address, Endpoint, Environment, Interrupt, Reader, RunDirectory, TypeIdentity,
+};
+use rc_runtime::{
+    Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
+};
+use rustix::time::{ClockId, clock_gettime};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(10);
+/// How long the slot stays awake.
+const SPIN: Duration = Duration::from_millis(10);
+
+const DOUBLE: Operation = Operation {
+    name: "double",
+    id: 5,
+    type_hash: 6,
+    two_way: true,
+};
+
+static DESCRIPTION: Description = Description {
+    name: "wake",
+    model_hash: 1,
+    middleware: "local",
+    period: Duration::from_millis(5),
+    parameters: None,
+    folder: "/nowhere",
+    slots: &[Slot {
+        name: "Numbers",
+        role: Role::Implements,
+        interface: "Numbers",
+        type_name: "Test::Numbers",
+        type_hash: 7,
+        backend: "local",
+        qos: Qos {
+            spin: SPIN,
+            ..Qos::CALL
+        },
+        operations: &[DOUBLE],
+    }],
+    backends: &[("local", rc_local::connect)],
+    note: b"",
+};
+
+/// When `compute()` ran, and the processor time of its thread until then.
+static TURNS: Mutex<Vec<(Instant, Duration)>> = Mutex::new(Vec::new());
+
+struct Worker(Core);
+
+impl Worker {
+    fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
+        Ok(Self(core))
+    }
+}
+
+impl Component for Worker {
+    fn core(&mut self) -> &mut Core {
+        &mut self.0
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        let used = clock_gettime(ClockId::ThreadCPUTime);
+        let used = Duration::new(used.tv_sec as u64, used.tv_nsec as u32);
+        TURNS
+            .lock()
+            .expect("the turns")
+            .push((Instant::now(), used));
+        Ok(())
+    }
+
+    fn emergency(&mut self) {}
+
+    fn restore(&mut self) {}
+
+    fn finalize(&mut self) {}
+
+    fn sending_peers(&self, _: &mut [usize]) {}
+
+    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        let number = request.arguments(&DOUBLE, |reader| reader.get::<i32>())?;
+        request.begin(0).put(&(2 * number));
+        request.finish()
+    }
+
+    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+        Ok(())
+    }
+}
+
+/// Waits until `compute()` has run `more` times; gives its last turn.
+fn turns(more: usize) -> (Instant, Duration) {
+    let count = |wanted: usize| {
+        let turns = TURNS.lock().expect("the turns");
+        (turns.len() >= wanted).then(|| (turns.len(), turns[turns.len() - 1]))
+    };
+    let wanted = count(1).map_or(0, |(length, _)| length) + more;
+    let end = Instant::now() + LIMIT;
+    loop {
+        if let Some((_, last)) = count(wanted) {
+            return last;
+        }
+        assert!(Instant::now() < end, "compute() runs");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
+    let network = format!("wake_{}", std::process::id());
+    let component = embed(&DESCRIPTION, Worker::start, &["--network", &network]);
+    let component = component.expect("a component");
+    let backend = rc_local::connect(&Environment {
+        network: network.clone(),
+        instance: "caller".to_owned(),
+        directory: RunDirectory::of(&network),
+        interrupt: Interrupt::new().expect("an interrupt"),
+    });
+    let backend = backend.expect("the network");
+    let endpoint = Endpoint {
+        address: Address::parse(&format!("{network}/Numbers")).expect("an address"),
+        types: TypeIdentity {
+            name: "Test::Numbers".to_owned(),
+            hash: 7,
+        },
+        qos: Qos::CALL,
+    };
+    let mut caller = Caller::new(backend.client(&endpoint).expect("a client"), LIMIT);
+    for number in 0..100 {
+        caller.begin(&DOUBLE).put(&number);
+        let (case, mut reader) = caller.call().expect("an answer");
+        assert_eq!((case, reader.get::<i32>()), (0, Ok(2 * number)));
+    }
+    // Meanwhile compute() keeps its period. Then nobody calls any more; the first turns may still be awake.
+    let (start, used) = turns(4);
+    let (end, used_at_end) = turns(60);
+    let (passed, used) = (end - start, used_at_end.saturating_sub(used));
+    assert!(
+        used < passed / 2,
+        "{used:?} of {passed:?}, with nothing to do"
+    );
+    component.stop();
+    component.join().expect("an orderly end");
+}
