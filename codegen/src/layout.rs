@@ -102,9 +102,10 @@ pub fn binding(indent: usize, names: &[String], head: &str, args: &[String], tai
         return format!("let (\n{names}{}{value}", " ".repeat(indent));
     }
     let one = format!("let {pattern} = {head}({}){tail}", args.join(", "));
-    // rustfmt counts what follows the closing bracket twice.
-    let twice = tail.trim_end_matches(';').len();
-    if args.join(", ").len() <= CALL && indent + one.len() + twice > LINE {
+    // What follows the closing bracket of a method rustfmt counts twice more.
+    let times = if head.contains('.') { 2 } else { 0 };
+    let again = tail.trim_end_matches(';').len() * times;
+    if args.join(", ").len() <= CALL && indent + one.len() + again > LINE {
         let value = format!("{head}({}){tail}", args.join(", "));
         if indent + 4 + value.len() <= LINE {
             return format!("let {pattern} =\n{}{value}", " ".repeat(indent + 4));

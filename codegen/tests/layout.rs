@@ -107,7 +107,13 @@ fn tuples() {
         let length = [6, 12, 26][random.below(3)];
         let mut items = random.names(8, length);
         items.push(random.name(9));
-        match random.below(4) {
+        match random.below(5) {
+            4 => {
+                let head = format!("in_place::{}", random.name(26));
+                let args = random.names(4, 20);
+                let one = layout::binding(4, &items[..random.below(2) + 1], &head, &args, "?;");
+                format!("fn f() {{\n    {one}\n}}")
+            }
             0 => {
                 let head = format!("pub type {}", random.name(26));
                 layout::tuple_alias(&head, &items)

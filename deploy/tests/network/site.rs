@@ -63,6 +63,15 @@ pub(crate) struct Site {
     pub(crate) network: String,
 }
 
+/// A network that a failed test has left takes itself down.
+impl Drop for Site {
+    fn drop(&mut self) {
+        if self.directory().path().join("rcdeploy.sock").exists() {
+            self.rcdeploy(&["down", &self.network], false);
+        }
+    }
+}
+
 impl Site {
     pub(crate) fn new(name: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
