@@ -273,7 +273,7 @@ pub fn a_call_that_stays_awake_sleeps_in_the_end(subject: &dyn Subject) {
         }
         let before = processor_time();
         assert_eq!(ask(&mut *client, b"slow"), b"slow!");
-        let used = processor_time() - before;
+        let used = processor_time().saturating_sub(before);
         assert!(used < LONG / 2, "{used:?}");
     });
 }
