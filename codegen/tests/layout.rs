@@ -111,7 +111,7 @@ fn tuples() {
             4 => {
                 let head = format!("in_place::{}", random.name(26));
                 let args = random.names(4, 20);
-                let one = layout::binding(4, &items[..random.below(2) + 1], &head, &args, "?;");
+                let one = layout::binding(4, &items[..=random.below(2)], &head, &args, "?;");
                 format!("fn f() {{\n    {one}\n}}")
             }
             0 => {

@@ -73,6 +73,6 @@ fn the_change_on_the_page_is_accepted() {
         .map(|(path, value)| (*path, config::argument(value)))
         .collect();
     let accepted = live.check(changes.iter().map(|(path, value)| (*path, value)));
-    let accepted = accepted.ok().expect("what the page shows");
+    let accepted = accepted.expect("what the page shows");
     assert_eq!((accepted.changes.len(), accepted.pending.len()), (2, 1));
 }

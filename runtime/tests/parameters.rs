@@ -88,6 +88,7 @@ struct Worker {
 }
 
 impl Worker {
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
     fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
         Ok(Self {
             core,
@@ -123,7 +124,7 @@ impl Component for Worker {
         let name = self.core.name().to_owned();
         for change in changes {
             note(&name, |seen| {
-                seen.told.push((change.to_string(), self.speed))
+                seen.told.push((change.to_string(), self.speed));
             });
         }
         if name == "slow" && !self.hung {

@@ -53,6 +53,7 @@ static TURNS: Mutex<Vec<(Instant, Duration)>> = Mutex::new(Vec::new());
 struct Worker(Core);
 
 impl Worker {
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -82,7 +83,7 @@ impl Component for Worker {
     fn sending_peers(&self, _: &mut [usize]) {}
 
     fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
-        let number = request.arguments(&DOUBLE, |reader| reader.get::<i32>())?;
+        let number = request.arguments(&DOUBLE, Reader::get::<i32>)?;
         request.begin(0).put(&(2 * number));
         request.finish()
     }
