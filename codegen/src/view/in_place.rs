@@ -195,6 +195,11 @@ impl Structure {
         }
     }
 
+    /// Whether it mentions the module `in_place`; what has a length does, and what has a `bool`.
+    pub(super) fn has_helpers(&self) -> bool {
+        !self.methods.is_empty() || self.fields.iter().any(|f| f.text.contains("in_place::"))
+    }
+
     fn field(&mut self, doc: &[String], text: String) {
         let doc = doc.to_vec();
         self.fields.push(Field { doc, text });

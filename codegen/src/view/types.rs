@@ -27,8 +27,8 @@ pub struct Module {
     pub consts: Vec<ConstView>,
     /// The structures of those that travel in place.
     pub in_place: Vec<super::in_place::Structure>,
-    /// Whether one of these has a length.
-    pub counted: bool,
+    /// Whether one of these mentions the module `in_place`.
+    pub helpers: bool,
 }
 
 /// A constant.
@@ -152,7 +152,7 @@ fn module(
             .iter()
             .map(|t| type_view(library, id, *t, found))
             .collect(),
-        counted: in_place.iter().any(|s| !s.methods.is_empty()),
+        helpers: in_place.iter().any(super::in_place::Structure::has_helpers),
         in_place,
         consts: module
             .consts
