@@ -71,7 +71,9 @@ fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
     site.await_in_log("controller", "reached 0.2 rad");
 
     let bus = site.ask("bus", "parameters");
-    assert_eq!(bus["motors"][2]["name"], "wrist", "{bus}");
+    let parameters = bus["parameters"].as_array().expect("a list");
+    let wrist = parameters.iter().find(|p| p["path"] == "motors[2].name");
+    assert_eq!(wrist.expect("the name")["value"], "wrist", "{bus}");
     let down = site.rcdeploy(&["down", &site.network], false);
     assert_eq!(down.code, 0, "{down:?}");
     site.assert_nothing_left();
