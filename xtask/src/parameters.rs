@@ -3,7 +3,7 @@
 
 use crate::bench::{BUILD, Figure};
 use crate::pair::{Pair, Row, Times, quantile};
-use crate::programs::{Failure, cargo, finish, target};
+use crate::programs::{Failure, Program, cargo, finish, target};
 use bench_protocol::{now, pause};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
@@ -138,17 +138,14 @@ fn checks() -> Result<[Figure; 2], Failure> {
 fn check_alone(folder: &Path) -> Result<Figure, Failure> {
     let words = "build --release -p rc-pdsl --example check_time";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
-    let mut command = Command::new(target()?.join("release/examples/check_time"));
-    command.current_dir(folder);
-    command.args(["large.pdsl", "etc/config.toml", &CHECKS.to_string()]);
-    let output = command.output()?;
-    let said = String::from_utf8(output.stdout)?;
-    let times: Result<Vec<u64>, _> = said.lines().map(str::parse).collect();
+    let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
+    let (pdsl, toml) = (path("large.pdsl"), path("etc/config.toml"));
+    let arguments = [pdsl.as_str(), toml.as_str(), &CHECKS.to_string()];
+    let program = Program::start(&target()?.join("release/examples/check_time"), &arguments)?;
+    let times: Result<Vec<u64>, Failure> = (0..CHECKS)
+        .map(|_| Ok(program.hear(LIMIT)?.parse()?))
+        .collect();
     let mut times = times?;
-    if !output.status.success() || times.len() != CHECKS {
-        let why = String::from_utf8_lossy(&output.stderr);
-        return Err(format!("check_time failed: {why}").into());
-    }
     let took = Duration::from_nanos(quantile(&mut times, 0.5));
     Ok(in_time(
         "checking a configuration of 1,000 parameters with 100 rules, the call of the checker, median of 20",
