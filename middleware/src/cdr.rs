@@ -7,7 +7,7 @@
 
 use crate::backend::Encoding;
 use std::collections::BTreeMap;
-use zerocopy::{FromZeros, IntoBytes};
+use zerocopy::{FromBytes, FromZeros, IntoBytes};
 
 /// A value that cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -369,6 +369,10 @@ macro_rules! numbers {
                 reader.align(size_of::<Self>());
                 let size = count.checked_mul(size_of::<Self>()).ok_or(DecodeError::Truncated(reader.at))?;
                 let bytes = reader.raw(size)?;
+                // Where they lie as they should, which is the rule, memory is not filled with zeros first.
+                if let Ok(items) = <[Self]>::ref_from_bytes(bytes) {
+                    return Ok(items.to_vec());
+                }
                 let mut items: Vec<Self> =
                     Self::new_vec_zeroed(count).map_err(|_| EncodeError::NoMemory(size))?;
                 items.as_mut_bytes().copy_from_slice(bytes);
@@ -530,6 +534,18 @@ mod tests {
             Reader::new(&bytes_of(&value)).get::<Option<[i16; 3]>>(),
             Ok(value)
         );
+    }
+
+    #[test]
+    fn numbers_are_read_wherever_they_lie() {
+        let items: Vec<f64> = (0..5).map(f64::from).collect();
+        let mut room = [0_u64; 8];
+        let bytes = bytes_of(&items);
+        for shift in 0..8 {
+            let place = &mut room.as_mut_bytes()[shift..shift + bytes.len()];
+            place.copy_from_slice(&bytes);
+            assert_eq!(Reader::new(place).get::<Vec<f64>>().as_ref(), Ok(&items));
+        }
     }
 
     #[test]
