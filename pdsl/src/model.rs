@@ -22,6 +22,11 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    /// Whether the value of any of them is never shown.
+    pub fn has_secrets(&self) -> bool {
+        self.parameters.iter().any(Parameter::has_secrets)
+    }
+
     /// One line of JSON that [`Parameters::from_json`] reads.
     pub fn to_json(&self) -> String {
         // Only maps with keys that are no texts cannot be written, and there are none.
@@ -506,6 +511,18 @@ impl Parameter {
             Kind::Scalar { .. } => self.default.is_none(),
             Kind::Group(members) => members.iter().any(Self::is_required),
             Kind::List { length, .. } => length.min > 0,
+        }
+    }
+
+    /// Whether its value, or any in it, is never shown.
+    pub fn has_secrets(&self) -> bool {
+        match &self.kind {
+            Kind::Scalar { .. } => self.secret,
+            Kind::Group(members)
+            | Kind::List {
+                parameters: members,
+                ..
+            } => members.iter().any(Self::has_secrets),
         }
     }
 

@@ -262,6 +262,7 @@ impl Live {
             found: &mut errors,
             missing: Vec::new(),
             secrets: Vec::new(),
+            guarded: false,
             sample: false,
         };
         let new = if let (Some(_), Some(_)) = (array, target.element) {
