@@ -272,8 +272,9 @@ impl Type {
     }
 }
 
-/// One value.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// One value. What is no number (`nan`) equals itself: two values are equal where a file that says one of them need not
+/// be changed to say the other one.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Value {
     /// `true` or `false`
@@ -288,6 +289,20 @@ pub enum Value {
     Duration(u64),
     /// The elements of an array.
     Array(Vec<Value>),
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Float(a), Self::Float(b)) => a == b || (a.is_nan() && b.is_nan()),
+            (Self::Bool(a), Self::Bool(b)) => a == b,
+            (Self::Int(a), Self::Int(b)) => a == b,
+            (Self::Text(a), Self::Text(b)) => a == b,
+            (Self::Duration(a), Self::Duration(b)) => a == b,
+            (Self::Array(a), Self::Array(b)) => a == b,
+            _ => false,
+        }
+    }
 }
 
 impl Value {

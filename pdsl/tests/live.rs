@@ -63,16 +63,19 @@ name = "r"
 # The end.
 "#;
 
-fn model() -> Parameters {
+fn load(text: &str) -> Parameters {
     let mut sources = SourceMap::new();
-    let source = sources.add("arm.pdsl", ARM);
+    let source = sources.add("arm.pdsl", text);
     let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
     assert_eq!(render(&sources, &found, Format::Short), "");
     model.expect("parameters")
 }
 
 fn live(text: &str) -> Live {
-    let model = model();
+    of(load(ARM), text)
+}
+
+fn of(model: Parameters, text: &str) -> Live {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
     let (configuration, found) = config::check(&sources, source, Some(&model));
@@ -515,6 +518,44 @@ fn files_of_every_form_are_written_into() {
         expected.assert_eq(&saved.replace("\r\n", "\n"));
         assert_eq!(self::live(&saved).values(), live.values(), "{saved}");
     }
+}
+
+#[test]
+fn what_is_no_number_is_a_value_like_others() {
+    let model = load(
+        "ComponentParams C { x double 1 T; y float 1 restart; z double[] [] T; speed double 1 T; };",
+    );
+    let file = "[parameters]\nx = nan\ny = -nan\nz = [nan, inf]\n";
+    let mut live = of(model, file);
+    let said = set(
+        &mut live,
+        &[
+            ("speed", json!(5)),
+            ("x", json!("nan")),
+            ("y", json!("nan")),
+            ("z", json!(["nan", "inf"])),
+        ],
+    );
+    assert_eq!(said, "speed: 1.0 -> 5.0\n");
+    assert!(
+        live.list(&[])
+            .expect("all")
+            .iter()
+            .all(|p| p.pending.is_none())
+    );
+    let save = |live: &Live, text: &str| live.save(Path::new("config.toml"), text).expect("saved");
+    let saved = save(&live, file);
+    assert_eq!(saved, format!("{file}speed = 5.0\n"));
+    live.saved();
+    set(&mut live, &[("x", json!("-inf")), ("z[1]", json!("nan"))]);
+    let saved = save(&live, &saved);
+    assert_eq!(
+        saved,
+        "[parameters]\nx = -inf\ny = -nan\nz = [nan, nan]\nspeed = 5.0\n"
+    );
+    live.saved();
+    set(&mut live, &[("x", json!("nan"))]);
+    assert!(save(&live, &saved).contains("x = nan\n"));
 }
 
 #[test]
