@@ -345,10 +345,10 @@ fn the_template_is_a_configuration() {
         # double[], 2 to 3 elements, from -1 to 1
         offsets = [0.0, 0.5]
 
-        # string
+        # string; secret
         token = "s3cret"
 
-        # int, from 0 to 9999
+        # int, from 0 to 9999; secret
         pin = 1234
 
         # bool
