@@ -428,6 +428,43 @@ fn tables_that_only_have_tables() {
 }
 
 #[test]
+fn what_stands_over_the_whole_file_stays_there() {
+    let model = load("ComponentParams c { a int 1; list l { x int 2; }; };");
+    let (_, text) = updated(
+        &model,
+        "#:schema x.json\n# Mine.\n[[parameters.l]]\nx = 1\n",
+    );
+    expect![[r#"
+        #:schema x.json
+        # Mine.
+
+        [parameters]
+
+        # int
+        a = 1
+
+        [[parameters.l]]
+        x = 1
+    "#]].assert_eq(&text);
+    let (_, text) = updated(
+        &model,
+        "#:schema x.json\n\n# Left.\n[[parameters.l]]\nx = 1\n",
+    );
+    expect![[r#"
+        #:schema x.json
+
+        [parameters]
+
+        # int
+        a = 1
+
+        # Left.
+        [[parameters.l]]
+        x = 1
+    "#]].assert_eq(&text);
+}
+
+#[test]
 fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
     update(
         "[component]\nlog = \"warn\"",
