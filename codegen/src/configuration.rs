@@ -76,7 +76,13 @@ pub(crate) fn check(
     if project.is_some()
         && let Ok(update) = config::update(sources, source, parameters)
     {
-        found.extend(config::unset(&update));
+        // A note shows lines, too.
+        let secrets = found.first().map(|d| d.secrets.clone());
+        found.extend(config::unset(&update).into_iter().map(|mut note| {
+            note.secrets
+                .clone_from(secrets.as_ref().unwrap_or(&Vec::new()));
+            note
+        }));
     }
     found
 }

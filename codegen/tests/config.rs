@@ -33,7 +33,7 @@ fn read(folder: &Path) -> String {
 fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     let folder = component();
     let folder = folder.path();
-    let mine = "# Mine.\n[parameters]\nmax_speed = 2.0 # fast\ngain = 7\n";
+    let mine = "# Mine.\n[parameters]\nmax_speed = 2.0 # fast\ngain = [7]\n";
     write(folder, "etc/config.toml", mine);
     write(folder, "c.pdsl", LATER);
     assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
@@ -71,11 +71,12 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     assert_eq!(changed(&before, &files(folder)), [""; 0]);
 
     let (code, out, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
-    assert_eq!((code, out.as_str(), err.as_str()), (0, changes, ""));
+    let told = "etc/config.toml: 1 value has become a comment\n";
+    assert_eq!((code, out.as_str(), err.as_str()), (0, changes, told));
     assert_eq!(changed(&before, &files(folder)), ["etc/config.toml"]);
     let updated = "# Mine.\n[parameters]\nmaxSpeed = 2.0 # fast\n\n# What is safe.\n# double, in m\n\
-        safe_distance = 0.5\n\n# string\ntoken = \"s3cret\"\n\n\
-        # No parameter any more (rcgen config --update):\n# gain = 7\n";
+        safe_distance = 0.5\n\n# string; secret\ntoken = \"s3cret\"\n\n\
+        # No parameter any more (rcgen config --update):\n# gain = [7]\n";
     assert_eq!(read(folder), updated);
     for arguments in [&["--update"][..], &["--update", "--check"]] {
         let arguments = [&["config"], arguments, &["etc/config.toml"]].concat();
@@ -85,6 +86,91 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     assert_eq!(
         rcgen(folder, &["check", "."]),
         (0, String::new(), String::new())
+    );
+}
+
+#[test]
+fn a_value_that_may_be_another_parameter_stays_refused_until_somebody_decides() {
+    let folder = component();
+    let folder = folder.path();
+    write(
+        folder,
+        "c.pdsl",
+        "ComponentParams c { top_speed double 300.0 0:500 unit \"m/s\"; gain int 3; mass int 1; };\n",
+    );
+    let mine = "[parameters]\nmax_speed = 0.5 # slow!\ngain = 7\n";
+    write(folder, "etc/config.toml", mine);
+    let changes = "etc/config.toml: leave `max_speed` to you: it is no parameter any more; \
+        rename it if it is `top_speed` (300.0 by default) now, or take it out\n\
+        etc/config.toml: add `mass` = 1\n";
+    let told = "etc/config.toml: what is left to you stays an error; put it right, then: \
+        rcgen config --update etc/config.toml\n";
+    let (code, out, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
+    assert_eq!((code, out.as_str(), err.as_str()), (1, changes, told));
+    let updated = format!("{mine}\n# int\nmass = 1\n");
+    assert_eq!(read(folder), updated);
+    // Neither does a second update take the decision, nor is the component started with the default.
+    let (first, _) = changes.split_once('\n').expect("two lines");
+    for check in [
+        &["config", "--update"][..],
+        &["config", "--update", "--check"],
+    ] {
+        let (code, out, _) = rcgen(folder, &[check, &["c.cdsl"]].concat());
+        assert_eq!((code, out.trim_end()), (1, first));
+    }
+    assert_eq!(read(folder), updated);
+    let (code, _, err) = rcgen(folder, &["check", "--format", "short", "c.cdsl"]);
+    assert_eq!(code, 1);
+    let note = "etc/config.toml:2:1: note[unset-parameter]: not set, so that defaults hold: `top_speed` = 300.0";
+    assert!(err.contains(note), "{err}");
+    // It is that parameter; or it is gone, and the default is what is wanted.
+    for (decided, says) in [
+        (
+            updated.replace("max_speed", "top_speed"),
+            "top_speed = 0.5 # slow!",
+        ),
+        (
+            updated.replace("max_speed = 0.5 # slow!\n", ""),
+            "top_speed = 300.0",
+        ),
+    ] {
+        write(folder, "etc/config.toml", &decided);
+        let (code, _, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
+        assert_eq!((code, err.as_str()), (0, ""));
+        assert!(read(folder).contains(says), "{}", read(folder));
+        assert_eq!(rcgen(folder, &["check", "c.cdsl"]).0, 0);
+    }
+}
+
+#[test]
+fn what_a_short_configuration_leaves_to_defaults_is_no_news() {
+    let folder = component();
+    let folder = folder.path();
+    for text in ["", "[parameters]\ngain = 7\n"] {
+        write(folder, "etc/config.toml", text);
+        for file in ["c.cdsl", "etc/config.toml", "."] {
+            let said = rcgen(folder, &["check", file]);
+            assert_eq!(said, (0, String::new(), String::new()));
+        }
+    }
+    // Who asks is told.
+    let (code, out, _) = rcgen(folder, &["config", "--update", "--dry-run", "c.cdsl"]);
+    assert_eq!(
+        (code, out.as_str()),
+        (0, "etc/config.toml: add `max_speed` = 1.0\n")
+    );
+    // A note shows a line as well.
+    write(folder, "c.pdsl", LATER);
+    write(
+        folder,
+        "etc/config.toml",
+        "parameters = { tokn = \"hunter2\" }\n",
+    );
+    let (code, _, err) = rcgen(folder, &["check", "c.cdsl"]);
+    assert_eq!(code, 1);
+    assert!(
+        err.contains("note[unset-parameter]") && !err.contains("hunter2"),
+        "{err}"
     );
 }
 
@@ -134,7 +220,10 @@ fn the_page_and_the_schema_follow_every_generation() {
     write(folder, "c.pdsl", LATER);
     assert_eq!(rcgen(folder, &["c.cdsl", "--check"]).0, 1);
     assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
-    assert!(page("parameters.md").contains("| `token` | string |  |  | secret |"));
+    assert!(
+        page("parameters.md")
+            .contains("| `token` | string |  |  | not shown | fixed at the start; secret |")
+    );
     assert!(!page("parameters.md").contains(row));
     let schema = page("config.schema.json");
     assert!(

@@ -86,6 +86,9 @@ fn read(
 ) -> (Configuration, Diagnostics, Vec<String>) {
     let mut checker = Checker {
         place: Place { source },
+        // What nobody has declared may be anything.
+        guarded: parameters.is_none_or(Parameters::has_secrets),
+        secrets: Vec::new(),
         found: Diagnostics::new(),
         missing: Vec::new(),
     };
@@ -93,13 +96,18 @@ fn read(
     match Document::parse(sources.text(source)) {
         Ok(document) => checker.document(document.as_table(), parameters, &mut configuration),
         Err(error) => {
+            let text = sources.text(source);
             let span = checker.place.of(error.span(), checker.place.start());
+            if checker.guarded {
+                checker.hide(document::values_in_lines(text, span.start..span.end));
+            }
             let message = error.message().lines().collect::<Vec<_>>().join("; ");
             checker
                 .found
                 .push(Diagnostic::error("toml-syntax", span, message));
         }
     }
+    checker.found.hide(&checker.secrets);
     (configuration, checker.found, checker.missing)
 }
 
@@ -116,6 +124,7 @@ pub(crate) fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)
             found: &mut Diagnostics::new(),
             missing: Vec::new(),
             secrets: Vec::new(),
+            guarded: false,
             sample,
         };
         let start = reader.place.start();
@@ -131,6 +140,10 @@ pub(crate) fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)
 
 struct Checker {
     place: Place,
+    /// Whether a value at the wrong place may be a secret.
+    guarded: bool,
+    /// The places of values that are not to be shown.
+    secrets: Vec<Span>,
     found: Diagnostics,
     missing: Vec<String>,
 }
@@ -181,16 +194,16 @@ impl Checker {
             found: &mut self.found,
             missing: Vec::new(),
             secrets: Vec::new(),
+            guarded: self.guarded,
             sample: false,
         };
         let block = reader.block(declared, table, "", at);
         self.missing = reader.missing;
-        let secrets = reader.secrets;
+        self.secrets.append(&mut reader.secrets);
         let rules = parameters.map_or(&[][..], |model| &model.rules);
         for (_, broken) in rules::broken(rules, &block) {
             self.found.push(broken.diagnostic());
         }
-        self.found.hide(&secrets);
         out.parameters = block.values();
     }
 
@@ -212,7 +225,8 @@ impl Checker {
     }
 
     fn unknown_keys(&mut self, table: &dyn TableLike, known: &[&str], prefix: &str, at: Span) {
-        for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
+        for (name, item) in table.iter().filter(|(name, _)| !known.contains(name)) {
+            self.misplaced(item);
             let span = self.place.of(table.key(name).and_then(Key::span), at);
             let message = format!("unknown key `{prefix}{name}`");
             self.found.push(
@@ -222,8 +236,30 @@ impl Checker {
         }
     }
 
+    fn hide(&mut self, values: Vec<std::ops::Range<usize>>) {
+        let source = self.place.source;
+        let spans = values.into_iter();
+        self.secrets
+            .extend(spans.map(|value| Span::new(source, value.start, value.end)));
+    }
+
+    /// What stands under a key that nobody reads may have been meant for one that is secret.
+    fn misplaced(&mut self, item: &Item) {
+        if self.guarded {
+            let mut values = Vec::new();
+            document::values_in(item, &mut values);
+            self.hide(values);
+        }
+    }
+
     fn wrong_type(&mut self, item: &Item, path: &str, at: Span, allowed: &str) {
-        let message = format!("`{path}` cannot be {}", document::described(item, false));
+        // The two keys of `[component]` are no secrets.
+        let guarded = self.guarded && !path.starts_with("component.");
+        if guarded {
+            self.misplaced(item);
+        }
+        let what = document::described(item, guarded);
+        let message = format!("`{path}` cannot be {what}");
         let span = self.place.of(item.span(), at);
         self.found.push(
             Diagnostic::error("wrong-type", span, message).help(format!("allowed is {allowed}")),

@@ -22,6 +22,11 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    /// Whether the value of any of them is never shown.
+    pub fn has_secrets(&self) -> bool {
+        self.parameters.iter().any(Parameter::has_secrets)
+    }
+
     /// One line of JSON that [`Parameters::from_json`] reads.
     pub fn to_json(&self) -> String {
         // Only maps with keys that are no texts cannot be written, and there are none.
@@ -267,8 +272,9 @@ impl Type {
     }
 }
 
-/// One value.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// One value. What is no number (`nan`) equals itself: two values are equal where a file that says one of them need not
+/// be changed to say the other one.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Value {
     /// `true` or `false`
@@ -283,6 +289,20 @@ pub enum Value {
     Duration(u64),
     /// The elements of an array.
     Array(Vec<Value>),
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Float(a), Self::Float(b)) => a == b || (a.is_nan() && b.is_nan()),
+            (Self::Bool(a), Self::Bool(b)) => a == b,
+            (Self::Int(a), Self::Int(b)) => a == b,
+            (Self::Text(a), Self::Text(b)) => a == b,
+            (Self::Duration(a), Self::Duration(b)) => a == b,
+            (Self::Array(a), Self::Array(b)) => a == b,
+            _ => false,
+        }
+    }
 }
 
 impl Value {
@@ -506,6 +526,18 @@ impl Parameter {
             Kind::Scalar { .. } => self.default.is_none(),
             Kind::Group(members) => members.iter().any(Self::is_required),
             Kind::List { length, .. } => length.min > 0,
+        }
+    }
+
+    /// Whether its value, or any in it, is never shown.
+    pub fn has_secrets(&self) -> bool {
+        match &self.kind {
+            Kind::Scalar { .. } => self.secret,
+            Kind::Group(members)
+            | Kind::List {
+                parameters: members,
+                ..
+            } => members.iter().any(Self::has_secrets),
         }
     }
 

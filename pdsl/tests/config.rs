@@ -228,11 +228,11 @@ fn tables_and_values_are_not_confused() {
     check(
         "parameters = 3\ncomponent = []\nbindings = 'x'\nmiddleware = { a = 1 }",
         &expect![[r#"
-        config.toml:1:14: error[wrong-type]: `parameters` cannot be the number 3 (allowed is a table)
-        config.toml:2:13: error[wrong-type]: `component` cannot be an array (allowed is a table)
-        config.toml:3:12: error[wrong-type]: `bindings` cannot be the text "x" (allowed is a table)
-        config.toml:4:20: error[wrong-type]: `middleware.a` cannot be the number 1 (allowed is a table)
-    "#]],
+            config.toml:1:14: error[wrong-type]: `parameters` cannot be this number (allowed is a table)
+            config.toml:2:13: error[wrong-type]: `component` cannot be an array (allowed is a table)
+            config.toml:3:12: error[wrong-type]: `bindings` cannot be this text (allowed is a table)
+            config.toml:4:20: error[wrong-type]: `middleware.a` cannot be this number (allowed is a table)
+        "#]],
     );
     check(
         "[parameters]\nmotors = []",
@@ -257,7 +257,7 @@ fn what_belongs_to_the_framework() {
         config.toml:2:10: error[out-of-range]: `component.period` cannot be the number 0 (allowed is a time of at least 100us)
         config.toml:3:7: error[invalid-choice]: `component.log` cannot be the text "inf" (did you mean `info`?)
         config.toml:4:1: error[unknown-key]: unknown key `component.peroid` (did you mean `period`?)
-        config.toml:6:5: error[wrong-type]: `bindings.a` cannot be the number 3 (allowed is an address in quotes)
+        config.toml:6:5: error[wrong-type]: `bindings.a` cannot be this number (allowed is an address in quotes)
         config.toml:8:2: error[unknown-key]: unknown key `middlewares` (did you mean `middleware`?)
     "#]].assert_eq(&rendered);
     assert_eq!(configuration.bindings.len(), 1);
@@ -345,10 +345,10 @@ fn the_template_is_a_configuration() {
         # double[], 2 to 3 elements, from -1 to 1
         offsets = [0.0, 0.5]
 
-        # string
+        # string; secret
         token = "s3cret"
 
-        # int, from 0 to 9999
+        # int, from 0 to 9999; secret
         pin = 1234
 
         # bool
@@ -466,4 +466,79 @@ fn what_is_secret_is_shown_in_no_line_of_a_finding() {
           = help: allowed is a whole number of 64 bits
     "#]]
     .assert_eq(&render(&sources, &found, Format::Human));
+}
+
+/// All that is said, with the lines of the text; none of it may tell a secret.
+fn shown(text: &str, model: Option<&Parameters>) -> String {
+    let mut sources = SourceMap::new();
+    let source = sources.add("config.toml", text);
+    let (_, found) = config::check(&sources, source, model);
+    assert!(!found.is_empty(), "{text}");
+    [Format::Human, Format::Short, Format::Json]
+        .map(|format| render(&sources, &found, format))
+        .concat()
+}
+
+#[test]
+fn a_secret_at_the_wrong_place_is_not_shown_either() {
+    let model = load(
+        "ComponentParams C { token string \"\" secret; speed double 1; group link { port int 1; \
+         passwd string \"\" secret; }; list users { name string; key string secret; }; };",
+    );
+    for text in [
+        // Under another key.
+        "[parameters]\ntokn = \"hunter2\"\n",
+        "[parameters]\nTOKEN = ['hunter2']\n",
+        "[parameters]\nlink.passwrd = \"hunter2\"\n",
+        "[parameters]\nlink = { port = true, passwrd = \"hunter2\" }\n",
+        "parameters = { lnk = { passwd = \"hunter2\" } }\n",
+        "[parameters]\nusers = [{ name = \"a\", ky = \"hunter2\" }]\n",
+        "token = \"hunter2\"\n",
+        "[component]\ntoken = \"hunter2\"\n",
+        "paramters = { token = \"hunter2\" }\n",
+        "paramters.token = \"hunter2\"\n",
+        // In another form.
+        "[parameters]\ntoken.x = \"hunter2\"\n",
+        "[parameters]\nlink = \"hunter2\"\n",
+        "[parameters]\nusers = [\"hunter2\"]\n",
+        "[parameters]\nspeed = { token = \"hunter2\" }\n",
+        "parameters = \"hunter2\"\n",
+        "[bindings]\ntoken = [\"hunter2\"]\n",
+        "[middleware]\ntoken = \"hunter2\"\n",
+        // In no TOML at all.
+        "[parameters]\ntoken = hunter2\n",
+        "[parameters]\ntoken = \"hunter2\n",
+        "[parameters]\ntoken = 'hunter2'\ntoken = 'hunter2'\n",
+        "[parameters]\ntoken = 'a'\nlink = { passwd = 'hunter2', passwd = 'hunter2' }\n",
+        "[parameters]\ntoken = \"\"\"\nhunter2==\n",
+        "[parameters]\ntoken = [\n  hunter2\n]\n",
+        "[parameters]\ntoken \"hunter2\"\n",
+        "[parameters]\n\"hunter2\n",
+        "[parameters]\ntoken = \"a\" hunter2",
+        "[parameters]\ntoken = \"hunter2\\q\"",
+        "[parameters]\ntoken = 1hunter2",
+    ] {
+        let said = shown(text, Some(&model));
+        assert!(!said.contains("hunter2"), "{text}\n{said}");
+        // Without a model nobody knows what is secret.
+        let said = shown(text, None);
+        assert!(!said.contains("hunter2"), "{text}\n{said}");
+    }
+    expect![[r#"
+        error[toml-syntax]: string values must be quoted, expected literal string
+         --> config.toml:3:9
+          |
+        3 | token = *******
+          |         ^^^^^^^
+        config.toml:3:9: error[toml-syntax]: string values must be quoted, expected literal string
+        {"code":"toml-syntax","end":{"column":16,"line":3},"file":"config.toml","help":null,"labels":[],"message":"string values must be quoted, expected literal string","severity":"error","start":{"column":9,"line":3}}
+    "#]].assert_eq(&shown("[parameters]\nspeed = 1\ntoken = hunter2\n", Some(&model)));
+    // What is no secret is shown where none is declared.
+    let model = load("ComponentParams C { speed double 1; };");
+    for text in [
+        "[parameters]\nsped = 20.5\n",
+        "[parameters]\nspeed = 20.5m\n",
+    ] {
+        assert!(shown(text, Some(&model)).contains("20.5"), "{text}");
+    }
 }

@@ -63,16 +63,19 @@ name = "r"
 # The end.
 "#;
 
-fn model() -> Parameters {
+fn load(text: &str) -> Parameters {
     let mut sources = SourceMap::new();
-    let source = sources.add("arm.pdsl", ARM);
+    let source = sources.add("arm.pdsl", text);
     let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
     assert_eq!(render(&sources, &found, Format::Short), "");
     model.expect("parameters")
 }
 
 fn live(text: &str) -> Live {
-    let model = model();
+    of(load(ARM), text)
+}
+
+fn of(model: Parameters, text: &str) -> Live {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
     let (configuration, found) = config::check(&sources, source, Some(&model));
@@ -211,6 +214,7 @@ fn all_that_is_wrong_is_said_at_once_and_nothing_is_taken() {
             wrong-type: `verbose` cannot be a table (allowed is `true` or `false`)
             wrong-length: `gains` has length 1 (allowed are 2 to 4 elements)
             out-of-range: `gains[0]` cannot be the number -1 (allowed is a number of 64 bits, from 0 to 100)
+            repeated-change: `gains[0]` is changed twice (give each parameter one value)
             wrong-type: `tags[1]` cannot be the number 1 (allowed is a text in quotes)
             fixed-parameter: `fixed` is fixed when the component starts (change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `arm` and generate anew)
             wrong-type: `log` cannot be changed as a whole (name a parameter in it, as in `log.level`)
@@ -261,6 +265,35 @@ fn rules_are_checked_of_all_changes_together() {
         &[("gains", json!([1, 2])), ("gains[0]", json!(3))],
         &expect![[r#"
             repeated-change: `gains[0]` is changed twice (give each parameter one value)
+        "#]],
+    );
+}
+
+#[test]
+fn broken_rules_are_said_beside_all_else() {
+    // The rules about `speed` and `motors[1]` say nothing, since the values there are wrong by themselves.
+    refused(
+        &live(FILE),
+        &[
+            ("speed", json!(9999)),
+            ("limit", json!(1)),
+            ("motors[0].min", json!(3)),
+            ("motors[1].min", json!("x")),
+            ("motors[1].max", json!(-3)),
+        ],
+        &expect![[r#"
+            out-of-range: `speed` cannot be the number 9999 (allowed is a number of 32 bits, from 0 to 10, in rad/s)
+            wrong-type: `motors[1].min` cannot be the text "x" (allowed is a number of 64 bits)
+            rule-broken: `motors[0].min` breaks a rule: min must lie below max (`min < max` does not hold: `motors[0].min` is 3.0, `motors[0].max` is 1.5)
+        "#]],
+    );
+    refused(
+        &live(FILE),
+        &[("sped", json!(1)), ("speed", json!(6)), ("fixed", json!(2))],
+        &expect![[r#"
+            unknown-parameter: unknown parameter `sped` (did you mean `speed`?)
+            fixed-parameter: `fixed` is fixed when the component starts (change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `arm` and generate anew)
+            rule-broken: `speed` breaks a rule: it moves too fast (`speed <= limit` does not hold: `speed` is 6.0, `limit` is 5.0)
         "#]],
     );
 }
@@ -518,6 +551,44 @@ fn files_of_every_form_are_written_into() {
 }
 
 #[test]
+fn what_is_no_number_is_a_value_like_others() {
+    let model = load(
+        "ComponentParams C { x double 1 T; y float 1 restart; z double[] [] T; speed double 1 T; };",
+    );
+    let file = "[parameters]\nx = nan\ny = -nan\nz = [nan, inf]\n";
+    let mut live = of(model, file);
+    let said = set(
+        &mut live,
+        &[
+            ("speed", json!(5)),
+            ("x", json!("nan")),
+            ("y", json!("nan")),
+            ("z", json!(["nan", "inf"])),
+        ],
+    );
+    assert_eq!(said, "speed: 1.0 -> 5.0\n");
+    assert!(
+        live.list(&[])
+            .expect("all")
+            .iter()
+            .all(|p| p.pending.is_none())
+    );
+    let save = |live: &Live, text: &str| live.save(Path::new("config.toml"), text).expect("saved");
+    let saved = save(&live, file);
+    assert_eq!(saved, format!("{file}speed = 5.0\n"));
+    live.saved();
+    set(&mut live, &[("x", json!("-inf")), ("z[1]", json!("nan"))]);
+    let saved = save(&live, &saved);
+    assert_eq!(
+        saved,
+        "[parameters]\nx = -inf\ny = -nan\nz = [nan, nan]\nspeed = 5.0\n"
+    );
+    live.saved();
+    set(&mut live, &[("x", json!("nan"))]);
+    assert!(save(&live, &saved).contains("x = nan\n"));
+}
+
+#[test]
 fn what_somebody_else_has_edited_is_not_overwritten() {
     let mut live = live(FILE);
     set(
@@ -558,4 +629,95 @@ fn what_somebody_else_has_edited_is_not_overwritten() {
     expect![[r#"
         config.toml:7:9: error[rule-broken]: `speed` breaks a rule: it moves too fast; `limit` at config.toml:6:9 (`speed <= limit` does not hold: `speed` is 3.0, `limit` is 2.5)
     "#]].assert_eq(&save(&both));
+}
+
+#[test]
+fn an_element_of_a_list_that_was_moved_is_not_written_into() {
+    let save = |live: &Live, text: &str| match live.save(Path::new("config.toml"), text) {
+        Ok(text) => text,
+        Err(Unsaved::Conflicts(lines)) => lines.join("\n"),
+        Err(Unsaved::Wrong(sources, found)) => render(&sources, &found, Format::Short),
+    };
+    let [left, right] = [
+        "\n[[parameters.motors]]\nname = \"l\"\nmax = 1.5\n",
+        "\n[[parameters.motors]]\nname = \"r\"\n",
+    ];
+    let file = format!("[parameters]\nspeed = 2.0\n{left}{right}");
+    let mut live = live(&file);
+    set(
+        &mut live,
+        &[("motors[1].max", json!(3)), ("motors[1].min", json!(0.5))],
+    );
+    assert_eq!(
+        save(&live, &file),
+        format!("{file}max = 3.0\nmin = 0.5\n")
+            .replace("max = 3.0\nmin = 0.5", "min = 0.5\nmax = 3.0")
+    );
+    // Exchanged.
+    expect![[r#"
+        `motors[1].name` was "r" when the file was read and is "l" in it now: `motors[1].min` may be that of another element
+        `motors[1].max` was 1.0 when the file was read, is 1.5 in it now, and 3.0 here"#]].assert_eq(&save(
+        &live,
+        &format!("[parameters]\nspeed = 2.0\n{right}{left}"),
+    ));
+    // One more, one less.
+    expect![[r#"
+        `motors` had 2 elements when the file was read and has 3 now: `motors[1].min` may be that of another one
+        `motors` had 2 elements when the file was read and has 3 now: `motors[1].max` may be that of another one"#]].assert_eq(&save(&live, &format!("{file}{right}")));
+    expect![[r#"
+        `motors[1].min` is not in the file any more
+        `motors[1].max` is not in the file any more"#]]
+    .assert_eq(&save(&live, &format!("[parameters]\nspeed = 2.0\n{left}")));
+    // Another one at its place.
+    expect![[r#"
+        `motors[1].name` was "r" when the file was read and is "x" in it now: `motors[1].min` may be that of another element
+        `motors[1].name` was "r" when the file was read and is "x" in it now: `motors[1].max` may be that of another element"#]].assert_eq(&save(&live, &file.replace("\"r\"", "\"x\"")));
+    // The other elements and all else may change, and what is the same already is no matter.
+    let other = file
+        .replace("speed = 2.0", "speed = 1.0")
+        .replace("1.5", "2.5");
+    assert!(save(&live, &other).ends_with("name = \"r\"\nmin = 0.5\nmax = 3.0\n"));
+    let agreed = format!("{file}max = 3\n");
+    assert_eq!(save(&live, &agreed), format!("{agreed}min = 0.5\n"));
+}
+
+#[test]
+fn what_stands_over_the_whole_file_stays_there() {
+    let motors = "[[parameters.motors]]\nname = \"l\"\n";
+    let values = "[parameters]\nspeed = 3.0\n";
+    for (header, about) in [
+        ("#:schema ../generated/config.schema.json\n# The arm.\n", ""),
+        (
+            "#:schema ../generated/config.schema.json\n\n# The arm.\n\n",
+            "# Left.\n",
+        ),
+        ("\u{feff}#:schema x\n\n", ""),
+        ("\u{feff}", ""),
+        ("\n\n", "# Left.\n"),
+        ("", ""),
+    ] {
+        let text = format!("{header}{about}{motors}");
+        let mut live = live(&text);
+        set(&mut live, &[("speed", json!(3))]);
+        let saved = live.save(Path::new("config.toml"), &text).expect("saved");
+        assert_eq!(saved, format!("{header}{values}{about}{motors}"));
+    }
+    // Nothing but comments.
+    let model = load("ComponentParams c { speed double 1 T; };");
+    for (text, gap) in [
+        ("# All.\n\n# [component]\n", "\n"),
+        ("# All.", "\n\n"),
+        ("", ""),
+    ] {
+        let mut live = of(model.clone(), text);
+        assert_eq!(live.save(Path::new("c.toml"), text).expect("saved"), text);
+        set(&mut live, &[("speed", json!(3))]);
+        let saved = live.save(Path::new("c.toml"), text).expect("saved");
+        assert_eq!(saved, format!("{text}{gap}{values}"));
+    }
+    let text = "# All.\r\n\r\n# [component]\r\n";
+    let mut live = of(model, text);
+    set(&mut live, &[("speed", json!(3))]);
+    let saved = live.save(Path::new("c.toml"), text).expect("saved");
+    assert_eq!(saved, format!("{text}\r\n[parameters]\r\nspeed = 3.0\r\n"));
 }

@@ -264,46 +264,25 @@ min = 1.0
 limits = { low = 0.1, High = 0.2 }
 "#,
         &expect![[r#"
-            comment out `divice`, which is no parameter any more; is it `device` now?
+            leave `divice` to you: it is no parameter any more; rename it if it is `device` ("/dev/ttyUSB0" by default) now, or take it out
             rename `saef_distance` to `safe_distance`
             rename `Serial` to `serial`
-            comment out `logs`, which is no parameter any more; is it `log` now?
+            leave `logs` to you: it is no parameter any more; rename it if it is `log` or in it now, or take it out
             rename `motor` to `motors`
-            comment out `motors[0].limits.height`, which is no parameter any more; is it `motors[0].limits.high` now?
-            add `motors[0].limits.high` = 1.0
-            comment out `motors[1].min`, which is no parameter any more
-            add `motors[1].max` = 1.5
+            leave `motors[0].limits.height` to you: it is no parameter any more; rename it if it is `motors[0].limits.high` (1.0 by default) now, or take it out
+            leave `motors[1].min` to you: it is no parameter any more; rename it if it is `motors[1].max` (1.5 by default) now, or take it out
             rename `motors[1].limits.High` to `motors[1].limits.high`
-            add `device` = "/dev/ttyUSB0"
-            add `log.path` = "/tmp"
-            add `log.keep` = 7
             add `points` = []
             -----
             [parameters]
-
-            # The serial port.
-            # path
-            device = "/dev/ttyUSB0"
-
-            # No parameter any more (rcgen config --update):
-            # divice = "/dev/x"
+            divice = "/dev/x"
             rate = 9600
             safe_distance = 0.7
             serial = "A1"
 
-            # Where it logs.
-            [parameters.log]
-
-            # path
-            path = "/tmp"
-
-            # long
-            keep = 7
-
-            # No parameter any more (rcgen config --update):
-            # [parameters.logs]
-            # path = "/var"
-            # kept = 1
+            [parameters.logs]
+            path = "/var"
+            kept = 1
 
             [[parameters.motors]]
             name = "left"
@@ -311,21 +290,11 @@ limits = { low = 0.1, High = 0.2 }
             max = 1.0
             [parameters.motors.limits]
             low = 0.1
-
-            # double
-            high = 1.0
-
-            # No parameter any more (rcgen config --update):
-            # height = 2.0
+            height = 2.0
             [[parameters.motors]]
             name = "right"
             id = 2
-
-            # float
-            max = 1.5
-
-            # No parameter any more (rcgen config --update):
-            # min = 1.0
+            min = 1.0
             limits = { low = 0.1, high = 0.2 }
 
             # Points to pass.
@@ -459,6 +428,43 @@ fn tables_that_only_have_tables() {
 }
 
 #[test]
+fn what_stands_over_the_whole_file_stays_there() {
+    let model = load("ComponentParams c { a int 1; list l { x int 2; }; };");
+    let (_, text) = updated(
+        &model,
+        "#:schema x.json\n# Mine.\n[[parameters.l]]\nx = 1\n",
+    );
+    expect![[r#"
+        #:schema x.json
+        # Mine.
+
+        [parameters]
+
+        # int
+        a = 1
+
+        [[parameters.l]]
+        x = 1
+    "#]].assert_eq(&text);
+    let (_, text) = updated(
+        &model,
+        "#:schema x.json\n\n# Left.\n[[parameters.l]]\nx = 1\n",
+    );
+    expect![[r#"
+        #:schema x.json
+
+        [parameters]
+
+        # int
+        a = 1
+
+        # Left.
+        [[parameters.l]]
+        x = 1
+    "#]].assert_eq(&text);
+}
+
+#[test]
 fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
     update(
         "[component]\nlog = \"warn\"",
@@ -546,10 +552,94 @@ fn lines_end_as_they_did_and_braces_over_several_lines_are_left_alone() {
     let (_, text) = updated(&model, "[parameters]\r\na = 3\r\nc = 4\r\n");
     assert_eq!(text.matches('\n').count(), text.matches("\r\n").count());
     let (changes, text) = updated(&model, "parameters = { a = 1,\n  c = 4 }\n");
-    if !changes.is_empty() {
-        assert!(changes[0].starts_with("leave `` to you"), "{changes:?}");
-        assert_eq!(text, "parameters = { a = 1,\n  c = 4 }\n");
+    expect![["leave `c` to you: it is no parameter any more; rename it if it is `b` (2 by default) now, or take it out"]]
+        .assert_eq(&changes.join("\n"));
+    assert_eq!(text, "parameters = { a = 1,\n  c = 4 }\n");
+    let (changes, text) = updated(&model, "parameters = { a = 1,\n  c = 'x' }\n");
+    assert!(
+        changes[0].starts_with("leave `` to you: its braces"),
+        "{changes:?}"
+    );
+    assert_eq!(text, "parameters = { a = 1,\n  c = 'x' }\n");
+}
+
+#[test]
+fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
+    let model = load(
+        "ComponentParams c { max_speed double 300 0:1000; name string \"\"; \
+         group limits { low double 0; force double 5; }; list points { x double 0; }; \
+         list joints { vmax double 1; vmin double 0; }; };",
+    );
+    let told = |lines: &str| {
+        let toml = format!("[parameters]\n{lines}");
+        let (changes, text) = updated(&model, &toml);
+        let mut sources = SourceMap::new();
+        let source = sources.add("config.toml", text.as_str());
+        let (_, found) = config::check(&sources, source, Some(&model));
+        assert!(found.has_errors(), "{text}");
+        changes
+    };
+    let left = |from: &str, to: &str| {
+        format!(
+            "leave `{from}` to you: it is no parameter any more; rename it if it is {to} now, or take it out"
+        )
+    };
+    let rest = "max_speed = 5\nname = ''\n";
+    let all = format!("{rest}joints = []\npoints = []\n");
+    let limits = "limits = { low = 1, force = 2 }\n";
+    let speed = "`max_speed` (300.0 by default)";
+    for (lines, expected) in [
+        // Another name.
+        (
+            format!("speed = 20.0 # slow!\nname = ''\njoints = []\npoints = []\n{limits}"),
+            vec![left("speed", speed)],
+        ),
+        // Into a group.
+        (
+            format!("force = 2.5\n{all}"),
+            vec![left("force", "`limits` or in it")],
+        ),
+        // A group and a list.
+        (
+            format!("bounds = {{ low = 3 }}\n{all}"),
+            vec![left("bounds", "`limits` or in it")],
+        ),
+        (
+            format!("way = [{{ x = 3 }}]\njoints = []\n{rest}{limits}"),
+            vec![left("way", "`points` ([] by default)")],
+        ),
+        // In braces.
+        (
+            format!(
+                "joints = [{{ most = 3.0 }}, {{most='a', vmin=1}}]\npoints = []\n{rest}{limits}"
+            ),
+            vec![
+                left(
+                    "joints[0].most",
+                    "`joints[0].vmax` (1.0 by default) or `joints[0].vmin` (0.0 by default)",
+                ),
+                "comment out `joints[1].most`, which is no parameter any more".to_owned(),
+                "add `joints[1].vmax` = 1.0".to_owned(),
+            ],
+        ),
+        // Several of each.
+        (
+            format!("speed = 20.0\naccel = 3\nlabel = 'x'\njoints = []\npoints = []\n{limits}"),
+            vec![
+                left("speed", speed),
+                left("accel", speed),
+                left("label", "`name` (\"\" by default)"),
+            ],
+        ),
+    ] {
+        assert_eq!(told(&lines), expected, "{lines}");
     }
+    // A value that nothing new can take is a comment, as ever.
+    let (_, text) = updated(&model, "[parameters]\nspeed = 2000.0\nname = 'x'\n");
+    assert!(
+        text.contains("# speed = 2000.0") && text.contains("max_speed = 300.0"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -620,8 +710,16 @@ fn whatever_is_written_stays_or_becomes_a_comment() {
             changes += said.len();
             let source = sources.add("config.toml", text.as_str());
             let (_, found) = config::check(&sources, source, Some(&model));
+            // What may be another parameter stays wrong until somebody decides.
+            let left = |d: &&rc_diagnostics::Diagnostic| {
+                let path = d.message.strip_prefix("unknown parameter ");
+                path.is_none_or(|path| {
+                    let line = format!("leave {path} to you: it is no parameter any more; ");
+                    !said.iter().any(|change| change.starts_with(&line))
+                })
+            };
             let bad = ["toml-syntax", "unknown-parameter"];
-            let bad = found.iter().find(|d| bad.contains(&d.code));
+            let bad = found.iter().filter(|d| bad.contains(&d.code)).find(left);
             assert!(bad.is_none(), "{bad:?}\n{toml}\n-----\n{text}");
             // What is in braces is written anew; its numbers stay.
             for line in toml.lines().filter(|line| !line.contains('{')) {

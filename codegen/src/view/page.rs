@@ -123,9 +123,10 @@ fn row(parameter: &Parameter) -> Option<Row> {
     };
     let default = match &parameter.default {
         None => "must be set".to_owned(),
-        Some(_) if parameter.secret => "secret".to_owned(),
+        Some(_) if parameter.secret => "not shown".to_owned(),
         Some(default) => cell(&code(&default.to_toml())),
     };
+    let secret = if parameter.secret { "; secret" } else { "" };
     Some(Row {
         name: code(&parameter.name),
         ty,
@@ -135,7 +136,8 @@ fn row(parameter: &Parameter) -> Option<Row> {
         change: parameter
             .change()
             .unwrap_or("fixed at the start")
-            .to_owned(),
+            .to_owned()
+            + secret,
         doc: cell(&parameter.doc.join(" ")),
     })
 }

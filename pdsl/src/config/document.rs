@@ -39,6 +39,42 @@ pub(super) fn value(item: &Item) -> Option<Value> {
     }
 }
 
+/// The places of all values in `item`.
+pub(super) fn values_in(item: &Item, out: &mut Vec<Range<usize>>) {
+    if let Some(table) = item.as_table_like() {
+        table.iter().for_each(|(_, item)| values_in(item, out));
+    } else if let Some(tables) = item.as_array_of_tables() {
+        let items = tables.iter().flat_map(|table| table.iter());
+        items.for_each(|(_, item)| values_in(item, out));
+    } else {
+        out.extend(item.span());
+    }
+}
+
+/// What may be a secret in the lines of `shown`, of a text that is no TOML: what follows `=`, and all where that cannot
+/// be told from a key.
+pub(super) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usize>> {
+    let start = text[..shown.start].rfind('\n').map_or(0, |feed| feed + 1);
+    let end = text[shown.end..].find('\n');
+    let end = end.map_or(text.len(), |feed| shown.end + feed);
+    let (mut at, mut values) = (start, Vec::new());
+    for line in text[start..end].split_inclusive('\n') {
+        let before = &text[..at];
+        let in_text = ["\"\"\"", "'''"]
+            .iter()
+            .any(|quotes| before.matches(quotes).count() % 2 == 1);
+        let is_key = |key: &&str| {
+            let word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+            !in_text && key.trim().chars().all(word)
+        };
+        let key = line.split_once('=').map(|(key, _)| key).filter(is_key);
+        let value = key.map_or(line, |key| line[key.len() + 1..].trim_start());
+        values.push(at + line.len() - value.len()..at + line.len());
+        at += line.len();
+    }
+    values
+}
+
 /// A table of a list, and its place.
 pub(super) type Element<'a> = (&'a dyn TableLike, Option<Range<usize>>);
 

@@ -152,7 +152,7 @@ impl Live {
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
     ) -> Result<Accepted, Diagnostics> {
         let mut found = Diagnostics::new();
-        let mut wanted: Vec<(Target<'_>, Value)> = Vec::new();
+        let mut wanted: Vec<(Target<'_>, Option<Value>)> = Vec::new();
         for (path, value) in changes {
             match self.wanted(path, value, &mut found) {
                 Some((target, _)) if wanted.iter().any(|(other, _)| other.meets(&target)) => {
@@ -160,12 +160,10 @@ impl Live {
                     let diagnostic =
                         Diagnostic::error("repeated-change", nowhere().start(), message);
                     found.push(diagnostic.help("give each parameter one value"));
+                    wanted.push((target, None));
                 }
                 other => wanted.extend(other),
             }
-        }
-        if found.has_errors() {
-            return Err(found);
         }
         let mut accepted = Accepted {
             running: self.running.clone(),
@@ -174,6 +172,15 @@ impl Live {
             pending: Vec::new(),
         };
         for (target, new) in wanted {
+            let Some(new) = new else {
+                // The rules about it say nothing.
+                for block in [&mut accepted.running, &mut accepted.next] {
+                    if let Some(field) = target.field_mut(block) {
+                        field.faulty = true;
+                    }
+                }
+                continue;
+            };
             let restart = target.parameter.restart;
             let (old, list) = if restart {
                 (target.value(&self.next), &mut accepted.pending)
@@ -212,13 +219,13 @@ impl Live {
         Ok(accepted)
     }
 
-    /// One change by itself: what it concerns, and the value that this becomes.
+    /// One change by itself: what it concerns, and the value that this becomes; none where that is wrong.
     fn wanted<'m>(
         &'m self,
         path: &str,
         value: &Json,
         found: &mut Diagnostics,
-    ) -> Option<(Target<'m>, Value)> {
+    ) -> Option<(Target<'m>, Option<Value>)> {
         let place = nowhere();
         let target = resolve(path, &self.model.parameters, &self.next, place.start());
         let target = target.map_err(|diagnostic| found.push(diagnostic)).ok()?;
@@ -248,13 +255,13 @@ impl Live {
                 "change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `{}` and generate anew",
                 self.model.name
             )));
-            return None;
+            return Some((target, None));
         }
         let Some(item) = document::from_json(value, ty.is_number()) else {
             let message = format!("`{path}` cannot be null");
             let diagnostic = Diagnostic::error("wrong-type", place.start(), message);
             found.push(diagnostic.help(format!("allowed is {}", parameter.allowed())));
-            return None;
+            return Some((target, None));
         };
         let mut errors = Diagnostics::new();
         let mut reader = Reader {
@@ -262,6 +269,7 @@ impl Live {
             found: &mut errors,
             missing: Vec::new(),
             secrets: Vec::new(),
+            guarded: false,
             sample: false,
         };
         let new = if let (Some(_), Some(_)) = (array, target.element) {
@@ -276,7 +284,7 @@ impl Live {
         };
         let fits = !errors.has_errors();
         found.extend(errors);
-        new.filter(|_| fits).map(|new| (target, new))
+        Some((target, new.filter(|_| fits)))
     }
 
     /// Takes over changes that were checked. Those of another check in between would be lost, so there must be none.

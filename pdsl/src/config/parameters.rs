@@ -13,8 +13,10 @@ pub(super) struct Reader<'a> {
     pub(super) found: &'a mut Diagnostics,
     /// The paths that have neither a value nor a default.
     pub(super) missing: Vec<String>,
-    /// The places of values that are secret.
+    /// The places of values that are secret, or may be.
     pub(super) secrets: Vec<Span>,
+    /// Whether there are secrets, so that a value at the wrong place may be one.
+    pub(super) guarded: bool,
     /// Whether a list that is not there has one element, so that the rules in it are tried.
     pub(super) sample: bool,
 }
@@ -50,7 +52,7 @@ impl Reader<'_> {
                 Some((key, item)) => {
                     field.at = self.place.of(item.span().or(key.span()), at);
                     if parameter.secret {
-                        self.secrets.push(field.at);
+                        self.hide(item);
                     }
                     self.given(parameter, item, &mut field);
                 }
@@ -66,7 +68,10 @@ impl Reader<'_> {
 
     fn unknown(&mut self, parameters: &[Parameter], table: &dyn TableLike, path: &str, at: Span) {
         let known: HashSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
-        for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
+        for (name, item) in table.iter().filter(|(name, _)| !known.contains(name)) {
+            if self.guarded {
+                self.hide(item);
+            }
             let span = table.key(name).and_then(toml_edit::Key::span);
             let message = format!("unknown parameter `{}`", inner(path, name));
             let diagnostic =
@@ -84,6 +89,16 @@ impl Reader<'_> {
                 None => diagnostic.suggest(name, parameters.iter().map(|p| p.name.as_str())),
             });
         }
+    }
+
+    /// Keeps the places of the values in `item` from being shown.
+    fn hide(&mut self, item: &Item) {
+        let mut values = Vec::new();
+        document::values_in(item, &mut values);
+        let source = self.place.source;
+        let spans = values.into_iter();
+        self.secrets
+            .extend(spans.map(|value| Span::new(source, value.start, value.end)));
     }
 
     fn absent(&mut self, parameter: &Parameter, field: &mut Field) {
@@ -157,6 +172,10 @@ impl Reader<'_> {
         let single = matches!(parameter.kind, Kind::Scalar { array: None, .. });
         if content.is_none() {
             field.faulty = true;
+            // A value instead of a table, or a table instead of a value.
+            if self.guarded && (!single || !item.is_value() || item.is_inline_table()) {
+                self.hide(item);
+            }
             if !single {
                 self.wrong_type(parameter, item, &field.path, at);
             }
@@ -176,7 +195,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn wrong_type(&mut self, parameter: &Parameter, item: &Item, path: &str, at: Span) {
-        let what = document::described(item, parameter.secret);
+        let what = document::described(item, parameter.has_secrets());
         let message = format!("`{path}` cannot be {what}");
         let help = format!("allowed is {}", parameter.allowed());
         self.found
@@ -235,6 +254,7 @@ pub(super) fn fits(parameter: &Parameter, item: &Item, place: Place) -> bool {
                 found: &mut found,
                 missing: Vec::new(),
                 secrets: Vec::new(),
+                guarded: false,
                 sample: false,
             };
             let mut field = Field {

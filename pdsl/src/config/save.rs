@@ -1,6 +1,6 @@
 //! Changed values on their way back into the configuration file, which keeps its comments and its order.
 
-use super::block::{Block, Content};
+use super::block::{Block, Content, Field};
 use super::live::{Live, ParamChange, nowhere};
 use crate::model::{Kind, Parameter, Value};
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -35,18 +35,28 @@ impl Live {
     pub fn save(&self, path: &Path, text: &str) -> Result<String, Unsaved> {
         let present = self.read(path, text)?;
         let mut edits = self.edits();
-        let conflicts = edits.iter().filter_map(|edit| edit.conflict(&present));
+        let conflicts = edits.iter().filter_map(|edit| {
+            let conflict = edit.conflict(&present);
+            conflict.or_else(|| edit.moved(self, &present))
+        });
         let conflicts: Vec<String> = conflicts.collect();
         if !conflicts.is_empty() {
             return Err(Unsaved::Conflicts(conflicts));
         }
         edits.retain(|edit| edit.value_in(&present) != Some(&edit.change.new));
+        // A table that is new may become the first one; what stands over the whole file stays over it.
+        let (header, rest) = text.split_at(header(text));
         // Right now, since it was read just before.
-        let mut document: DocumentMut = text.parse().unwrap_or_default();
+        let mut document: DocumentMut = rest.parse().unwrap_or_default();
         for edit in &edits {
             edit.write(&mut document);
         }
-        let mut new = document.to_string();
+        let mut new = header.to_owned();
+        if rest.is_empty() && !header.is_empty() && !edits.is_empty() {
+            let feed = if header.ends_with('\n') { "\n" } else { "\n\n" };
+            new.push_str(feed);
+        }
+        new.push_str(&document.to_string());
         if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
             new = new.replace("\r\n", "\n").replace('\n', "\r\n");
         }
@@ -77,6 +87,67 @@ impl Live {
         compare(parameters, &self.saved, &self.next, way, &mut edits);
         edits
     }
+}
+
+/// The length of the comments at the beginning of a file that are about all of it: up to their last blank line, since what
+/// follows that is about the first table. The mark of an encoding belongs to them.
+fn header(text: &str) -> usize {
+    let (mut at, mut blank) = (0, None);
+    for line in text.split_inclusive('\n') {
+        let words = line.trim_start_matches('\u{feff}').trim();
+        if !words.is_empty() && !words.starts_with('#') {
+            let start = text.len() - text.trim_start_matches('\u{feff}').len();
+            return blank.unwrap_or(at).max(start);
+        }
+        at += line.len();
+        if words.is_empty() {
+            blank = Some(at);
+        }
+    }
+    at
+}
+
+/// The first value that the file does not have as it was read, nor as it is now.
+fn difference<'b>(saved: &'b Block, next: &Block, present: &'b Block) -> Option<Difference<'b>> {
+    let fields = saved.fields.iter().zip(&next.fields).zip(&present.fields);
+    for ((saved, next), present) in fields {
+        let found = match (&saved.content, &next.content, &present.content) {
+            (Some(Content::Group(a)), Some(Content::Group(b)), Some(Content::Group(c))) => {
+                difference(a, b, c)
+            }
+            (Some(Content::List(a)), Some(Content::List(b)), Some(Content::List(c))) => {
+                if a.len() == c.len() {
+                    let mut elements = a.iter().zip(b).zip(c);
+                    elements.find_map(|((a, b), c)| difference(a, b, c))
+                } else {
+                    Some(Difference {
+                        field: saved,
+                        read: format!("{} elements", a.len()),
+                        present: format!("{} elements", c.len()),
+                    })
+                }
+            }
+            (Some(Content::Value(a)), Some(Content::Value(b)), Some(Content::Value(c))) => {
+                (a != c && b != c).then(|| Difference {
+                    field: saved,
+                    read: a.to_toml(),
+                    present: c.to_toml(),
+                })
+            }
+            _ => None,
+        };
+        if found.is_some() {
+            return found;
+        }
+    }
+    None
+}
+
+/// What is another one in the file than it was when that was read.
+struct Difference<'b> {
+    field: &'b Field,
+    read: String,
+    present: String,
 }
 
 fn compare<'m>(
@@ -152,6 +223,66 @@ impl Edit<'_> {
         Some(format!(
             "`{path}` was {old} when the file was read, is {there} in it now, and {new} here"
         ))
+    }
+
+    /// What is to be said where the list around the value is not as it was read: its elements are known by their places
+    /// alone, so the value might get into another one.
+    fn moved(&self, live: &Live, present: &Block) -> Option<String> {
+        let path = &self.change.path;
+        if self.value_in(present) == Some(&self.change.new) {
+            return None;
+        }
+        let (mut saved, mut next, mut present) = (&live.saved, &live.next, present);
+        for (name, element) in &self.way {
+            let contents = [saved, next, present].map(|block| {
+                let field = block.field(name);
+                field.and_then(|field| field.content.as_ref())
+            });
+            (saved, next, present) = match (contents, element) {
+                (
+                    [
+                        Some(Content::Group(a)),
+                        Some(Content::Group(b)),
+                        Some(Content::Group(c)),
+                    ],
+                    _,
+                ) => (a, b, c),
+                (
+                    [
+                        Some(Content::List(a)),
+                        Some(Content::List(b)),
+                        Some(Content::List(c)),
+                    ],
+                    Some(at),
+                ) => {
+                    if a.len() != c.len() {
+                        let list = path.split_once('[').map_or(path.as_str(), |(list, _)| list);
+                        return Some(format!(
+                            "`{list}` had {} elements when the file was read and has {} now: `{path}` may be that of another one",
+                            a.len(),
+                            c.len()
+                        ));
+                    }
+                    let Difference {
+                        field,
+                        read,
+                        present,
+                    } = difference(a.get(*at)?, b.get(*at)?, c.get(*at)?)?;
+                    let other = &field.path;
+                    return Some(if field.secret {
+                        format!(
+                            "`{other}` is another one in the file: `{path}` may be that of another element"
+                        )
+                    } else {
+                        format!(
+                            "`{other}` was {read} when the file was read and is {present} in it now: `{path}` may be that of another element"
+                        )
+                    });
+                }
+                _ => return None,
+            };
+        }
+        None
     }
 
     fn write(&self, document: &mut DocumentMut) {

@@ -86,6 +86,9 @@ pub(super) fn scalar(parameter: &Parameter, name: &str) -> String {
     if let Some(change) = parameter.change() {
         let _ = write!(allowed, "; {change}");
     }
+    if parameter.secret {
+        allowed.push_str("; secret");
+    }
     comment(&mut out, &[allowed]);
     let _ = match &parameter.default {
         Some(default) => writeln!(out, "{name} = {}", default.to_toml()),

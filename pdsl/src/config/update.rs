@@ -2,7 +2,8 @@
 //! says so.
 //!
 //! Nothing that somebody wrote gets lost. What is gone becomes a comment. A value goes to another name only where that
-//! can be nothing but another spelling or a slip of the pen; a robot must not move by a guess.
+//! can be nothing but another spelling or a slip of the pen; a robot must not move by a guess. So a value also stays, and
+//! the configuration stays wrong, where it may be that of a parameter for which a default would hold otherwise.
 
 mod inline;
 mod names;
@@ -46,6 +47,9 @@ pub enum What {
     Renamed(String),
     /// It is gone; the name that it perhaps has now.
     Gone(Option<String>),
+    /// It is no parameter any more, but may be one of these, or another one, which are new and have these defaults; a group
+    /// has many.
+    Undecided(Vec<(String, Option<String>)>),
     /// Its table stands in braces over several lines, which only a person changes well.
     ByHand,
 }
@@ -62,11 +66,32 @@ impl fmt::Display for Change {
                 f,
                 "comment out `{path}`, which is no parameter any more; is it `{near}` now?"
             ),
+            What::Undecided(new) => {
+                let names = new.iter();
+                let names: Vec<String> = names
+                    .map(|(path, default)| match default {
+                        Some(default) => format!("`{path}` ({default} by default)"),
+                        None => format!("`{path}` or in it"),
+                    })
+                    .collect();
+                write!(
+                    f,
+                    "leave `{path}` to you: it is no parameter any more; rename it if it is {} now, or take it out",
+                    names.join(" or ")
+                )
+            }
             What::ByHand => write!(
                 f,
                 "leave `{path}` to you: its braces span several lines, and what it holds is not what is declared"
             ),
         }
+    }
+}
+
+impl Change {
+    /// Whether it is no change, but something that a person has to decide.
+    pub fn is_yours(&self) -> bool {
+        matches!(self.what, What::Undecided(_) | What::ByHand)
     }
 }
 
@@ -120,24 +145,38 @@ pub fn update(
     })
 }
 
-/// Notes about what a configuration leaves to its defaults, one for each table.
+/// Notes about what a configuration leaves to its defaults, one for each table; none where that is all that can be said
+/// of it: then it is as short as somebody wants it.
 pub fn unset(update: &Update) -> Vec<Diagnostic> {
+    let new = |change: &Change| matches!(change.what, What::New(_));
+    if update.changes.iter().all(new) {
+        return Vec::new();
+    }
     let mut tables: Vec<(Span, Vec<String>)> = Vec::new();
     let mut known: HashMap<Span, usize> = HashMap::new();
     for change in &update.changes {
-        if let What::New(default) = &change.what {
+        let new = match &change.what {
+            What::New(default) => vec![(&change.path, default)],
+            What::Undecided(new) => {
+                let values = new.iter();
+                values
+                    .filter_map(|(path, default)| Some((path, default.as_ref()?)))
+                    .collect()
+            }
+            _ => continue,
+        };
+        for (path, default) in new {
             let index = *known.entry(change.at).or_insert(tables.len());
             if index == tables.len() {
                 tables.push((change.at, Vec::new()));
             }
-            let text = format!("`{}` = {default}", change.path);
-            tables[index].1.push(text);
+            tables[index].1.push(format!("`{path}` = {default}"));
         }
     }
     let note = |(at, texts): (Span, Vec<String>)| {
         let message = format!("not set, so that defaults hold: {}", texts.join(", "));
         Diagnostic::note("unset-parameter", at, message)
-            .help("`rcgen config --update` writes them in, each with what it means")
+            .help("`rcgen config --update` writes in what is new, and tells what it leaves to you")
     };
     tables.into_iter().map(note).collect()
 }
@@ -235,6 +274,10 @@ impl Updater<'_> {
                         self.item(item, members(to), &within.inner(&to.name));
                     }
                 }
+                _ if !names.perhaps(name).is_empty() => {
+                    let new = candidates(names.perhaps(name), &within.path);
+                    self.change(path, here, What::Undecided(new));
+                }
                 _ => {
                     let near = names.near(name).map(|near| inner(&within.path, near));
                     self.change(path, here, What::Gone(near));
@@ -247,10 +290,11 @@ impl Updater<'_> {
             let known = renamed.iter().find(|(to, _)| *to == parameter.name);
             known.map_or(parameter.name.clone(), |(_, from)| (*from).to_owned())
         };
-        self.values(table, parameters, within, at, &key_of);
+        let decided: Vec<&Parameter> = parameters.iter().filter(|p| names.is_decided(p)).collect();
+        self.values(table, &decided, within, at, &key_of);
         // What is new comes behind what it follows in the `.pdsl`.
         let mut before = within.body;
-        for parameter in parameters.iter().filter(|p| !is_scalar(p)) {
+        for parameter in decided.iter().filter(|p| !is_scalar(p)) {
             let Some(item) = table.get(&key_of(parameter)) else {
                 let above = first(table).map(|first| self.text.above(first));
                 let end = before.map(|head| self.text.end_of(Some(head)));
@@ -272,7 +316,7 @@ impl Updater<'_> {
     fn values(
         &mut self,
         table: &Table,
-        parameters: &[Parameter],
+        parameters: &[&Parameter],
         within: &Within,
         at: Span,
         key_of: &dyn Fn(&Parameter) -> String,
@@ -407,6 +451,16 @@ impl Updater<'_> {
             }
         }
     }
+}
+
+/// Parameters of the table `path` with their defaults.
+fn candidates(parameters: &[&Parameter], path: &str) -> Vec<(String, Option<String>)> {
+    let default = |parameter: &Parameter| match new(parameter) {
+        What::New(default) => Some(default),
+        _ => None,
+    };
+    let all = parameters.iter();
+    all.map(|p| (inner(path, &p.name), default(p))).collect()
 }
 
 /// What is said of a value or a list that is new.

@@ -1,7 +1,7 @@
 //! Tables in braces, which have no room for comments: `{ id = 1, max = 2.0 }`.
 
 use super::names::Names;
-use super::{GONE, Updater, What, inner, new};
+use super::{Change, GONE, Updater, What, candidates, inner, new};
 use crate::model::{Kind, Parameter};
 use toml_edit::{InlineTable, TableLike, Value};
 
@@ -25,7 +25,7 @@ impl Updater<'_> {
             };
             let mut gone = String::new();
             let text = self.inline(table, parameters, &path, &mut gone);
-            if self.changes.len() == known {
+            if self.changes[known..].iter().all(Change::is_yours) {
                 continue;
             }
             let Some(text) = text.filter(|_| !self.text.slice(span.clone()).contains('\n')) else {
@@ -66,6 +66,12 @@ impl Updater<'_> {
             let known = names.knows(name).then_some(name);
             let renamed = names.renamed(name).map(|p| p.name.as_str());
             let Some(to) = known.or(renamed) else {
+                if !names.perhaps(name).is_empty() {
+                    let new = candidates(names.perhaps(name), path);
+                    self.change(inner(path, name), here, What::Undecided(new));
+                    entries.push((usize::MAX, format!("{} = {raw}", self.text.slice(key))));
+                    continue;
+                }
                 let near = names.near(name).map(|near| inner(path, near));
                 self.change(inner(path, name), here, What::Gone(near));
                 gone.push_str(&format!("# {} = {raw}\n", inner(path, name)));
@@ -92,6 +98,7 @@ impl Updater<'_> {
         for (index, parameter) in parameters.iter().enumerate() {
             if table.contains_key(&parameter.name)
                 || entries.iter().any(|(known, _)| *known == index)
+                || !names.is_decided(parameter)
             {
                 continue;
             }

@@ -2,13 +2,15 @@
 
 use super::super::document::Place;
 use super::super::parameters::fits;
-use crate::model::Parameter;
+use crate::model::{Kind, Parameter};
 use rc_diagnostics::nearest;
 use std::collections::{HashMap, HashSet};
-use toml_edit::TableLike;
+use toml_edit::{Item, TableLike};
 
 /// Beyond so many pairs of names nothing is compared any more.
 const PAIRS: usize = 100_000;
+/// So many parameters that a key may be are named.
+const NAMED: usize = 3;
 
 /// The keys of one table beside the parameters that it may have.
 pub(super) struct Names<'m> {
@@ -17,6 +19,10 @@ pub(super) struct Names<'m> {
     absent: Vec<&'m Parameter>,
     /// Keys that are parameters under another name, by that name.
     renamed: HashMap<String, &'m Parameter>,
+    /// For each other key some of the parameters for which a default would hold, though its value may be meant for them.
+    perhaps: HashMap<String, Vec<&'m Parameter>>,
+    /// All those parameters.
+    undecided: HashSet<&'m str>,
     /// Whether there are too many names to compare them.
     many: bool,
 }
@@ -42,8 +48,41 @@ impl<'m> Names<'m> {
                 .filter(|(n, p)| n == name || p.name == parameter.name);
             rivals.count() == 1
         };
+        let renamed: HashMap<String, &Parameter> = pairs.iter().filter(alone).cloned().collect();
+        let taken: HashSet<&str> = renamed.values().map(|p| p.name.as_str()).collect();
+        let free = absent
+            .iter()
+            .filter(|p| !p.is_required() && !taken.contains(p.name.as_str()));
+        let free: Vec<&Parameter> = free.copied().collect();
+        let (mut perhaps, mut undecided) = (HashMap::new(), HashSet::new());
+        for (name, item) in unknown {
+            if renamed.contains_key(name) {
+                continue;
+            }
+            let near = nearest(name, free.iter().filter(|_| !many).map(|p| p.name.as_str()));
+            let may_be = |p: &&&Parameter| many || may_be(p, name, item, place);
+            let mut all: Vec<&Parameter> = Vec::new();
+            for parameter in free.iter().filter(may_be) {
+                undecided.insert(parameter.name.as_str());
+                if near == Some(parameter.name.as_str()) {
+                    all.insert(0, parameter);
+                } else if all.len() < NAMED {
+                    all.push(parameter);
+                } else if many {
+                    break;
+                }
+            }
+            if !all.is_empty() {
+                perhaps.insert(name.to_owned(), all);
+            }
+        }
+        if many {
+            undecided.extend(free.iter().map(|p| p.name.as_str()));
+        }
         Self {
-            renamed: pairs.iter().filter(alone).cloned().collect(),
+            perhaps,
+            undecided,
+            renamed,
             known,
             absent,
             many,
@@ -60,11 +99,33 @@ impl<'m> Names<'m> {
         self.renamed.get(key).copied()
     }
 
+    /// The parameters with defaults that a key may be, which only a person can decide.
+    pub(super) fn perhaps(&self, key: &str) -> &[&'m Parameter] {
+        self.perhaps.get(key).map_or(&[], Vec::as_slice)
+    }
+
+    /// Whether no key may be this parameter by another name.
+    pub(super) fn is_decided(&self, parameter: &Parameter) -> bool {
+        !self.undecided.contains(parameter.name.as_str())
+    }
+
     /// The parameter that a key perhaps is.
     pub(super) fn near(&self, key: &str) -> Option<&'m str> {
         let absent = self.absent.iter().filter(|_| !self.many);
         nearest(key, absent.map(|p| p.name.as_str()))
     }
+}
+
+/// Whether what `item` says under `key` may be meant for `parameter`. Of a group that is so where one name in it is the
+/// same, or where the value may have moved into it.
+fn may_be(parameter: &Parameter, key: &str, item: &Item, place: Place) -> bool {
+    let Kind::Group(members) = &parameter.kind else {
+        return fits(parameter, item, place);
+    };
+    members.iter().any(|member| match item.as_table_like() {
+        Some(table) => table.contains_key(&member.name),
+        None => member.name == key && fits(member, item, place),
+    })
 }
 
 /// Whether two names are one, written in another way, or with one letter too many, one too few, or two letters

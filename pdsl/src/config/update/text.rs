@@ -77,11 +77,14 @@ impl<'a> Text<'a> {
         self.heads.get(at).copied()
     }
 
-    /// Where the comment over a head begins.
+    /// Where the comment over a head begins. One that begins with the text is about all of it, and is not meant.
     pub(super) fn above(&self, head: usize) -> usize {
-        self.back(0, self.line(head), |line| {
-            line.trim_start().starts_with('#')
-        })
+        let line = self.line(head);
+        let comment = |line: &str| line.trim_start().starts_with('#');
+        match self.back(0, line, comment) {
+            0 => line,
+            above => above,
+        }
     }
 
     /// Where the text ends, blank lines aside.
