@@ -277,9 +277,10 @@ impl Server {
                     return;
                 }
             };
+            // It is read only where something is there, so the first limit is for what must not happen.
             let limit = Some(Duration::from_millis(200));
             if self.callers.len() < MOST_CALLERS
-                && stream.set_nonblocking(true).is_ok()
+                && stream.set_read_timeout(limit).is_ok()
                 && stream.set_write_timeout(limit).is_ok()
             {
                 self.called += 1;
@@ -402,9 +403,7 @@ impl Caller {
     }
 
     fn send(&mut self, answer: &Value) -> io::Result<()> {
-        self.stream.set_nonblocking(false)?;
-        self.stream.write_all(format!("{answer}\n").as_bytes())?;
-        self.stream.set_nonblocking(true)
+        self.stream.write_all(format!("{answer}\n").as_bytes())
     }
 }
 

@@ -67,8 +67,8 @@ impl Refusal {
 /// A change on its way to the worker.
 #[derive(Debug)]
 pub(crate) struct Proposal {
-    old: Values,
-    new: Values,
+    old: Arc<Values>,
+    new: Arc<Values>,
     changes: Vec<ParamChange>,
     stage: Mutex<Stage>,
     /// Wakes the management thread.
@@ -167,6 +167,8 @@ struct InFlight {
 /// The parameters of one component.
 pub(crate) struct Tuning {
     live: Live,
+    /// What the worker has.
+    values: Arc<Values>,
     /// The configuration that was read.
     file: Option<PathBuf>,
     end: Arc<UnixStream>,
@@ -183,6 +185,7 @@ impl Tuning {
     ) -> Self {
         Self {
             live: Live::new(model, values),
+            values: Arc::new(values.clone()),
             file,
             end,
             queue: VecDeque::new(),
@@ -278,8 +281,8 @@ impl Tuning {
             return Some((asker, Ok(self.accept(accepted))));
         }
         let proposal = Arc::new(Proposal {
-            old: self.live.values(),
-            new: accepted.values(),
+            old: self.values.clone(),
+            new: Arc::new(accepted.values()),
             changes: accepted.changes.clone(),
             stage: Mutex::new(Stage::Waiting),
             end: self.end.clone(),
@@ -296,9 +299,16 @@ impl Tuning {
 
     fn decided(&mut self, in_flight: InFlight, decision: Result<(), Refusal>) -> Answer {
         let InFlight {
-            asker, accepted, ..
+            asker,
+            proposal,
+            accepted,
+            ..
         } = in_flight;
-        (asker, decision.map(|()| self.accept(accepted)))
+        let answer = decision.map(|()| {
+            self.values = proposal.new.clone();
+            self.accept(accepted)
+        });
+        (asker, answer)
     }
 
     fn accept(&mut self, accepted: Accepted) -> Value {

@@ -3,7 +3,7 @@
 use crate::motion::{Limits, Sine, Tour};
 use joint_controller_generated::tracing::info;
 use joint_controller_generated::{
-    Context, MotorGoalPosition, SetPositionError, Worker, WorkerError,
+    Context, MotorGoalPosition, ParamChange, SetPositionError, Worker, WorkerError,
 };
 use std::time::{Duration, Instant};
 
@@ -68,6 +68,29 @@ impl Worker for SpecificWorker {
             self.limits = None;
         }
         Ok(sent?)
+    }
+
+    /// Refuses what the joint cannot do. What the configuration asks for at the start, or before the bus has told the
+    /// limits, is cut off instead.
+    fn params_changed(
+        &mut self,
+        _ctx: &mut Context,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        let Some(limits) = self.limits else {
+            return Ok(());
+        };
+        let mut faults = Vec::new();
+        for change in changes {
+            let new = std::slice::from_ref(&change.new);
+            let values = change.new.as_array().unwrap_or(new).iter();
+            let values = values.filter_map(|value| value.as_float());
+            faults.extend(values.filter_map(|value| limits.fault(&change.path, value as f32)));
+        }
+        if faults.is_empty() {
+            return Ok(());
+        }
+        Err(WorkerError::Failed(faults.join("; ")))
     }
 }
 

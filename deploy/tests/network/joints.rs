@@ -40,6 +40,36 @@ fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
         site.await_in_log("controller", reached);
     }
     site.await_in_log("controller", "turns at ");
+
+    // What the joint cannot do is refused with the reason, and with it all that was to change at once.
+    let net = site.network.as_str();
+    let set = |changes: &[&str]| {
+        site.rcdeploy(
+            &[&["params", "set", net, "controller"], changes].concat(),
+            false,
+        )
+    };
+    let before = site.ask("controller", "parameters");
+    for (changes, reason) in [
+        (
+            ["speed=0.5", "way_points=[0.1, 0.7]"],
+            "the way point 0.7 is out of reach: the motor turns from -3.1 to 0.6 rad",
+        ),
+        (
+            ["tolerance=0.02", "sine.amplitude=2"],
+            "`sine.amplitude` is at most 1.85 rad, because the motor turns from -3.1 to 0.6 rad",
+        ),
+    ] {
+        let refused = set(&changes);
+        assert_eq!(refused.code, 1, "{refused:?}");
+        assert!(refused.stderr.contains(reason), "{refused:?}");
+        assert_eq!(site.ask("controller", "parameters"), before);
+    }
+    // What it can do is no less welcome because it was told 99.0 at the start.
+    let changed = set(&["way_points[0]=0.2", "sine.amplitude=1.8"]);
+    assert_eq!(changed.code, 0, "{changed:?}");
+    site.await_in_log("controller", "reached 0.2 rad");
+
     let bus = site.ask("bus", "parameters");
     let parameters = bus["parameters"].as_array().expect("a list");
     let wrist = parameters.iter().find(|p| p["path"] == "motors[2].name");

@@ -239,6 +239,9 @@ impl Client for SharedClient {
         let start = Instant::now();
         let answered = self.answered.take();
         let lately = answered.is_some_and(|at| start.saturating_duration_since(at) < LATELY);
+        // It is the one that answered, and no successor.
+        let known = self.watch.borrow().as_ref().map(|watch| watch.server);
+        let lately = lately && self.registered().map(|(server, _)| server) == known;
         if !lately && !self.has_server() {
             return Err(CallError::NoServer(self.address.clone()));
         }
@@ -250,7 +253,11 @@ impl Client for SharedClient {
             return Ok(());
         }
         let mut unanswered: Option<Instant> = None;
-        let mut left = limit;
+        let mut left = if self.spin.is_zero() {
+            limit
+        } else {
+            limit.saturating_sub(start.elapsed())
+        };
         loop {
             // Before the first look nobody has had the time to answer; and one server rings, one ring after the
             // other. A ring for an earlier request that comes now only wakes once too often.
