@@ -43,9 +43,10 @@ pub(crate) struct SharedSubscriber {
     kept_next: bool,
     /// Why the second one could not be opened, until that was told.
     failure: Option<ReceiveError>,
-    session: Arc<Session>,
     endpoint: Endpoint,
     ear: Ear,
+    /// Left after everything above: the last one out must have no end open.
+    session: Arc<Session>,
 }
 
 impl SharedSubscriber {
