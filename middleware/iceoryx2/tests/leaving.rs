@@ -6,7 +6,7 @@ use iceoryx2::prelude::{
     Config, FileName, NodeBuilder, Path, SemanticString, ServiceName, SignalHandlingMode, ipc,
 };
 use processes::{Network, ask};
-use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
+use rc_conformance::network::{StopOnDrop, endpoint, receive, serve_until, until};
 use rc_middleware::{Interrupt, wait};
 use std::os::unix::ffi::OsStrExt;
 use std::time::{Duration, Instant};
@@ -14,63 +14,7 @@ use std::time::{Duration, Instant};
 /// Not a test: what the other processes do.
 #[test]
 fn role() {
-    match processes::role() {
-        Some((role, network)) if role == "stranger" => stranger(&network),
-        _ => processes::play(),
-    }
-}
-
-/// A program that uses iceoryx2 without this crate: it says when it was rung for.
-fn stranger(network: &Network) {
-    let directory = network.environment("stranger").directory;
-    let root = directory.middleware(rc_iceoryx2::NAME);
-    let mut config = Config::default();
-    let root = Path::new(root.as_os_str().as_bytes()).expect("a path");
-    config.global.set_root_path(&root);
-    let prefix = rc_iceoryx2::prefix(&directory);
-    config.global.prefix = FileName::new(prefix.as_bytes()).expect("a prefix");
-    let node = NodeBuilder::new()
-        .config(&config)
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<ipc::Service>()
-        .expect("a node");
-    let name = ServiceName::new("default/Laser/scan").expect("a name");
-    let bell = node.service_builder(&name).event().open();
-    let bell = bell.expect("the bell of the topic");
-    let listener = bell.listener_builder().create().expect("a listener");
-    println!("ready");
-    let end = Instant::now() + LIMIT;
-    while Instant::now() < end {
-        let mut rung = false;
-        listener.try_wait(|_| rung = true).expect("to listen");
-        if rung {
-            println!("rung");
-        }
-        wait(&[], Duration::from_millis(5));
-    }
-}
-
-/// Programs without this crate hold no lock, and are in the network all the same.
-#[test]
-fn the_last_one_out_leaves_a_stranger_what_it_uses() {
-    let network = Network::new("ls");
-    let scan = endpoint("default/Laser/scan");
-    let first = network.join("publisher");
-    let publisher = first.publisher(&scan).expect("a publisher");
-    let mut stranger = network.start("stranger");
-    drop((first, publisher));
-
-    for _ in 0..2 {
-        let next = network.join("publisher");
-        let mut publisher = next.publisher(&scan).expect("a publisher");
-        publisher.publish(header(1), b"x").expect("to publish");
-        stranger.says("rung");
-    }
-    stranger.kill();
-    // With nobody else in it, what all have left goes.
-    drop(network.join("last"));
-    let directory = network.environment("last").directory;
-    assert!(rc_iceoryx2::leftovers(&directory).is_empty());
+    processes::play();
 }
 
 /// A receiver maps a piece of shared memory when it receives the first value in it, and it is gone when the sender is.
