@@ -95,7 +95,7 @@ fn a_secret_comes_from_standard_input_and_is_not_shown() {
     // One line for each, in the order of the command line.
     let (code, out, err) = set(&["token=-", "pin=-"], " 12 34 \n5678\n");
     assert_eq!((code, err.as_str()), (Some(0), ""));
-    assert_eq!(out, "token: *** -> ***\npin: *** -> ***\n");
+    assert_eq!(out, "pin: *** -> ***\ntoken: *** -> ***\n");
     let given = || GIVEN.lock().expect("the values").clone();
     assert_eq!((given().0.as_str(), given().1), (" 12 34 ", 5678));
     // Each element of an array is a text by itself; the whole of it is written as TOML writes it.
