@@ -445,7 +445,8 @@ fn what_stands_over_the_whole_file_stays_there() {
 
         [[parameters.l]]
         x = 1
-    "#]].assert_eq(&text);
+    "#]]
+    .assert_eq(&text);
     let (_, text) = updated(
         &model,
         "#:schema x.json\n\n# Left.\n[[parameters.l]]\nx = 1\n",
@@ -461,7 +462,8 @@ fn what_stands_over_the_whole_file_stays_there() {
         # Left.
         [[parameters.l]]
         x = 1
-    "#]].assert_eq(&text);
+    "#]]
+    .assert_eq(&text);
 }
 
 #[test]
