@@ -1,5 +1,7 @@
 //! Configurations whose `.pdsl` has changed.
 
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
 use expect_test::{Expect, expect};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_pdsl::config;

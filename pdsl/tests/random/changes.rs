@@ -107,7 +107,7 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
     };
     for line in set.iter().filter(optional) {
         if u.ratio(1, 3)? {
-            lines[line.at] = "# A comment.".to_owned();
+            lines[line.at] = String::from("# A comment.");
         }
     }
     let mut text = lines.join("\n") + "\n";
