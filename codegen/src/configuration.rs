@@ -106,7 +106,7 @@ impl Updated {
     /// Writes the new text in place of the old one, or nothing at all.
     pub fn write(&self) -> io::Result<()> {
         if self.differs() {
-            crate::format::replace(&self.path, &self.update.text)?;
+            rc_files::replace(&self.path, &self.text, &self.update.text)?;
         }
         Ok(())
     }

@@ -152,7 +152,7 @@ fn stage(target: &Path, text: &str) -> io::Result<()> {
     std::fs::write(temporary_of(target), text)
 }
 
-pub(crate) fn temporary_of(target: &Path) -> PathBuf {
+fn temporary_of(target: &Path) -> PathBuf {
     let mut name = target.file_name().unwrap_or_default().to_os_string();
     name.push(".rcgen-new");
     target.with_file_name(name)

@@ -31,25 +31,9 @@ pub fn file(
         Ok(formatted) if formatted == text => Ok(false),
         Ok(formatted) => {
             if !check {
-                replace(path, &formatted)?;
+                rc_files::replace(path, &text, &formatted)?;
             }
             Ok(true)
         }
     }
-}
-
-/// Writes beside the file first, so that a full disk costs nothing; a link stays one, and rights stay as they are.
-pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let path = path.canonicalize()?;
-    if path.metadata()?.permissions().readonly() {
-        return Err(io::ErrorKind::PermissionDenied.into());
-    }
-    let staged = crate::files::temporary_of(&path);
-    let written = std::fs::write(&staged, text)
-        .and_then(|()| std::fs::set_permissions(&staged, path.metadata()?.permissions()))
-        .and_then(|()| std::fs::rename(&staged, &path));
-    if written.is_err() {
-        let _ = std::fs::remove_file(&staged);
-    }
-    written
 }

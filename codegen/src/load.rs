@@ -2,8 +2,9 @@
 //! `RC_IDSL_PATH`, and the interfaces that come with this program.
 
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
+pub use rc_files::read;
 use rc_syntax::{Found, Loader, NotFound};
-use std::io::{self, ErrorKind};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
@@ -126,22 +127,6 @@ impl Loader for FileLoader {
             .extend(SHIPPED.iter().map(|(name, _)| (*name).to_owned()));
         Err(missing)
     }
-}
-
-/// The largest file that is read, in bytes: a thousand times what anybody writes.
-const LARGEST: u64 = 64 << 20;
-
-/// The text of a file. A pipe would be waited for, a device read for ever: neither is a description.
-pub fn read(path: &Path) -> io::Result<String> {
-    let refused = |why: &str| Err(io::Error::new(ErrorKind::InvalidInput, why.to_owned()));
-    let metadata = std::fs::metadata(path)?;
-    if !metadata.is_file() {
-        return refused("it is not a file");
-    }
-    if metadata.len() > LARGEST {
-        return refused("it has more than 64 MB");
-    }
-    std::fs::read_to_string(path)
 }
 
 /// The finding that a file is no text, at its first byte that is not UTF-8.

@@ -138,6 +138,24 @@ fn everything_at_once() {
     clippy.extend(packages);
     clippy.extend(["--", "-D", "warnings"]);
     cargo(&workspace, &clippy);
+    // What travels in place is run, too.
+    let placed = workspace.join("components/placed");
+    std::fs::create_dir(placed.join("tests")).expect("a folder");
+    std::fs::rename(placed.join("checks.rs"), placed.join("tests/checks.rs")).expect("to move");
+    let manifest = placed.join("Cargo.toml");
+    let text = std::fs::read_to_string(&manifest).expect("a manifest");
+    let text = text + "\n[dev-dependencies]\nrc-runtime.workspace = true\n";
+    std::fs::write(manifest, text).expect("to write");
+    let test = [
+        "test",
+        "--offline",
+        "-q",
+        "-p",
+        "placed",
+        "--test",
+        "checks",
+    ];
+    cargo(&workspace, &test);
 }
 
 /// What is committed is what would be generated.

@@ -3,6 +3,7 @@
 mod folders;
 
 use folders::{changed, files, rcgen};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 const CDSL: &str =
@@ -23,6 +24,11 @@ fn component() -> tempfile::TempDir {
 
 fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(name), text).expect("a file");
+}
+
+fn rights(folder: &Path, mode: u32) {
+    let rights = std::fs::Permissions::from_mode(mode);
+    std::fs::set_permissions(folder.join("etc/config.toml"), rights).expect("to set");
 }
 
 fn read(folder: &Path) -> String {
@@ -70,9 +76,18 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     );
     assert_eq!(changed(&before, &files(folder)), [""; 0]);
 
+    // Nothing is written into what nobody may write into; what only its owner may read stays so.
+    rights(folder, 0o400);
+    let (code, _, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
+    assert_eq!(code, 3);
+    assert!(err.contains("it is read-only"), "{err}");
+    assert_eq!(changed(&before, &files(folder)), [""; 0]);
+    rights(folder, 0o600);
     let (code, out, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
     let told = "etc/config.toml: 1 value has become a comment\n";
     assert_eq!((code, out.as_str(), err.as_str()), (0, changes, told));
+    let metadata = std::fs::metadata(folder.join("etc/config.toml")).expect("a configuration");
+    assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
     assert_eq!(changed(&before, &files(folder)), ["etc/config.toml"]);
     let updated = "# Mine.\n[parameters]\nmaxSpeed = 2.0 # fast\n\n# What is safe.\n# double, in m\n\
         safe_distance = 0.5\n\n# string; secret\ntoken = \"s3cret\"\n\n\

@@ -60,7 +60,7 @@ pub enum Error {
         others: Vec<String>,
     },
     /// A component refuses what it is asked for.
-    #[error("{name} refuses: {reason}")]
+    #[error("{name} refuses:{}", behind(.reason))]
     Refused {
         /// The component.
         name: String,
@@ -68,13 +68,16 @@ pub enum Error {
         reason: String,
     },
     /// A component cannot do what it is asked for.
-    #[error("{name}: {reason}")]
+    #[error("{name}:{}", behind(.reason))]
     Failed {
         /// The component.
         name: String,
         /// Why.
         reason: String,
     },
+    /// A secret was to come from standard input.
+    #[error("there is no secret at standard input; give it as one line")]
+    NoSecret,
     /// No answer comes.
     #[error("{who} has not answered within {limit:?}; its process may be stopped or hang")]
     Silent {
@@ -108,10 +111,10 @@ pub enum Error {
 }
 
 impl Error {
-    /// The exit code of the command: 1 for a wrong plan and a change that is refused, else 3.
+    /// The exit code of the command: 1 for a wrong plan, a change that is refused and a secret that is not there, else 3.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Plan(_) | Self::Refused { .. } => 1,
+            Self::Plan(_) | Self::Refused { .. } | Self::NoSecret => 1,
             _ => 3,
         }
     }
@@ -130,6 +133,15 @@ fn running(names: &[String]) -> String {
         "; nothing runs there".to_owned()
     } else {
         format!("; there are: {}", names.join(", "))
+    }
+}
+
+/// A reason behind a colon; one of several lines begins on the next.
+fn behind(reason: &str) -> String {
+    if reason.starts_with('\n') {
+        reason.to_owned()
+    } else {
+        format!(" {reason}")
     }
 }
 

@@ -2,7 +2,8 @@
 //! who has started it.
 
 use crate::client::Connection;
-use crate::error::Error;
+use crate::error::{Error, OrCannot};
+use crate::lines::LIMIT;
 use crate::plan::check_name;
 use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
@@ -10,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::fmt;
+use std::io::{BufRead, Read};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -61,6 +63,58 @@ pub struct Saved {
 /// The parameters that `paths` name; all where there is none.
 pub fn list(network: &str, name: &str, paths: &[String]) -> Result<Parameters, Error> {
     ask(network, name, "parameters", &json!({ "paths": paths }))
+}
+
+/// What the words of a command line say, where each follows a path and a `=`. Values are those of TOML; a text needs
+/// no quotes, also where it could be something else. For a secret, `-` is the first line of `input`.
+pub fn values(
+    network: &str,
+    name: &str,
+    words: &[(String, String)],
+    input: &mut dyn BufRead,
+) -> Result<Map<String, Value>, Error> {
+    let mut values = Map::new();
+    for (path, word) in words {
+        // What does not fit its parameter is for the component to refuse, and with it a path that is none.
+        let plain = rc_pdsl::config::argument(word);
+        let dashed = word == "-";
+        if !dashed && (plain == word.as_str() || word.starts_with(['"', '\''])) {
+            values.insert(path.clone(), plain);
+            continue;
+        }
+        let listed = match list(network, name, std::slice::from_ref(path)) {
+            Ok(listed) => listed.parameters,
+            Err(Error::Refused { .. }) => Vec::new(),
+            Err(error) => return Err(error),
+        };
+        let value = match listed.as_slice() {
+            [one] if one.secret && dashed => {
+                let line = line(input)?;
+                if one.is_text() {
+                    Value::String(line)
+                } else {
+                    rc_pdsl::config::argument(&line)
+                }
+            }
+            [one] if one.is_text() => Value::String(word.clone()),
+            _ => plain,
+        };
+        values.insert(path.clone(), value);
+    }
+    Ok(values)
+}
+
+/// A line, without its end.
+fn line(input: &mut dyn BufRead) -> Result<String, Error> {
+    let mut line = String::new();
+    input
+        .take(LIMIT as u64)
+        .read_line(&mut line)
+        .or_cannot("read the secret from standard input")?;
+    if line.is_empty() {
+        return Err(Error::NoSecret);
+    }
+    Ok(line.trim_end_matches(['\r', '\n']).to_owned())
 }
 
 /// Changes values, all or none.
@@ -171,12 +225,17 @@ impl fmt::Display for Parameters {
             writeln!(f, "{}", row[4])?;
         }
         for parameter in &self.parameters {
+            let path = &parameter.path;
+            let unsaved = if parameter.unsaved {
+                ", if it is saved"
+            } else {
+                ""
+            };
             if let Some(pending) = &parameter.pending {
-                let (path, pending) = (&parameter.path, text(pending));
-                writeln!(
-                    f,
-                    "{path} will be {pending} at the next start, if it is saved"
-                )?;
+                let pending = text(pending);
+                writeln!(f, "{path} will be {pending} at the next start{unsaved}")?;
+            } else if parameter.unsaved {
+                writeln!(f, "{path} is not saved")?;
             }
         }
         Ok(())

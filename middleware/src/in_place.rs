@@ -23,7 +23,8 @@ pub trait InPlace: FromBytes + IntoBytes + KnownLayout + Immutable + 'static {
     /// The name of the type in messages.
     const NAME: &'static str;
 
-    /// Gives all members their defaults, and every length zero. Elements behind a length stay what they were.
+    /// Gives all members their defaults; sequences and optional members are empty. What is behind a length stays what it
+    /// was.
     fn reset(&mut self);
 
     /// Takes a value over.
@@ -32,7 +33,7 @@ pub trait InPlace: FromBytes + IntoBytes + KnownLayout + Immutable + 'static {
     /// The value, copied. Fails where an enum, a `bool` or a text holds none of its values.
     fn value(&self) -> Result<Self::Value, DecodeError>;
 
-    /// Whether the numbers are in the ranges of their annotations; those in sequences and arrays are not looked at.
+    /// Whether the numbers are in the ranges of their annotations, also those of structures in sequences.
     fn check(&self) -> Result<(), DecodeError> {
         Ok(())
     }
@@ -248,6 +249,10 @@ impl<T: InPlace, const N: usize> InPlace for [T; N] {
 
     fn reset(&mut self) {
         self.iter_mut().for_each(InPlace::reset);
+    }
+
+    fn check(&self) -> Result<(), DecodeError> {
+        self.iter().try_for_each(InPlace::check)
     }
 
     fn set(&mut self, value: &Self::Value) -> Result<(), EncodeError> {

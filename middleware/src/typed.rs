@@ -89,22 +89,29 @@ impl<T: InPlace> Loan<'_, T> {
     /// Sends it. Where there is no shared memory it is copied now.
     pub fn send(self) -> Result<(), SendError> {
         self.check().map_err(unsendable)?;
-        *self.send.sequence += 1;
-        let header = Header {
-            type_hash: self.send.type_hash,
-            sequence: *self.send.sequence,
-            sent: now(),
-            encoding: Encoding::Image,
-            ..Header::default()
+        let Sending {
+            type_hash,
+            sequence,
+            writer,
+        } = self.send;
+        // What cannot be sent takes no number: nobody is to miss it.
+        let mut header = |encoding| {
+            *sequence += 1;
+            Header {
+                type_hash,
+                sequence: *sequence,
+                sent: now(),
+                encoding,
+                ..Header::default()
+            }
         };
         match self.memory {
-            Memory::Shared(loan) => loan.send(header),
+            Memory::Shared(loan) => loan.send(header(Encoding::Image)),
             Memory::Copied(value, port) => {
-                let writer = self.send.writer;
                 writer.clear();
                 writer.put(&value.value().map_err(unsendable)?);
-                let encoding = Encoding::Cdr;
-                port.publish(Header { encoding, ..header }, writer.finish()?)
+                let body = writer.finish()?;
+                port.publish(header(Encoding::Cdr), body)
             }
         }
     }
@@ -183,8 +190,8 @@ impl Caller {
 
     /// There and back: 0 for a result or the hash of an exception, and the bytes of it.
     pub fn call(&mut self) -> Result<(i32, Reader<'_>), CallError> {
-        let header = self.header();
-        let (reply, mut encoding) = (&mut self.reply, Encoding::Cdr);
+        let (header, asked) = (self.header(), self.asked());
+        let (reply, mut answered) = (&mut self.reply, Header::default());
         self.port.call(
             header,
             self.writer.finish()?,
@@ -192,10 +199,10 @@ impl Caller {
             &mut |header, body| {
                 reply.clear();
                 reply.extend_from_slice(body);
-                encoding = header.encoding;
+                answered = header;
             },
         )?;
-        open(&self.reply, encoding, self.id, self.operation)
+        open(&self.reply, answered, asked)
     }
 
     /// The same; the answer is read where the server wrote it, by `read`.
@@ -203,21 +210,27 @@ impl Caller {
         &mut self,
         read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
     ) -> Result<T, E> {
-        let header = self.header();
-        let (id, operation) = (self.id, self.operation);
+        let (header, asked) = (self.header(), self.asked());
         let (mut read, mut outcome) = (Some(read), None);
         let request = self.writer.finish().map_err(CallError::from)?;
         self.port
             .call(header, request, self.timeout, &mut |header, body| {
                 if let Some(read) = read.take() {
-                    let opened = open(body, header.encoding, id, operation);
-                    outcome = Some(match opened {
+                    outcome = Some(match open(body, header, asked) {
                         Ok((case, mut reader)) => read(case, &mut reader),
                         Err(error) => Err(error.into()),
                     });
                 }
             })?;
         outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
+    }
+
+    fn asked(&self) -> Asked {
+        Asked {
+            id: self.id,
+            operation: self.operation,
+            type_hash: self.type_hash,
+        }
     }
 
     fn header(&self) -> Header {
@@ -230,19 +243,26 @@ impl Caller {
     }
 }
 
-/// Opens the envelope of a reply.
-fn open(
-    body: &[u8],
-    encoding: Encoding,
-    request: RequestId,
+/// What an answer answers.
+#[derive(Clone, Copy)]
+struct Asked {
+    id: RequestId,
     operation: i32,
-) -> Result<(i32, Reader<'_>), CallError> {
+    type_hash: u64,
+}
+
+/// Opens the envelope of a reply.
+fn open(body: &[u8], header: Header, asked: Asked) -> Result<(i32, Reader<'_>), CallError> {
     let mut reader = Reader::new(body);
-    match rpc::open_reply(&mut reader, operation)? {
-        (id, _) if id != request => Err(DecodeError::Unknown("request in the reply").into()),
+    match rpc::open_reply(&mut reader, asked.operation)? {
+        (id, _) if id != asked.id => Err(DecodeError::Unknown("request in the reply").into()),
         (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),
         (_, ReplyKind::Case(case)) => {
-            if encoding == Encoding::Image {
+            if header.encoding == Encoding::Image {
+                // What is in memory is believed only of an end whose types are the same.
+                if header.type_hash != asked.type_hash {
+                    return Err(DecodeError::Unknown("type in the reply").into());
+                }
                 reader.image_at(BEHIND_ENVELOPE);
             }
             Ok((case, reader))
@@ -344,7 +364,14 @@ impl<'a> Request<'a> {
         &mut self,
         fill: impl FnOnce(&mut T) -> R,
     ) -> Result<R, HandlerError> {
-        if let Some(memory) = self.reply.loan(BEHIND_ENVELOPE + size_of::<T>()) {
+        // A stranger, who proves no types, gets CDR.
+        let length = BEHIND_ENVELOPE + size_of::<T>();
+        let memory = if self.type_hash == 0 {
+            None
+        } else {
+            self.reply.loan(length)
+        };
+        if let Some(memory) = memory {
             let (envelope, image) = memory.split_at_mut(BEHIND_ENVELOPE.min(memory.len()));
             if let Some(value) = in_place::over::<T>(image) {
                 value.reset();

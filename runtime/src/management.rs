@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 const HEARTBEAT: Duration = Duration::from_millis(500);
 /// Signals within this time are one.
 const TOGETHER: Duration = Duration::from_millis(300);
-/// A request longer than this is none of ours.
+/// A longer request is refused.
 const LONGEST_LINE: usize = 64 * 1024;
 /// More callers than this at once are turned away.
 const MOST_CALLERS: usize = 32;
@@ -161,6 +161,8 @@ struct Caller {
     number: u64,
     stream: UnixStream,
     read: Vec<u8>,
+    /// The rest of a request that is too long is passed over.
+    too_long: bool,
 }
 
 impl Server {
@@ -275,9 +277,10 @@ impl Server {
                     return;
                 }
             };
+            // It is read only where something is there, so the first limit is for what must not happen.
             let limit = Some(Duration::from_millis(200));
             if self.callers.len() < MOST_CALLERS
-                && stream.set_nonblocking(true).is_ok()
+                && stream.set_read_timeout(limit).is_ok()
                 && stream.set_write_timeout(limit).is_ok()
             {
                 self.called += 1;
@@ -285,6 +288,7 @@ impl Server {
                     number: self.called,
                     stream,
                     read: Vec::new(),
+                    too_long: false,
                 });
             }
         }
@@ -366,7 +370,7 @@ impl Server {
 }
 
 impl Caller {
-    /// Answers the lines that have come; false when the caller is gone or talks nonsense.
+    /// Answers the lines that have come; false when the caller is gone.
     fn serve(&mut self, facts: &Facts, shared: &Shared, tuning: &mut Tuning) -> bool {
         let mut bytes = [0_u8; 4096];
         match self.stream.read(&mut bytes) {
@@ -376,24 +380,36 @@ impl Caller {
         }
         while let Some(end) = self.read.iter().position(|b| *b == b'\n') {
             let line: Vec<u8> = self.read.drain(..=end).collect();
+            if std::mem::take(&mut self.too_long) {
+                continue;
+            }
             if let Some(answer) = facts.answer(&line, self.number, shared, tuning)
                 && self.send(&answer).is_err()
             {
                 return false;
             }
         }
-        self.read.len() <= LONGEST_LINE
+        if self.too_long {
+            self.read.clear();
+        } else if self.read.len() > LONGEST_LINE {
+            // It is read to its end, since who still sends it does not read the answer.
+            self.too_long = true;
+            self.read.clear();
+            let message = format!("a request has at most {} KiB", LONGEST_LINE / 1024);
+            let refusal = Err(Refusal::new(Refusal::INPUT, message));
+            return self.send(&envelope(&Value::Null, refusal)).is_ok();
+        }
+        true
     }
 
     fn send(&mut self, answer: &Value) -> io::Result<()> {
-        self.stream.set_nonblocking(false)?;
-        self.stream.write_all(format!("{answer}\n").as_bytes())?;
-        self.stream.set_nonblocking(true)
+        self.stream.write_all(format!("{answer}\n").as_bytes())
     }
 }
 
 impl Facts {
-    /// The answer to one line; none to a notification, and none yet to a change of parameters.
+    /// The answer to one line; none to a notification, and none yet to what waits for the worker: a change of parameters,
+    /// and the saving of them, which comes after the changes before it.
     fn answer(
         &self,
         line: &[u8],
@@ -416,7 +432,10 @@ impl Facts {
                 let (asker, result) = tuning.set(Asker { caller, id }, &params)?;
                 return Some(envelope(&asker.id?, result));
             }
-            Some("parameters_save") => tuning.save(),
+            Some("parameters_save") => {
+                tuning.save(Asker { caller, id });
+                return None;
+            }
             Some("period") => period(&params).map(|period| {
                 shared.wish(Wish::Period(period));
                 json!({})

@@ -5,13 +5,12 @@
 //! wait their turn.
 
 use crate::component::{Component, WorkerError};
-use crate::status::{Shared, Wish};
+use crate::status::{Shared, State, Wish};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, render};
 use rc_pdsl::Parameters;
 use rc_pdsl::config::{Accepted, Live, ParamChange, Unsaved, Values};
 use serde_json::{Map, Value, json};
 use std::collections::VecDeque;
-use std::fs;
 use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -68,8 +67,8 @@ impl Refusal {
 /// A change on its way to the worker.
 #[derive(Debug)]
 pub(crate) struct Proposal {
-    old: Values,
-    new: Values,
+    old: Arc<Values>,
+    new: Arc<Values>,
     changes: Vec<ParamChange>,
     stage: Mutex<Stage>,
     /// Wakes the management thread.
@@ -90,7 +89,7 @@ impl Proposal {
     }
 
     /// On the worker's thread: gives the worker the new values, and takes them back if it refuses. Returns what the
-    /// worker has said.
+    /// worker has said last.
     pub(crate) fn put_to(&self, component: &mut dyn Component) -> Result<(), WorkerError> {
         {
             let mut stage = self.stage();
@@ -104,9 +103,14 @@ impl Proposal {
         if said.is_err() {
             component.set_parameters(&self.old);
         }
-        let decision = said
-            .as_ref()
-            .map_or_else(|e| Err(e.to_string()), |()| Ok(()));
+        let decision = match &said {
+            Ok(()) => Ok(()),
+            Err(WorkerError::Failed(reason)) => Err(reason.clone()),
+            Err(WorkerError::Emergency(reason)) => {
+                Err(format!("{reason}; the component is in emergency now"))
+            }
+            Err(WorkerError::Fatal(reason)) => Err(format!("{reason}; the component ends")),
+        };
         {
             let mut stage = self.stage();
             if matches!(*stage, Stage::WithWorker) {
@@ -125,6 +129,7 @@ impl Proposal {
             );
             if let Err(error) = component.parameters_changed(&back) {
                 tracing::warn!("params_changed() refuses the way back: {error}");
+                return Err(error);
             }
         }
         said
@@ -143,12 +148,18 @@ pub(crate) type Answer = (Asker, Result<Value, Refusal>);
 
 struct Request {
     asker: Asker,
-    changes: Map<String, Value>,
+    wanted: Wanted,
     until: Instant,
 }
 
+enum Wanted {
+    Changes(Map<String, Value>),
+    Save,
+}
+
 struct InFlight {
-    request: Request,
+    asker: Asker,
+    until: Instant,
     proposal: Arc<Proposal>,
     accepted: Accepted,
 }
@@ -156,6 +167,8 @@ struct InFlight {
 /// The parameters of one component.
 pub(crate) struct Tuning {
     live: Live,
+    /// What the worker has.
+    values: Arc<Values>,
     /// The configuration that was read.
     file: Option<PathBuf>,
     end: Arc<UnixStream>,
@@ -172,6 +185,7 @@ impl Tuning {
     ) -> Self {
         Self {
             live: Live::new(model, values),
+            values: Arc::new(values.clone()),
             file,
             end,
             queue: VecDeque::new(),
@@ -207,12 +221,21 @@ impl Tuning {
             let message = "`parameters_set` takes {\"changes\": {\"motors[0].max\": 1.5, …}}";
             return Some((asker, Err(Refusal::new(Refusal::INPUT, message))));
         };
+        self.enqueue(asker, Wanted::Changes(changes.clone()));
+        None
+    }
+
+    /// `parameters_save`, after the changes that were asked for before: the answer comes with [`Tuning::turn`].
+    pub(crate) fn save(&mut self, asker: Asker) {
+        self.enqueue(asker, Wanted::Save);
+    }
+
+    fn enqueue(&mut self, asker: Asker, wanted: Wanted) {
         self.queue.push_back(Request {
             asker,
-            changes: changes.clone(),
+            wanted,
             until: Instant::now() + CHANGE_LIMIT,
         });
-        None
     }
 
     /// What the worker has decided meanwhile is told, and the next change goes its way.
@@ -220,7 +243,7 @@ impl Tuning {
         let mut answers = Vec::new();
         loop {
             if let Some(in_flight) = self.in_flight.take() {
-                let Some(decision) = in_flight.decided() else {
+                let Some(decision) = in_flight.decided(shared) else {
                     self.in_flight = Some(in_flight);
                     return answers;
                 };
@@ -229,33 +252,45 @@ impl Tuning {
             let Some(request) = self.queue.pop_front() else {
                 return answers;
             };
-            answers.extend(self.propose(request, shared));
+            answers.extend(match request.wanted {
+                Wanted::Changes(changes) => {
+                    self.propose(request.asker, &changes, request.until, shared)
+                }
+                Wanted::Save => Some((request.asker, self.write())),
+            });
         }
     }
 
     /// Checks a change, and gives it to the worker.
-    fn propose(&mut self, request: Request, shared: &Shared) -> Option<Answer> {
-        let changes = request.changes.iter();
+    fn propose(
+        &mut self,
+        asker: Asker,
+        changes: &Map<String, Value>,
+        until: Instant,
+        shared: &Shared,
+    ) -> Option<Answer> {
+        let changes = changes.iter();
         let accepted = match self
             .live
             .check(changes.map(|(path, value)| (path.as_str(), value)))
         {
             Ok(accepted) => accepted,
-            Err(found) => return Some((request.asker, Err(Refusal::found(&found)))),
+            Err(found) => return Some((asker, Err(Refusal::found(&found)))),
         };
         if accepted.changes.is_empty() {
-            return Some((request.asker, Ok(self.accept(accepted))));
+            return Some((asker, Ok(self.accept(accepted))));
         }
         let proposal = Arc::new(Proposal {
-            old: self.live.values(),
-            new: accepted.values(),
+            old: self.values.clone(),
+            new: Arc::new(accepted.values()),
             changes: accepted.changes.clone(),
             stage: Mutex::new(Stage::Waiting),
             end: self.end.clone(),
         });
         shared.wish(Wish::Parameters(proposal.clone()));
         self.in_flight = Some(InFlight {
-            request,
+            asker,
+            until,
             proposal,
             accepted,
         });
@@ -264,9 +299,16 @@ impl Tuning {
 
     fn decided(&mut self, in_flight: InFlight, decision: Result<(), Refusal>) -> Answer {
         let InFlight {
-            request, accepted, ..
+            asker,
+            proposal,
+            accepted,
+            ..
         } = in_flight;
-        (request.asker, decision.map(|()| self.accept(accepted)))
+        let answer = decision.map(|()| {
+            self.values = proposal.new.clone();
+            self.accept(accepted)
+        });
+        (asker, answer)
     }
 
     fn accept(&mut self, accepted: Accepted) -> Value {
@@ -290,32 +332,28 @@ impl Tuning {
     /// How long until a change has waited long enough.
     pub(crate) fn patience(&self) -> Option<Duration> {
         let in_flight = self.in_flight.as_ref()?;
-        Some(
-            in_flight
-                .request
-                .until
-                .saturating_duration_since(Instant::now()),
-        )
+        Some(in_flight.until.saturating_duration_since(Instant::now()))
     }
 
     /// The component ends: what is under way does not happen.
     pub(crate) fn end(&mut self) -> Vec<Answer> {
         let mut answers = Vec::new();
+        let ends = "the component ends; nothing has changed";
         if let Some(in_flight) = self.in_flight.take() {
-            let decision = in_flight.withdraw("the component ends");
+            let decision = in_flight.withdraw(|_| ends.to_owned());
             answers.push(self.decided(in_flight, decision));
         }
-        let ends = || Refusal::new(Refusal::SILENCE, "the component ends; nothing has changed");
-        answers.extend(
-            self.queue
-                .drain(..)
-                .map(|request| (request.asker, Err(ends()))),
-        );
+        answers.extend(self.queue.drain(..).map(|request| {
+            let ends = match request.wanted {
+                Wanted::Changes(_) => ends,
+                Wanted::Save => "the component ends; nothing was saved",
+            };
+            (request.asker, Err(Refusal::new(Refusal::SILENCE, ends)))
+        }));
         answers
     }
 
-    /// `parameters_save`
-    pub(crate) fn save(&mut self) -> Result<Value, Refusal> {
+    fn write(&mut self) -> Result<Value, Refusal> {
         let Some(file) = &self.file else {
             let message = "the component has read no configuration file; start it with --config FILE, a file that may be empty";
             return Err(Refusal::new(Refusal::FILE, message));
@@ -323,7 +361,7 @@ impl Tuning {
         let unsaved = self.live.unsaved();
         let saved: Vec<Value> = unsaved.iter().map(ParamChange::to_json).collect();
         if !saved.is_empty() {
-            write(&self.live, file)?;
+            write_into(&self.live, file)?;
             self.live.saved();
         }
         Ok(json!({ "file": file, "saved": saved }))
@@ -332,30 +370,36 @@ impl Tuning {
 
 impl InFlight {
     /// None while the worker may still decide.
-    fn decided(&self) -> Option<Result<(), Refusal>> {
-        let late = Instant::now() >= self.request.until;
-        if matches!(*self.proposal.stage(), Stage::Decided(_)) || late {
-            let limit = format!("the worker has not decided within {CHANGE_LIMIT:?}");
-            return Some(self.withdraw(&limit));
+    fn decided(&self, shared: &Shared) -> Option<Result<(), Refusal>> {
+        let late = Instant::now() >= self.until;
+        if !matches!(*self.proposal.stage(), Stage::Decided(_)) && !late {
+            return None;
         }
-        None
+        let busy = if shared.status().state == State::Starting {
+            "its initialize() has not ended yet"
+        } else {
+            "its compute() or a handler takes too long"
+        };
+        let limit = format!("the worker has not decided within {CHANGE_LIMIT:?}");
+        Some(self.withdraw(|with_worker| {
+            let doing = if with_worker {
+                "it is in params_changed()"
+            } else {
+                busy
+            };
+            format!("{limit}: {doing}; nothing has changed")
+        }))
     }
 
-    /// What the worker has decided; where it has not, it cannot any more.
-    fn withdraw(&self, why: &str) -> Result<(), Refusal> {
+    /// What the worker has decided; where it has not, it cannot any more, and `silence` says why, told whether the
+    /// change is with the worker.
+    fn withdraw(&self, silence: impl FnOnce(bool) -> String) -> Result<(), Refusal> {
         let mut stage = self.proposal.stage();
         match &*stage {
             Stage::Decided(Ok(())) => Ok(()),
             Stage::Decided(Err(reason)) => Err(Refusal::new(Refusal::WORKER, reason)),
             Stage::Waiting | Stage::WithWorker | Stage::Withdrawn => {
-                let message = match *stage {
-                    Stage::WithWorker => {
-                        format!("{why}: it is in params_changed(); nothing has changed")
-                    }
-                    _ => format!(
-                        "{why}: its compute() or a handler takes too long; nothing has changed"
-                    ),
-                };
+                let message = silence(matches!(*stage, Stage::WithWorker));
                 *stage = Stage::Withdrawn;
                 Err(Refusal::new(Refusal::SILENCE, message))
             }
@@ -364,7 +408,7 @@ impl InFlight {
 }
 
 /// Writes the values of the next start into the configuration: all of it, or nothing.
-fn write(live: &Live, file: &Path) -> Result<(), Refusal> {
+fn write_into(live: &Live, file: &Path) -> Result<(), Refusal> {
     let shown = file.display();
     let refuse = |what: &str, error: &std::io::Error| {
         Refusal::new(
@@ -372,10 +416,8 @@ fn write(live: &Live, file: &Path) -> Result<(), Refusal> {
             format!("{shown} cannot be {what}: {error}"),
         )
     };
-    // A link stays one.
-    let file = fs::canonicalize(file).map_err(|e| refuse("found", &e))?;
-    let text = fs::read_to_string(&file).map_err(|e| refuse("read", &e))?;
-    let new = live.save(&file, &text).map_err(|unsaved| match unsaved {
+    let text = rc_files::read(file).map_err(|e| refuse("read", &e))?;
+    let new = live.save(file, &text).map_err(|unsaved| match unsaved {
         Unsaved::Conflicts(lines) => Refusal::new(
             Refusal::FILE,
             format!(
@@ -389,27 +431,5 @@ fn write(live: &Live, file: &Path) -> Result<(), Refusal> {
             Refusal::new(Refusal::FILE, message)
         }
     })?;
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let beside = file.with_file_name(format!(".{name}.{}", std::process::id()));
-    let written = replace(&file, &beside, &text, &new);
-    if written.is_err() {
-        let _ = fs::remove_file(&beside);
-    }
-    written.map_err(|e| refuse("written", &e))
-}
-
-/// Writes `new` to the disk as `beside`, then gives it the name of `file`, which still must hold `old`.
-fn replace(file: &Path, beside: &Path, old: &str, new: &str) -> std::io::Result<()> {
-    let mut out = fs::File::create(beside)?;
-    out.set_permissions(fs::metadata(file)?.permissions())?;
-    out.write_all(new.as_bytes())?;
-    out.sync_all()?;
-    if fs::read_to_string(file)? != old {
-        return Err(std::io::Error::other("it is being edited; try again"));
-    }
-    fs::rename(beside, file)?;
-    match file.parent() {
-        Some(folder) => fs::File::open(folder)?.sync_all(),
-        None => Ok(()),
-    }
+    rc_files::replace(file, &text, &new).map_err(|e| refuse("written", &e))
 }

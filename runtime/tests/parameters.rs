@@ -90,6 +90,9 @@ struct Worker {
 impl Worker {
     #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
     fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
+        if core.name() == "begins" {
+            hang("begins");
+        }
         Ok(Self {
             core,
             speed: values.float("speed"),
@@ -127,9 +130,11 @@ impl Component for Worker {
                 seen.told.push((change.to_string(), self.speed));
             });
         }
-        if name == "slow" && !self.hung {
+        if name.starts_with("slow") && !self.hung {
             self.hung = true;
             hang(&name);
+        } else if name == "slow_stuck" {
+            return Err(WorkerError::Fatal("there is no way back".to_owned()));
         }
         match changes.iter().find_map(|change| change.new.as_float()) {
             Some(4.0) => Err(WorkerError::Failed("the gear is stuck".to_owned())),
@@ -292,7 +297,10 @@ fn what_the_worker_refuses_has_not_happened() {
     assert_eq!(get("refuses", "device")["pending"], Value::Null);
     // It may also say that its work cannot go on.
     let answer = set("refuses", &json!({ "speed": 4.5 }));
-    assert_eq!(answer["error"]["message"], "it burns");
+    assert_eq!(
+        answer["error"]["message"],
+        "it burns; the component is in emergency now"
+    );
     let start = Instant::now();
     while ask("refuses", "status", &Value::Null)["result"]["state"] != "emergency" {
         assert!(start.elapsed() < LIMIT, "it is not in the state Emergency");
@@ -398,6 +406,74 @@ fn a_change_that_the_worker_takes_too_long_for_is_taken_back() {
 }
 
 #[test]
+fn a_worker_that_cannot_go_back_ends_as_it_says() {
+    let component = run("slow_stuck", &[]);
+    let answer = set("slow_stuck", &json!({ "speed": 2 }));
+    assert_eq!(answer["error"]["code"], -32002, "{answer}");
+    note("slow_stuck", |seen| seen.free = true);
+    let ended = component.join().expect_err("it ends by itself");
+    assert!(ended.to_string().contains("no way back"), "{ended}");
+}
+
+#[test]
+fn a_worker_that_is_still_being_initialised_is_not_blamed_for_its_compute() {
+    let starting = std::thread::spawn(|| run("begins", &[]));
+    until("begins", |seen| seen.hangs);
+    let answer = set("begins", &json!({ "speed": 2 }));
+    assert_eq!(answer["error"]["code"], -32002, "{answer}");
+    let message = answer["error"]["message"].as_str().expect("a text");
+    assert!(message.contains("initialize() has not ended"), "{message}");
+    note("begins", |seen| seen.free = true);
+    end(starting.join().expect("to run"));
+}
+
+#[test]
+fn a_request_that_is_too_long_is_refused_and_the_next_one_is_answered() {
+    let component = run("long", &[]);
+    let mut stream = connect("long");
+    let changes = json!({ "changes": { "token": "x".repeat(1 << 20) } });
+    send(&mut stream, 1, "parameters_set", &changes);
+    let answer = hear(&mut stream);
+    assert_eq!(
+        (&answer["id"], &answer["error"]["code"]),
+        (&Value::Null, &json!(-32602))
+    );
+    let message = answer["error"]["message"].as_str().expect("a text");
+    assert!(message.contains("64 KiB"), "{message}");
+    send(&mut stream, 2, "status", &Value::Null);
+    assert_eq!(hear(&mut stream)["id"], 2);
+    end(component);
+}
+
+#[test]
+fn a_save_comes_after_the_changes_that_were_asked_for_before() {
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let config = file.path().to_str().expect("a path");
+    let component = run("in_order", &["--config", config]);
+    let mut stream = connect("in_order");
+    for (id, speed) in [(1, 2.0), (2, 3.0)] {
+        let changes = json!({ "changes": { "speed": speed } });
+        send(&mut stream, id, "parameters_set", &changes);
+    }
+    send(&mut stream, 3, "parameters_save", &json!({}));
+    for id in [1, 2] {
+        assert_eq!(hear(&mut stream)["id"], id);
+    }
+    let saved = hear(&mut stream);
+    let expected = json!([{ "path": "speed", "old": 1.0, "new": 3.0 }]);
+    assert_eq!(
+        (&saved["id"], &saved["result"]["saved"]),
+        (&json!(3), &expected)
+    );
+    assert!(
+        std::fs::read_to_string(file.path())
+            .expect("the file")
+            .contains("speed = 3.0")
+    );
+    end(component);
+}
+
+#[test]
 fn a_component_that_ends_answers_first() {
     let component = run("ends", &[]);
     let mut streams: Vec<_> = (0..8).map(|_| connect("ends")).collect();
@@ -471,5 +547,41 @@ fn what_was_changed_is_saved_and_everything_else_in_the_file_stays() {
     set("saves", &json!({ "speed": 1 }));
     let gone = ask("saves", "parameters_save", &json!({}));
     assert_eq!(gone["error"]["code"], -32004, "{gone}");
+    end(component);
+}
+
+#[test]
+fn a_configuration_that_has_become_something_else_is_neither_waited_for_nor_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("tuned.toml");
+    let text = "[parameters]\nspeed = 1.5\n";
+    std::fs::write(&file, text).expect("to write");
+    let component = run("odd", &["--config", file.to_str().expect("a path")]);
+    set("odd", &json!({ "speed": 2 }));
+    let refused = |why: &str| {
+        let answer = ask("odd", "parameters_save", &json!({}));
+        assert_eq!(answer["error"]["code"], -32004, "{answer}");
+        let message = answer["error"]["message"].as_str().expect("a text");
+        assert!(message.contains(why), "{message}");
+    };
+    let mode = |mode| std::fs::Permissions::from_mode(mode);
+    std::fs::set_permissions(&file, mode(0o444)).expect("to set");
+    refused("it is read-only");
+    assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
+    std::fs::set_permissions(&file, mode(0o600)).expect("to set");
+    let hollow = std::fs::File::options().write(true).open(&file);
+    hollow
+        .expect("the file")
+        .set_len(65 << 20)
+        .expect("to grow");
+    refused("64 MB");
+    std::fs::remove_file(&file).expect("to remove");
+    // Nobody ever writes into this pipe.
+    let mode = rustix::fs::Mode::from_raw_mode(0o600);
+    rustix::fs::mknodat(rustix::fs::CWD, &file, rustix::fs::FileType::Fifo, mode, 0)
+        .expect("a pipe");
+    refused("it is not a file");
+    // Management still answers, and a stop still stops.
+    assert_eq!(get("odd", "speed")["value"], json!(2.0));
     end(component);
 }

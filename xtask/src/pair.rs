@@ -25,7 +25,7 @@ pub(crate) struct Row {
 impl Row {
     /// Whether it goes there and back.
     pub(crate) fn is_query(&self) -> bool {
-        matches!(self.kind, "query" | "awake")
+        matches!(self.kind, "query" | "rested" | "awake")
     }
 }
 

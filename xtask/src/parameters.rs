@@ -1,20 +1,20 @@
 //! `cargo xtask bench parameters`: how long a change of a parameter is on its way to the worker, and how long a
 //! configuration is checked.
 
-use crate::bench::Figure;
-use crate::pair::{Pair, ROWS, Times, quantile};
-use crate::programs::{Failure, finish, target};
+use crate::bench::{BUILD, Figure};
+use crate::pair::{Pair, Row, Times, quantile};
+use crate::programs::{Failure, Program, cargo, finish, target};
 use bench_protocol::{now, pause};
-use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
+use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// Blocks of each side.
+/// Blocks of each row.
 const BLOCKS: usize = 20;
-/// Changes of a block.
-const CHANGES: usize = 200;
+/// Changes, or queries, of a block.
+const COUNT: usize = 200;
 /// No answer may take longer.
 const LIMIT: Duration = Duration::from_secs(5);
 /// Parameters of the large configuration.
@@ -23,49 +23,72 @@ const PARAMETERS: usize = 1000;
 const CHECKS: usize = 20;
 
 /// Measures both.
-pub(crate) fn figures() -> Result<[Figure; 2], Failure> {
-    Ok([change()?, check()?])
+pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
+    let mut figures = changes()?;
+    figures.extend(checks()?);
+    Ok(figures)
 }
 
 /// From before the request is written to the management socket until `params_changed()` of the worker runs, against a query
-/// between the same two processes, in turns.
-fn change() -> Result<Figure, Failure> {
-    let query = ROWS
-        .iter()
-        .find(|row| row.is_query())
-        .ok_or("no query is measured")?;
+/// between the same two processes, in turns. Both are measured in two ways: each as soon as the one before is answered, and
+/// each after a pause, in which all that takes part goes to sleep.
+fn changes() -> Result<Vec<Figure>, Failure> {
+    let row = |kind| Row {
+        name: kind,
+        kind,
+        size: 64,
+        count: COUNT,
+    };
+    let mut ways = [
+        (
+            "a change of a parameter until the worker has it, against a query's round trip, each as soon as the one before is answered, p50",
+            row("query"),
+            [Times::default(), Times::default()],
+        ),
+        (
+            "the same, each after a pause of 200 µs",
+            row("rested"),
+            [Times::default(), Times::default()],
+        ),
+    ];
     let mut pair = Pair::generated()?;
     let mut management = Management::of(&pair)?;
-    let (mut changes, mut queries) = (Times::default(), Times::default());
     // The first block warms up.
     for block in 0..=BLOCKS {
-        let asked = pair.block(query, 0.5)?;
-        for _ in 0..CHANGES {
-            // As long as a receiver needs to go to sleep again.
-            pause(0);
-            management.set(now())?;
-        }
-        management.set(0)?;
-        let changed = pair.times_of_pong()?;
-        if changed.len() != CHANGES {
-            return Err(format!("{} changes of {CHANGES} have arrived", changed.len()).into());
-        }
-        if block > 0 {
-            queries.add(asked);
-            changes.add(changed);
+        for (_, row, [changes, queries]) in &mut ways {
+            let asked = pair.block(row, 1.0)?;
+            for _ in 0..COUNT {
+                if row.kind == "rested" {
+                    pause(row.size);
+                }
+                management.set(now())?;
+            }
+            management.set(0)?;
+            let changed = pair.times_of_pong()?;
+            if changed.len() != COUNT {
+                return Err(format!("{} changes of {COUNT} have arrived", changed.len()).into());
+            }
+            if block > 0 {
+                queries.add(asked);
+                changes.add(changed);
+            }
         }
     }
-    let (change, query) = (changes.quantile(0.5), queries.quantile(0.5));
-    Ok(Figure {
-        what: "a change of a parameter until the worker has it, against a query's round trip between two processes, at p50",
-        goal: "< 2 times",
-        measured: format!(
-            "{:.2} times: {change:.1} µs (p99 {:.1} µs) against {query:.1} µs",
-            change / query,
-            changes.quantile(0.99)
-        ),
-        met: change < 2.0 * query,
-    })
+    let figure = |(what, _, [mut changes, mut queries]): (_, _, [Times; 2])| {
+        let (change, query) = (changes.quantile(0.5), queries.quantile(0.5));
+        Figure {
+            what,
+            goal: "< 2 times",
+            measured: format!(
+                "{:.2} times: {change:.1} µs (p99 {:.1} µs) against {query:.1} µs (p99 {:.1} µs)",
+                change / query,
+                changes.quantile(0.99),
+                queries.quantile(0.99)
+            ),
+            met: change < 2.0 * query,
+        }
+    };
+    Ok(ways.into_iter().map(figure).collect())
 }
 
 /// The management socket of pong.
@@ -80,16 +103,14 @@ impl Management {
     }
 
     fn set(&mut self, sent: i64) -> Result<(), Failure> {
-        let changes = json!({ "changes": { "sent": sent } });
-        let request =
-            json!({ "jsonrpc": "2.0", "id": 1, "method": "parameters_set", "params": changes });
-        self.0
-            .get_mut()
-            .write_all(format!("{request}\n").as_bytes())?;
+        // One text and one write: what this end does is no part of the way.
+        let request = format!(
+            "{{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"parameters_set\",\"params\":{{\"changes\":{{\"sent\":{sent}}}}}}}\n"
+        );
+        self.0.get_mut().write_all(request.as_bytes())?;
         let mut line = String::new();
         self.0.read_line(&mut line)?;
-        let answer: Value = serde_json::from_str(&line)?;
-        if answer["result"].is_object() {
+        if line.contains("\"result\"") {
             Ok(())
         } else {
             Err(format!("pong refuses: {line}").into())
@@ -97,9 +118,9 @@ impl Management {
     }
 }
 
-/// A configuration that gives every one of a thousand parameters, checked by a whole process, which first reads what they
-/// are.
-fn check() -> Result<Figure, Failure> {
+/// A configuration that gives every one of a thousand parameters: checked by the checker alone, as a component does it at
+/// its start, and by a whole process, which first reads what the parameters are.
+fn checks() -> Result<[Figure; 2], Failure> {
     let (pdsl, toml) = large();
     let folder = tempfile::tempdir()?;
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text);
@@ -110,20 +131,49 @@ fn check() -> Result<Figure, Failure> {
     )?;
     std::fs::create_dir(folder.path().join("etc"))?;
     write("etc/config.toml", &toml)?;
+    Ok([check_alone(folder.path())?, check_process(folder.path())?])
+}
+
+/// In one process, which has read the `.pdsl`.
+fn check_alone(folder: &Path) -> Result<Figure, Failure> {
+    let words = "build --release -p rc-pdsl --example check_time";
+    finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
+    let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
+    let (pdsl, toml) = (path("large.pdsl"), path("etc/config.toml"));
+    let arguments = [pdsl.as_str(), toml.as_str(), &CHECKS.to_string()];
+    let program = Program::start(&target()?.join("release/examples/check_time"), &arguments)?;
+    let times: Result<Vec<u64>, Failure> = (0..CHECKS)
+        .map(|_| Ok(program.hear(LIMIT)?.parse()?))
+        .collect();
+    let mut times = times?;
+    let took = Duration::from_nanos(quantile(&mut times, 0.5));
+    Ok(in_time(
+        "checking a configuration of 1,000 parameters with 100 rules, the call of the checker, median of 20",
+        took,
+    ))
+}
+
+fn check_process(folder: &Path) -> Result<Figure, Failure> {
     let mut times = Vec::new();
     for _ in 0..CHECKS {
         let mut command = Command::new(target()?.join("release/rcgen"));
-        command.current_dir(folder.path());
+        command.current_dir(folder);
         command.args(["check", "etc/config.toml"]);
         times.push(finish(command, LIMIT)?.0);
     }
-    let took = quantile(&mut times, 0.5);
-    Ok(Figure {
-        what: "`rcgen check` of a configuration of 1,000 parameters with 100 rules, whole process, median of 20",
+    Ok(in_time(
+        "`rcgen check` of it, whole process, which first reads the .pdsl, median of 20",
+        quantile(&mut times, 0.5),
+    ))
+}
+
+fn in_time(what: &'static str, took: Duration) -> Figure {
+    Figure {
+        what,
         goal: "< 10 ms",
         measured: format!("{:.1} ms", took.as_secs_f64() * 1000.0),
         met: took < Duration::from_millis(10),
-    })
+    }
 }
 
 /// Parameters of all types, and a configuration that gives a value to each.

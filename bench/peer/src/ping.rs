@@ -68,7 +68,10 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                     ping.picture(now(), data)?;
                 }
                 Kind::Flood => ping.publish(now(), data)?,
-                Kind::Query | Kind::Awake => {
+                Kind::Query | Kind::Rested | Kind::Awake => {
+                    if order.kind == Kind::Rested {
+                        pause(order.size);
+                    }
                     let start = now();
                     ping.query(data, &mut answer)?;
                     times.push(now() - start);
@@ -81,7 +84,7 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
         if order.kind == Kind::Flood {
             times.push(now() - begin);
         }
-        if !matches!(order.kind, Kind::Query | Kind::Awake) {
+        if !order.kind.is_query() {
             pause(order.size);
             ping.publish(0, &[])?;
         }

@@ -42,7 +42,10 @@ impl Worker for SpecificWorker {
                     picture.send()?;
                 }
                 Kind::Flood => ctx.sample.sample(now(), data)?,
-                Kind::Query | Kind::Awake => {
+                Kind::Query | Kind::Rested | Kind::Awake => {
+                    if order.kind == Kind::Rested {
+                        pause(order.size);
+                    }
                     let start = now();
                     let answer = match order.kind {
                         Kind::Awake => ctx.awake.echo(data)?,
@@ -58,7 +61,7 @@ impl Worker for SpecificWorker {
         if order.kind == Kind::Flood {
             self.times.push(now() - begin);
         }
-        if !matches!(order.kind, Kind::Query | Kind::Awake) {
+        if !order.kind.is_query() {
             pause(order.size);
             ctx.sample.sample(0, &[])?;
         }

@@ -4,7 +4,7 @@
 //! | who | says | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | its connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `awake`, `flood` | one block is to be measured |
+//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `rested`, `awake`, `flood` | one block is to be measured |
 //! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block is done |
 //! | pong | `times …`, one for each value that came | the block of values, or of changes of its parameter `sent`, has ended |
 //!
@@ -47,11 +47,20 @@ pub enum Kind {
     InPlace,
     /// From before the call until the answer is there.
     Query,
-    /// The same where both ends stay awake (`wake spin`), as far as the program can.
+    /// The same after a pause, in which both ends go to sleep.
+    Rested,
+    /// The same as `Query` where both ends stay awake (`wake spin`), as far as the program can.
     Awake,
     /// As many values as the sender can send, one after the other without a pause; what the receiver has no time for
     /// is lost.
     Flood,
+}
+
+impl Kind {
+    /// Whether it goes there and back.
+    pub fn is_query(self) -> bool {
+        matches!(self, Self::Query | Self::Rested | Self::Awake)
+    }
 }
 
 impl FromStr for Order {
@@ -64,6 +73,7 @@ impl FromStr for Order {
             Some("publish") => Kind::Publish,
             Some("place") => Kind::InPlace,
             Some("query") => Kind::Query,
+            Some("rested") => Kind::Rested,
             Some("awake") => Kind::Awake,
             Some("flood") => Kind::Flood,
             _ => return Err(bad()),
@@ -85,6 +95,7 @@ impl std::fmt::Display for Order {
             Kind::Publish => "publish",
             Kind::InPlace => "place",
             Kind::Query => "query",
+            Kind::Rested => "rested",
             Kind::Awake => "awake",
             Kind::Flood => "flood",
         };

@@ -9,9 +9,9 @@ use rc_cdsl::model::Role;
 use rc_idsl::Library;
 use rc_idsl::image::{self, Image};
 use rc_idsl::model::{Member, ModuleId, Primitive, Type, TypeDeclKind, TypeId};
-use rc_syntax::{Literal, LiteralKind};
+use rc_syntax::{Literal, LiteralKind, Name};
 use serde::Serialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 /// One structure.
 #[derive(Debug, Serialize)]
@@ -117,6 +117,27 @@ fn inside(library: &Library, id: TypeId) -> Vec<TypeId> {
     found
 }
 
+/// The methods that the structure of a type gets, each with the member that it is of.
+pub(super) fn methods(library: &Library, id: TypeId) -> Vec<(&Name, String)> {
+    let TypeDeclKind::Struct(members) = &library.ty(id).kind else {
+        return Vec::new();
+    };
+    let of = |member: &Member| {
+        let name = names::snake(&member.name.text);
+        let short = bare(&name).to_owned();
+        match library.resolved(&member.ty) {
+            _ if member.optional => vec![name, format!("{short}_mut"), format!("resize_{short}")],
+            Type::Sequence(..) => vec![name, format!("{short}_mut"), format!("resize_{short}")],
+            Type::Text(_) => vec![name, format!("set_{short}")],
+            _ => Vec::new(),
+        }
+    };
+    let all = members
+        .iter()
+        .flat_map(|m| of(m).into_iter().map(|method| (&m.name, method)));
+    all.collect()
+}
+
 /// The structures of one type: first those of what is nested in it without a name.
 pub(super) fn of(library: &Library, home: ModuleId, id: TypeId) -> Vec<Structure> {
     let decl = library.ty(id);
@@ -141,6 +162,7 @@ pub(super) fn of(library: &Library, home: ModuleId, id: TypeId) -> Vec<Structure
                 library,
                 home,
                 done: Vec::new(),
+                known: HashMap::new(),
             };
             let (mut structure, values) = maker.structure(&own, &own, &parts);
             structure.owned = literal(&own, &parts, &values);
@@ -171,6 +193,11 @@ impl Structure {
             check: Vec::new(),
             number: false,
         }
+    }
+
+    /// Whether it mentions the module `in_place`; what has a length does, and what has a `bool`.
+    pub(super) fn has_helpers(&self) -> bool {
+        !self.methods.is_empty() || self.fields.iter().any(|f| f.text.contains("in_place::"))
     }
 
     fn field(&mut self, doc: &[String], text: String) {
@@ -242,6 +269,16 @@ struct Maker<'a> {
     library: &'a Library,
     home: ModuleId,
     done: Vec<Structure>,
+    known: HashMap<TypeId, Inside>,
+}
+
+/// What is in a value.
+#[derive(Clone, Copy, Default)]
+struct Inside {
+    /// Lengths, of sequences, texts and optional members: an old value must not shine through.
+    lengths: bool,
+    /// Numbers with a range.
+    ranges: bool,
 }
 
 impl Maker<'_> {
@@ -336,8 +373,7 @@ impl Maker<'_> {
         let args = [format!("&mut self.{name}"), borrowed(source)];
         view.set
             .extend(lines(&layout::call(8, "InPlace::set", &args, "?;")));
-        if matches!(ty, Type::Named(id) if matches!(self.library.ty(*id).kind, TypeDeclKind::Struct(_)))
-        {
+        if self.inside(ty).ranges {
             view.check.push(format!("InPlace::check(&self.{name})?;"));
         }
         format!("InPlace::value(&self.{name})?")
@@ -392,8 +428,8 @@ impl Maker<'_> {
             format!("&mut self.{length}"),
             "length".to_owned(),
         ];
-        // What has lengths or texts inside must not bring old ones along.
-        let fresh = image.counted || matches!(element, Type::Text(_));
+        // What has lengths inside must not bring old ones along.
+        let fresh = self.inside(&element).lengths;
         let (doc, body) = if fresh {
             let items = ["items".to_owned()];
             let mut body = lines(&layout::binding(8, &items, "in_place::resize", &args, "?;"));
@@ -414,6 +450,18 @@ impl Maker<'_> {
             &format!("Result<{slice}, EncodeError>"),
             body,
         );
+        let ranged = part.member.is_some_and(|member| member.range.is_some());
+        if self.inside(&element).ranges {
+            let items = format!(".{name}()");
+            let calls = [&items, ".iter()", ".try_for_each(InPlace::check)?"];
+            let all = layout::chain(8, 0, "self", &calls);
+            view.check.extend(lines(&format!("{all};")));
+        } else if let Some(member) = part.member.filter(|_| *optional && ranged) {
+            let place = format!("self.{name}().first().copied()");
+            let side = checks::Side::Read;
+            view.check
+                .extend(checks::lines(self.library, member, what, &place, side));
+        }
         view.reset.push(format!("self.{length} = 0;"));
         let source = if *optional {
             format!("{source}.as_slice()")
@@ -448,6 +496,40 @@ impl Maker<'_> {
             (true, false) => format!("in_place::first(self.{name}())?"),
             (false, true) => chain(part, &[format!(".{name}()"), ".to_vec()".to_owned()]),
             (false, false) => format!("in_place::values(self.{name}())?"),
+        }
+    }
+
+    /// What is in a value of a type, however deep.
+    fn inside(&mut self, ty: &Type) -> Inside {
+        let ty = self.library.resolved(ty).clone();
+        match &ty {
+            Type::Primitive(_) | Type::Dictionary(..) => Inside::default(),
+            Type::Text(_) => Inside {
+                lengths: true,
+                ranges: false,
+            },
+            Type::Sequence(element, _) => Inside {
+                lengths: true,
+                ..self.inside(element)
+            },
+            Type::Array(element, _) => self.inside(element),
+            Type::Named(id) => {
+                if let Some(known) = self.known.get(id) {
+                    return *known;
+                }
+                let mut found = Inside::default();
+                if let TypeDeclKind::Struct(members) = &self.library.ty(*id).kind {
+                    for member in members {
+                        let inner = self.inside(&member.ty);
+                        let number =
+                            matches!(self.library.resolved(&member.ty), Type::Primitive(_));
+                        found.lengths |= inner.lengths || member.optional;
+                        found.ranges |= inner.ranges || (number && member.range.is_some());
+                    }
+                }
+                self.known.insert(*id, found);
+                found
+            }
         }
     }
 

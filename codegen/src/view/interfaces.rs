@@ -136,10 +136,17 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
     } else {
         Role::Requires
     };
-    let methods = interface
-        .operations
-        .iter()
-        .map(|o| (&o.name, names::method(&o.name.text)));
+    let methods = interface.operations.iter().flat_map(|o| {
+        let method = names::method(&o.name.text);
+        let loan = o.topic_in_place(library).filter(|_| used(Role::Publishes));
+        let in_place = o.result_in_place(library).filter(|_| used(Role::Requires));
+        let more = [
+            loan.map(|_| format!("loan_{}", bare(&method))),
+            in_place.map(|_| format!("{}_in_place", bare(&method))),
+        ];
+        let all = std::iter::once(method).chain(more.into_iter().flatten());
+        all.map(|method| (&o.name, method)).collect::<Vec<_>>()
+    });
     super::collisions(methods, "operations", found);
     let operations: Vec<OperationView> = interface
         .operations

@@ -27,8 +27,8 @@ pub struct Module {
     pub consts: Vec<ConstView>,
     /// The structures of those that travel in place.
     pub in_place: Vec<super::in_place::Structure>,
-    /// Whether one of these has a length.
-    pub counted: bool,
+    /// Whether one of these mentions the module `in_place`.
+    pub helpers: bool,
 }
 
 /// A constant.
@@ -115,12 +115,20 @@ fn module(
 ) -> Module {
     let module = library.module(id);
     let decls = module.types.iter().map(|t| &library.ty(*t).name);
-    let placed = module.types.iter().filter(|t| in_place.contains(t));
-    let in_place: Vec<_> = placed
-        .clone()
-        .flat_map(|t| super::in_place::of(library, id, *t))
-        .collect();
-    let placed = placed.map(|t| (&library.ty(*t).name, super::in_place::name(library, *t)));
+    let mut placed = Vec::new();
+    let needed = in_place;
+    let mut in_place = Vec::new();
+    for ty in module.types.iter().filter(|t| needed.contains(t)) {
+        super::collisions(
+            super::in_place::methods(library, *ty).into_iter(),
+            "members",
+            found,
+        );
+        for structure in super::in_place::of(library, id, *ty) {
+            placed.push((&library.ty(*ty).name, structure.name.clone()));
+            in_place.push(structure);
+        }
+    }
     let all = decls.map(|n| (n, names::ty(&n.text))).chain(placed);
     super::collisions(all, "types", found);
     let mut used = Vec::new();
@@ -144,7 +152,7 @@ fn module(
             .iter()
             .map(|t| type_view(library, id, *t, found))
             .collect(),
-        counted: in_place.iter().any(|s| !s.methods.is_empty()),
+        helpers: in_place.iter().any(super::in_place::Structure::has_helpers),
         in_place,
         consts: module
             .consts

@@ -17,6 +17,11 @@ impl Worker for SpecificWorker {
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        if ctx.params.lockstep {
+            // Two interfaces are two queues: a server that is late may serve the scan before the motion that was sent
+            // earlier. One answers in the order in which it was asked, so that an answer of the base says it is done.
+            ctx.differential_robot.get_base_state()?;
+        }
         let data = ctx.laser.get_laser_data()?;
         let scan: Vec<Measure> = data
             .iter()

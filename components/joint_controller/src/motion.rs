@@ -11,6 +11,28 @@ pub(crate) struct Limits {
     pub(crate) max_speed: f32,
 }
 
+impl Limits {
+    /// What is wrong with this value of the parameter `path`, where the joint cannot do it.
+    pub(crate) fn fault(self, path: &str, value: f32) -> Option<String> {
+        let Self { min, max, .. } = self;
+        if path == "sine.amplitude" {
+            // As a person writes it: 1.85, not 1.8499999.
+            let most = ((max - min) / 2.0 * 1e4).round() / 1e4;
+            return (value > most).then(|| {
+                format!(
+                    "`{path}` is at most {most} rad, because the motor turns from {min} to {max} rad"
+                )
+            });
+        }
+        let is_way_point = path == "way_points" || path.starts_with("way_points[");
+        (is_way_point && !(min..=max).contains(&value)).then(|| {
+            format!(
+                "the way point {value} is out of reach: the motor turns from {min} to {max} rad"
+            )
+        })
+    }
+}
+
 /// A sine about the middle of the range. It keeps its phase, so that a change of its frequency is no jump.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sine {
@@ -64,6 +86,29 @@ mod tests {
         max_speed: 1.0,
     };
     const QUARTER: Duration = Duration::from_millis(250);
+
+    #[test]
+    fn what_the_joint_cannot_do_is_told() {
+        for (path, value) in [
+            ("sine.amplitude", 1.5),
+            ("sine.frequency", 9.0),
+            ("way_points", -1.0),
+            ("way_points[3]", 2.0),
+        ] {
+            assert_eq!(LIMITS.fault(path, value), None, "{path} {value}");
+        }
+        let amplitude =
+            "`sine.amplitude` is at most 1.5 rad, because the motor turns from -1 to 2 rad";
+        assert_eq!(
+            LIMITS.fault("sine.amplitude", 1.6).as_deref(),
+            Some(amplitude)
+        );
+        let point = "the way point 2.1 is out of reach: the motor turns from -1 to 2 rad";
+        for path in ["way_points", "way_points[3]"] {
+            assert_eq!(LIMITS.fault(path, 2.1).as_deref(), Some(point));
+        }
+        assert!(LIMITS.fault("way_points", f32::NAN).is_some());
+    }
 
     #[test]
     fn a_sine_swings_about_the_middle_and_stays_within_the_range() {

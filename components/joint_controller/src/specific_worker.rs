@@ -3,14 +3,19 @@
 use crate::motion::{Limits, Sine, Tour};
 use joint_controller_generated::tracing::info;
 use joint_controller_generated::{
-    Context, MotorGoalPosition, SetPositionError, Worker, WorkerError,
+    Context, MotorGoalPosition, ParamChange, SetPositionError, Worker, WorkerError,
 };
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// How often the bus is asked for the limits of the motor: they are parameters there, and may change.
+const LIMITS_PAUSE: Duration = Duration::from_secs(1);
 
 /// What the motor can do, and how far the motion has come.
 pub(crate) struct SpecificWorker {
     /// None until the bus has told them.
     limits: Option<Limits>,
+    /// When it has told them.
+    told: Instant,
     sine: Sine,
     tour: Tour,
     now: Instant,
@@ -22,6 +27,7 @@ impl Worker for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         Ok(Self {
             limits: None,
+            told: Instant::now(),
             sine: Sine::default(),
             tour: Tour::default(),
             now: Instant::now(),
@@ -58,17 +64,42 @@ impl Worker for SpecificWorker {
         };
         let sent = ctx.joint_motor.set_position(&goal);
         if let Err(SetPositionError::HardwareFailedException(_)) = &sent {
-            // The limits of the motor may be others now.
+            // The limits of the motor may be others already.
             self.limits = None;
         }
         Ok(sent?)
     }
+
+    /// Refuses what the joint cannot do. What the configuration asks for at the start, or before the bus has told the
+    /// limits, is cut off instead.
+    fn params_changed(
+        &mut self,
+        _ctx: &mut Context,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        let Some(limits) = self.limits else {
+            return Ok(());
+        };
+        let mut faults = Vec::new();
+        for change in changes {
+            let new = std::slice::from_ref(&change.new);
+            let values = change.new.as_array().unwrap_or(new).iter();
+            let values = values.filter_map(|value| value.as_float());
+            faults.extend(values.filter_map(|value| limits.fault(&change.path, value as f32)));
+        }
+        if faults.is_empty() {
+            return Ok(());
+        }
+        Err(WorkerError::Failed(faults.join("; ")))
+    }
 }
 
 impl SpecificWorker {
-    /// What the motor can do; the bus is asked once.
+    /// What the motor can do, as the bus has told at most [`LIMITS_PAUSE`] ago.
     fn limits(&mut self, ctx: &mut Context) -> Result<Limits, WorkerError> {
-        if let Some(limits) = self.limits {
+        if let Some(limits) = self.limits
+            && self.now.duration_since(self.told) < LIMITS_PAUSE
+        {
             return Ok(limits);
         }
         let motor = ctx.joint_motor.get_motor_params(&ctx.params.motor)?;
@@ -77,11 +108,14 @@ impl SpecificWorker {
             max: motor.max_pos,
             max_speed: motor.max_velocity,
         };
-        info!(
-            "`{}` turns from {} to {} rad, at most at {} rad/s",
-            motor.name, limits.min, limits.max, limits.max_speed
-        );
+        if self.limits != Some(limits) {
+            info!(
+                "`{}` turns from {} to {} rad, at most at {} rad/s",
+                motor.name, limits.min, limits.max, limits.max_speed
+            );
+        }
         self.limits = Some(limits);
+        self.told = self.now;
         Ok(limits)
     }
 

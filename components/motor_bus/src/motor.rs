@@ -99,8 +99,19 @@ impl Motor {
         }
     }
 
-    /// Moves on for `elapsed`: never faster than its limit, never beyond its range. Where its range has become
-    /// smaller than its position, it turns back.
+    /// Whether it may have these limits where it is now: it does not move because somebody edits a number.
+    pub(crate) fn stays_within(&self, limits: &MotorsParams) -> Result<(), String> {
+        let MotorsParams { name, min, max, .. } = limits;
+        let position = self.position;
+        if (*min..=*max).contains(&position) {
+            return Ok(());
+        }
+        Err(format!(
+            "`{name}` stands at {position} rad, which is not from {min} to {max} rad; move it first"
+        ))
+    }
+
+    /// Moves on for `elapsed`: never faster than its limit, never beyond its range.
     pub(crate) fn advance(&mut self, limits: &MotorsParams, elapsed: Duration) {
         let seconds = elapsed.as_secs_f32();
         if seconds == 0.0 {
@@ -214,18 +225,30 @@ mod tests {
 
     #[test]
     fn limits_that_change_hold_at_once() {
-        let mut motor = after(Goal::position(&limits(), 2.0, 0.0), 30);
-        assert_eq!(motor.position, 2.0);
+        let mut motor = after(Goal::position(&limits(), 2.0, 0.0), 10);
+        assert!((motor.position - 1.0).abs() < 1e-6, "{motor:?}");
         let narrow = MotorsParams {
             max: 1.5,
             max_speed: 2.0,
             ..limits()
         };
+        motor.stays_within(&narrow).expect("limits about it");
         motor.advance(&narrow, TICK);
-        // The goal was set when the motor was slower.
-        assert!((motor.position - 1.9).abs() < 1e-6, "{motor:?}");
+        // The goal was set when the motor was slower, and could go farther.
+        assert!((motor.position - 1.1).abs() < 1e-6, "{motor:?}");
         (0..9).for_each(|_| motor.advance(&narrow, TICK));
         assert_eq!(motor.position, 1.5);
+        // It stands at its limit; with the next ones it would have to move.
+        motor.stays_within(&narrow).expect("limits about it");
+        for (min, max) in [(-1.0, 1.4), (1.6, 2.0)] {
+            let beside = MotorsParams {
+                min,
+                max,
+                ..limits()
+            };
+            let why = motor.stays_within(&beside).expect_err("it would move");
+            assert!(why.starts_with("`shoulder` stands at 1.5 rad"), "{why}");
+        }
     }
 
     #[test]

@@ -6,9 +6,9 @@ use motor_bus_generated::{
     BusParams, Context, GetAllMotorStateError, GetMotorParamsError, GetMotorStateError,
     GetMotorStateMapError, HardwareFailedException, JointMotor, MotorGoalPosition,
     MotorGoalPositionList, MotorGoalVelocity, MotorGoalVelocityList, MotorList, MotorParams,
-    MotorParamsList, MotorState, MotorStateMap, SetPositionError, SetSyncPositionError,
-    SetSyncVelocityError, SetSyncZeroPosError, SetVelocityError, SetZeroPosError,
-    UnknownMotorException, Worker, WorkerError,
+    MotorParamsList, MotorState, MotorStateMap, ParamChange, SetPositionError,
+    SetSyncPositionError, SetSyncVelocityError, SetSyncZeroPosError, SetVelocityError,
+    SetZeroPosError, UnknownMotorException, Worker, WorkerError,
 };
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -39,6 +39,18 @@ impl Worker for SpecificWorker {
         }
         self.now = now;
         self.time_stamp = time_stamp();
+        Ok(())
+    }
+
+    /// Refuses limits that a motor would have to move for. What one motor refuses, no motor gets.
+    fn params_changed(
+        &mut self,
+        ctx: &mut Context,
+        _changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        for (motor, limits) in self.motors.iter().zip(&ctx.params.motors) {
+            motor.stays_within(limits).map_err(WorkerError::Failed)?;
+        }
         Ok(())
     }
 }

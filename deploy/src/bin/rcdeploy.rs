@@ -11,7 +11,6 @@ use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
 use serde::Serialize;
-use serde_json::{Map, Value};
 use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -123,10 +122,10 @@ enum Action {
     Set {
         #[command(flatten)]
         of: Running,
-        /// What is to be, as in `speed=300`, `period=200ms`, `gains=[1,2,3]` or `name="left"`; a text needs its quotes
-        /// only where it could be something else.
+        /// What is to be, as in `speed=300`, `period=200ms`, `gains=[1,2,3]` or `name=left`; a secret as in `token=-`,
+        /// which reads a line of standard input.
         #[arg(required = true, value_name = "PATH=VALUE", value_parser = change)]
-        changes: Vec<(String, Value)>,
+        changes: Vec<(String, String)>,
     },
     /// Writes what was changed into the configuration file, which keeps its comments and its order.
     Save {
@@ -147,9 +146,9 @@ struct Running {
     format: Format,
 }
 
-fn change(text: &str) -> Result<(String, Value), String> {
+fn change(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
-        Some((path, value)) => Ok((path.trim().to_owned(), rc_pdsl::config::argument(value))),
+        Some((path, value)) => Ok((path.trim().to_owned(), value.to_owned())),
         None => Err("a change looks like `speed=300`".to_owned()),
     }
 }
@@ -277,14 +276,14 @@ fn params(action: Action) -> Result<u8, Failure> {
             })
         }
         Action::Set { of, changes } => {
-            let mut all = Map::new();
-            for (path, value) in changes {
-                if all.contains_key(&path) {
+            for (at, (path, _)) in changes.iter().enumerate() {
+                if changes[..at].iter().any(|(before, _)| before == path) {
                     return Err(Failure(2, format!("`{path}` is given twice")));
                 }
-                all.insert(path, value);
             }
-            let changed = params::set(&network_of(&of.network)?, &of.name, &all)?;
+            let (network, name) = (network_of(&of.network)?, of.name);
+            let values = params::values(&network, &name, &changes, &mut std::io::stdin().lock())?;
+            let changed = params::set(&network, &name, &values)?;
             show(of.format, &changed, |changed| {
                 let now = changed.changed.iter().map(|c| format!("{c}\n"));
                 let later = changed.pending.iter();

@@ -40,6 +40,36 @@ fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
         site.await_in_log("controller", reached);
     }
     site.await_in_log("controller", "turns at ");
+
+    // What the joint cannot do is refused with the reason, and with it all that was to change at once.
+    let net = site.network.as_str();
+    let set = |changes: &[&str]| {
+        site.rcdeploy(
+            &[&["params", "set", net, "controller"], changes].concat(),
+            false,
+        )
+    };
+    let before = site.ask("controller", "parameters");
+    for (changes, reason) in [
+        (
+            ["speed=0.5", "way_points=[0.1, 0.7]"],
+            "the way point 0.7 is out of reach: the motor turns from -3.1 to 0.6 rad",
+        ),
+        (
+            ["tolerance=0.02", "sine.amplitude=2"],
+            "`sine.amplitude` is at most 1.85 rad, because the motor turns from -3.1 to 0.6 rad",
+        ),
+    ] {
+        let refused = set(&changes);
+        assert_eq!(refused.code, 1, "{refused:?}");
+        assert!(refused.stderr.contains(reason), "{refused:?}");
+        assert_eq!(site.ask("controller", "parameters"), before);
+    }
+    // What it can do is no less welcome because it was told 99.0 at the start.
+    let changed = set(&["way_points[0]=0.2", "sine.amplitude=1.8"]);
+    assert_eq!(changed.code, 0, "{changed:?}");
+    site.await_in_log("controller", "reached 0.2 rad");
+
     let bus = site.ask("bus", "parameters");
     let parameters = bus["parameters"].as_array().expect("a list");
     let wrist = parameters.iter().find(|p| p["path"] == "motors[2].name");
@@ -47,6 +77,101 @@ fn the_controller_moves_the_joint_within_the_limits_that_the_bus_tells() {
     let down = site.rcdeploy(&["down", &site.network], false);
     assert_eq!(down.code, 0, "{down:?}");
     site.assert_nothing_left();
+}
+
+#[test]
+fn limits_that_a_motor_would_have_to_move_for_are_refused_and_others_reach_the_controller() {
+    let site = Site::new("limits");
+    site.write_ddsl(&joints());
+    // The elbow is moved by nobody: it stands at its zero position.
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let net = site.network.as_str();
+    let set = |changes: &[&str]| {
+        site.rcdeploy(&[&["params", "set", net, "bus"], changes].concat(), false)
+    };
+    let wide = ["motors[1].zero=0.1", "motors[1].max=0.4"];
+    let refused = set(&[&wide[..], &["motors[1].max_speed=0.7"]].concat());
+    assert_eq!(refused.code, 1, "{refused:?}");
+    assert_eq!(refused.stdout, "");
+    let reason =
+        "bus refuses: `elbow` stands at 0.5 rad, which is not from 0 to 0.4 rad; move it first";
+    assert!(refused.stderr.contains(reason), "{refused:?}");
+    let get = ["params", "get", net, "bus", "motors[1]"];
+    let values = site.rcdeploy(&get, false).stdout;
+    for unchanged in ["zero = 0.5", "max = 2.6", "max_speed = 1.5"] {
+        assert!(
+            values.contains(&format!("motors[1].{unchanged}\n")),
+            "{values}"
+        );
+    }
+    let endless = set(&["motors[1].max=inf"]);
+    assert_eq!(endless.code, 1, "{endless:?}");
+    assert!(
+        endless.stderr.contains("error[out-of-range]"),
+        "{endless:?}"
+    );
+    // What a motor need not move for holds, and the controller of another one hears of it by itself.
+    let near = set(&["motors[1].max=0.5", "motors[0].max_speed=0.9"]);
+    assert_eq!(near.code, 0, "{near:?}");
+    site.await_in_log("controller", "at most at 0.9 rad/s");
+    assert_eq!(site.rcdeploy(&["down", net], false).code, 0);
+    site.assert_nothing_left();
+}
+
+#[test]
+fn a_text_needs_no_quotes_and_what_is_saved_is_told_so() {
+    let site = Site::new("texts");
+    let config = site.write("motors.toml", MOTORS);
+    let _bus = site.start("motor_bus", &["--config", &config.display().to_string()]);
+    let net = site.network.as_str();
+    let params = |args: &[&str]| {
+        let ran = site.rcdeploy(&[&["params"], args].concat(), false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        ran.stdout
+    };
+    // A shell takes the quotes of `device="1"`.
+    for (word, text) in [
+        ("1", "1"),
+        ("true", "true"),
+        ("\"0x1\"", "0x1"),
+        ("[1", "[1"),
+        ("-", "-"),
+    ] {
+        let set = params(&["set", net, "motor_bus", &format!("device={word}")]);
+        let told = format!("-> {text:?}, at the next start if it is saved\n");
+        assert!(set.ends_with(&told), "{set}");
+    }
+    params(&[
+        "set",
+        net,
+        "motor_bus",
+        "baud_rate=9600",
+        "motors[0].max=1.25",
+    ]);
+    let table = params(&[net, "motor_bus"]);
+    for told in [
+        "device will be \"-\" at the next start, if it is saved\n",
+        "baud_rate will be 9600 at the next start, if it is saved\n",
+        "motors[0].max is not saved\n",
+    ] {
+        assert!(table.contains(told), "{table}");
+    }
+    params(&["save", net, "motor_bus"]);
+    let table = params(&[net, "motor_bus"]);
+    assert!(
+        table.contains("baud_rate will be 9600 at the next start\n"),
+        "{table}"
+    );
+    assert!(!table.contains("saved"), "{table}");
+    // Findings begin on a line of their own, and nothing stands behind the colon.
+    let wrong = ["params", "set", net, "motor_bus", "baud_rate=1"];
+    let wrong = site.rcdeploy(&wrong, false);
+    assert_eq!(wrong.code, 1);
+    assert!(
+        wrong.stderr.contains("motor_bus refuses:\n  error["),
+        "{wrong:?}"
+    );
 }
 
 #[test]

@@ -13,6 +13,7 @@ const CONFIG: &str = "# Mine.
 period = \"20ms\"
 
 [parameters]
+lockstep = false
 # Not nearer!
 safe_distance = 600   # mm
 turn_speed=0.8

@@ -34,7 +34,7 @@ fn configure(site: &Site, trace: &Path) -> [PathBuf; 3] {
         map.display(),
         trace.display()
     );
-    let avoider = "[component]\nperiod = \"5ms\"\n".to_owned();
+    let avoider = "[component]\nperiod = \"5ms\"\n[parameters]\nlockstep = true\n".to_owned();
     [
         site.write("simulator.toml", &simulator),
         site.write("monitor.toml", &monitor),
@@ -195,8 +195,9 @@ fn one_trace_from_one_seed_whatever_the_middleware() {
     in_one_process(&traces[0]);
     over_iceoryx2(&traces[1]);
     let [local, iceoryx2] = traces.map(|path| std::fs::read_to_string(path).expect("a trace"));
-    assert_eq!(local.lines().count(), POSES);
-    assert_eq!(local, iceoryx2);
+    let parted = local.lines().zip(iceoryx2.lines()).find(|(a, b)| a != b);
+    assert_eq!(parted, None, "the first pose that differs");
+    assert_eq!([&local, &iceoryx2].map(|t| t.lines().count()), [POSES; 2]);
     let last = |trace: &str| trace.lines().last().map(str::to_owned);
     assert_ne!(
         local.lines().next().map(str::to_owned),

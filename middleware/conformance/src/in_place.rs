@@ -1,7 +1,7 @@
 //! Values that are written and read where they are, and what becomes of them on a backend that lends no memory.
 
 use crate::Subject;
-use crate::network::{LIMIT, Network, endpoint};
+use crate::network::{LIMIT, Network, endpoint, receive};
 use rc_middleware::in_place::{self, FromBytes, Immutable, InPlace, IntoBytes, KnownLayout};
 use rc_middleware::typed::{Caller, Operation, Request, Topic};
 use rc_middleware::{
@@ -113,7 +113,7 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
             assert_eq!(take(&mut **subscriber), beams);
         }
     }
-    // One that is dropped is not sent; nor is one that is not as its type wants it.
+    // One that is dropped is not sent; nor is one that is not as its type wants it, and nobody misses it.
     drop(topic.loan::<ScanInPlace>().expect("a loan"));
     let mut scan = topic.loan::<ScanInPlace>().expect("a loan");
     assert!(scan.resize_beams(1_000_001).is_err());
@@ -122,6 +122,16 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
     for subscriber in &mut subscribers {
         assert_eq!(subscriber.receive(&mut |_, _| {}), Ok(false));
     }
+    topic
+        .loan::<ScanInPlace>()
+        .expect("a loan")
+        .send()
+        .expect("to be sent");
+    let received = receive(&mut *subscribers[0], 1);
+    assert_eq!(
+        received[0].0.sequence, 11,
+        "five of each kind were sent before"
+    );
 }
 
 /// Answers in place and answers in CDR, read in place and copied; and the two ways to fail.

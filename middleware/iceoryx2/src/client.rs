@@ -2,11 +2,12 @@
 
 use crate::bell::{Bell, Ear};
 use crate::message::RequestHeader;
-use crate::names;
 use crate::service::{Audience, Calls, ClientPort, Pending, calls, refusal};
 use crate::session::{OnItsWay, Session, lock};
 use crate::waiting::Waiting;
 use crate::watch::Watch;
+use crate::{names, nodes};
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{BackpressureAction, LoanError, SendError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
@@ -80,50 +81,54 @@ pub(crate) struct SharedClient {
 }
 
 impl SharedClient {
-    /// The server that is registered now: its identity and its process.
-    fn registered(&self) -> Option<(u128, Option<i32>)> {
+    /// The server that is registered now: its identity, and its node.
+    fn registered(&self) -> Option<(u128, UniqueNodeId)> {
         let mut found = None;
         self.calls.dynamic_config().list_servers(|server| {
-            let process = server.node_id.pid::<crate::service::Service>();
-            let pid = process.ok().map(|pid| pid.value());
-            found = Some((server.server_id.value(), pid));
+            found = Some((server.server_id.value(), server.node_id));
             CallbackProgression::Stop
         });
         found
     }
 
-    /// Whether there is a live server; it is watched afterwards. What a dead one left is removed.
+    /// Whether there is a live server; it is watched afterwards. A dead one is none, although it is registered until
+    /// what it left is removed; that is not waited for.
     fn has_server(&self) -> bool {
-        let mut cleaned = false;
-        loop {
-            let Some((server, pid)) = self.registered() else {
-                *self.watch.borrow_mut() = None;
-                return false;
-            };
-            let mut watch = self.watch.borrow_mut();
-            if watch.as_ref().is_none_or(|watch| watch.server != server) {
-                let new = Watch::new(server, pid);
+        let live = self.finds_server();
+        if !live {
+            // The next call has to look: by then there may be another server.
+            self.answered.set(None);
+        }
+        live
+    }
+
+    fn finds_server(&self) -> bool {
+        let Some((server, node)) = self.registered() else {
+            *self.watch.borrow_mut() = None;
+            return false;
+        };
+        let mut watch = self.watch.borrow_mut();
+        let watch = match watch.take() {
+            Some(known) if known.server == server => watch.insert(known),
+            _ => {
+                let pid = node.pid::<crate::service::Service>();
+                let mut new = Watch::new(server, pid.ok().map(|pid| pid.value()));
+                if new.is_gone() && !nodes::is_dead(&self.session.config, node) {
+                    // It is alive in another namespace of processes, where its id is not what it seems here.
+                    new.give_up();
+                }
                 if let Some(death) = new.descriptor() {
                     // What the kernel refuses here shows at the end of a cycle.
                     let _ = self.waiting.until(death);
                 }
-                *watch = Some(new);
+                watch.insert(new)
             }
-            let Some(watch) = watch.as_mut().filter(|watch| watch.is_dead()) else {
-                return true;
-            };
-            if cleaned {
-                // Somebody else cleans up at this moment; or it is alive in another namespace of processes, where its
-                // id is not what it seems here.
-                let alive = watch.is_gone();
-                if alive {
-                    watch.give_up();
-                }
-                return alive;
-            }
-            self.session.clean();
-            cleaned = true;
+        };
+        let live = !watch.is_dead();
+        if !live {
+            self.session.clean_soon();
         }
+        live
     }
 
     /// Puts a request into the queue of the server.
@@ -192,11 +197,11 @@ impl SharedClient {
         Ok(false)
     }
 
-    /// Whether the server that was `asked` is there no more. What a dead one left is removed.
+    /// Whether the server that was `asked` is there no more.
     fn is_gone(&self, asked: Option<u128>) -> bool {
         let dead = self.watch.borrow().as_ref().is_some_and(Watch::is_dead);
         if dead {
-            self.session.clean();
+            self.session.clean_soon();
         }
         dead || self.registered().map(|(server, _)| server) != asked
     }
@@ -239,6 +244,9 @@ impl Client for SharedClient {
         let start = Instant::now();
         let answered = self.answered.take();
         let lately = answered.is_some_and(|at| start.saturating_duration_since(at) < LATELY);
+        // It is the one that answered, and no successor.
+        let known = self.watch.borrow().as_ref().map(|watch| watch.server);
+        let lately = lately && self.registered().map(|(server, _)| server) == known;
         if !lately && !self.has_server() {
             return Err(CallError::NoServer(self.address.clone()));
         }
@@ -250,7 +258,11 @@ impl Client for SharedClient {
             return Ok(());
         }
         let mut unanswered: Option<Instant> = None;
-        let mut left = limit;
+        let mut left = if self.spin.is_zero() {
+            limit
+        } else {
+            limit.saturating_sub(start.elapsed())
+        };
         loop {
             // Before the first look nobody has had the time to answer; and one server rings, one ring after the
             // other. A ring for an earlier request that comes now only wakes once too often.

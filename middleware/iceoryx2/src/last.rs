@@ -4,9 +4,11 @@
 //! Every process of a network holds a shared lock on one file in its run directory, as long as it has a node; so does
 //! the guard of a deployer, which holds the services. Who can have the lock for itself alone is the only one alive:
 //! it wipes, before it makes its node or after it has left. Who comes meanwhile waits for that. A process that is
-//! killed loses its lock, so it counts as gone.
+//! killed loses its lock, so it counts as gone. Where strangers have live nodes in it, programs that use iceoryx2
+//! without this crate and hold no lock, nobody wipes; the first one to come when they are gone does.
 
-use crate::estate;
+use crate::{estate, nodes};
+use iceoryx2::prelude::Config;
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
@@ -17,24 +19,22 @@ use std::path::PathBuf;
 /// A presence in a network.
 pub(crate) struct Presence {
     directory: RunDirectory,
+    config: Config,
     lock: File,
 }
 
 impl Presence {
-    /// Enters the network. Who is the first one alive wipes what the dead left, unless there are `strangers`: programs
-    /// that use iceoryx2 without this crate, and hold no lock. It waits while somebody wipes, which is short; the
-    /// caller bounds it all the same.
-    pub(crate) fn enter(
-        directory: &RunDirectory,
-        strangers: impl Fn() -> bool,
-    ) -> io::Result<Self> {
+    /// Enters the network. Who is the first one alive wipes what the dead left, unless there are strangers. It waits
+    /// while somebody wipes, which is short; the caller bounds it all the same.
+    pub(crate) fn enter(directory: &RunDirectory, config: &Config) -> io::Result<Self> {
         loop {
             let presence = Self {
                 directory: directory.clone(),
+                config: config.clone(),
                 lock: File::create(path(directory))?,
             };
             let first = flock(&presence.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
-            if first && presence.is_current() && !strangers() {
+            if first && presence.is_current() && !presence.has_strangers() {
                 estate::wipe(directory)?;
             }
             // The lock may be lost for a moment while it changes its kind, and another one may wipe in that moment:
@@ -45,6 +45,12 @@ impl Presence {
                 return Ok(presence);
             }
         }
+    }
+
+    /// Whether there are live strangers, where nobody else holds the lock and this process has no node: programs that use
+    /// iceoryx2 without this crate hold none.
+    fn has_strangers(&self) -> bool {
+        nodes::any_lives(&self.config)
     }
 
     /// Whether the file that is locked is the one that others find.
@@ -62,8 +68,8 @@ impl Presence {
 impl Drop for Presence {
     fn drop(&mut self) {
         // Where a deployer has removed the run directory, another network may have its place already.
-        if flock(&self.lock, FlockOperation::NonBlockingLockExclusive).is_ok() && self.is_current()
-        {
+        let last = flock(&self.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
+        if last && self.is_current() && !self.has_strangers() {
             // What cannot be removed is told to the next one who comes; there is nobody to tell here.
             let _ = estate::wipe(&self.directory);
             let _ = std::fs::remove_file(path(&self.directory));

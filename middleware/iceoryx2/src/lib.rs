@@ -7,6 +7,7 @@
 
 mod bell;
 mod bounded;
+mod cleaning;
 mod client;
 mod descriptor;
 mod estate;
@@ -16,6 +17,7 @@ mod last;
 mod memory;
 mod message;
 mod names;
+mod nodes;
 mod opening;
 mod publisher;
 mod server;

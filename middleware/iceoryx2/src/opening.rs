@@ -2,8 +2,9 @@
 //!
 //! iceoryx2 0.10.0 makes a service in steps, and its clean-up removes a service whose steps are not all done as the
 //! work of a dead process, although a living one may be at it just then: the service then exists for that one alone.
-//! So who opens holds a shared lock on the network's root, and who cleans holds it alone. A process that is killed
-//! loses its lock.
+//! So who opens holds a shared lock on the network's root, and who cleans up after one of the dead holds it alone.
+//! Between two of the dead it is free for a while, which those who clean see to with a lock of their own: where many
+//! die and many clean, openings do not wait for the last of them. A process that is killed loses its locks.
 
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
@@ -11,36 +12,75 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// How long either waits for the other, in order that a process which was stopped in the middle harms nobody: then it
-/// goes on without the lock, which is as safe as iceoryx2 is by itself.
+/// goes on without the lock, which is as safe as iceoryx2 is by itself. To clean up after one of the dead takes some
+/// milliseconds, on a busy machine a tenth of a second.
 const PATIENCE: Duration = Duration::from_millis(500);
 /// Between two attempts.
 const PAUSE: Duration = Duration::from_millis(1);
+/// How long openings go first after each of the dead: some attempts long.
+const TURN: Duration = Duration::from_millis(5);
 
 /// A lock that is held, or that could not be had in time.
 pub(crate) struct Lock {
     _file: Option<File>,
 }
 
+/// The locks of who cleans.
+pub(crate) struct Alone {
+    root: Lock,
+    _cleaning: Lock,
+}
+
+impl Alone {
+    /// Lets openings go first, then the next one who cleans.
+    pub(crate) fn end(self) {
+        drop(self.root);
+        std::thread::sleep(TURN);
+    }
+}
+
 /// To open services.
 pub(crate) fn together(root: &Path) -> Lock {
-    lock(root, FlockOperation::NonBlockingLockShared)
+    lock(File::open(root), FlockOperation::NonBlockingLockShared)
 }
 
-/// To clean up after the dead.
-pub(crate) fn alone(root: &Path) -> Lock {
-    lock(root, FlockOperation::NonBlockingLockExclusive)
+/// To clean up after one of the dead; none where that was `needed` no more while this one waited for others who clean.
+pub(crate) fn alone(root: &Path, needed: impl Fn() -> bool) -> Option<Alone> {
+    let cleaning = File::create(root.join("cleaning.lock"));
+    let cleaning = lock_while(
+        cleaning,
+        FlockOperation::NonBlockingLockExclusive,
+        TURN,
+        needed,
+    )?;
+    Some(Alone {
+        root: lock(File::open(root), FlockOperation::NonBlockingLockExclusive),
+        _cleaning: cleaning,
+    })
 }
 
-fn lock(root: &Path, operation: FlockOperation) -> Lock {
-    let Ok(file) = File::open(root) else {
-        return Lock { _file: None };
+fn lock(file: std::io::Result<File>, operation: FlockOperation) -> Lock {
+    lock_while(file, operation, PAUSE, || true).unwrap_or(Lock { _file: None })
+}
+
+fn lock_while(
+    file: std::io::Result<File>,
+    operation: FlockOperation,
+    pause: Duration,
+    needed: impl Fn() -> bool,
+) -> Option<Lock> {
+    let Ok(file) = file else {
+        return Some(Lock { _file: None });
     };
     let end = Instant::now() + PATIENCE;
-    loop {
-        match flock(&file, operation) {
-            Ok(()) => return Lock { _file: Some(file) },
-            Err(_) if Instant::now() < end => std::thread::sleep(PAUSE),
-            Err(_) => return Lock { _file: None },
+    while flock(&file, operation).is_err() {
+        if !needed() {
+            return None;
         }
+        if Instant::now() >= end {
+            return Some(Lock { _file: None });
+        }
+        std::thread::sleep(pause);
     }
+    Some(Lock { _file: Some(file) })
 }

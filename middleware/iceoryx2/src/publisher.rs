@@ -61,11 +61,12 @@ pub(crate) fn open(
 /// The sending end of a topic.
 pub(crate) struct SharedPublisher {
     address: String,
-    session: Arc<Session>,
     _keeper: Option<Keeper>,
     port: Arc<PublisherPort>,
     topic: Topic,
     bell: Bell,
+    /// Left after everything above: the last one out must have no end open.
+    session: Arc<Session>,
 }
 
 impl SharedPublisher {

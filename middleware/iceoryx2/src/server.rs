@@ -120,7 +120,6 @@ fn holder(calls: &Calls) -> Option<Holder> {
 /// The answering end of a connection.
 pub(crate) struct SharedServer {
     address: Address,
-    session: Arc<Session>,
     /// Requests that were taken out of the queues of the clients.
     inbox: VecDeque<Active>,
     reply: Vec<u8>,
@@ -129,6 +128,8 @@ pub(crate) struct SharedServer {
     port: ServerPort,
     calls: Calls,
     ear: Ear,
+    /// Left after everything above: the last one out must have no end open.
+    session: Arc<Session>,
 }
 
 impl SharedServer {

@@ -1,13 +1,13 @@
 //! What the ports of one component share: the node, its configuration, and what is still on its way.
 
+use crate::cleaning::{Cleaner, Graveyard};
 use crate::last::Presence;
 use crate::service::{Node, Pending, Service};
 use crate::unfinished::{CREATION, Watcher};
-use crate::{bounded, names, opening, tags};
-use iceoryx2::node::{NodeState, NodeView as _};
+use crate::{bounded, names};
 use iceoryx2::prelude::{
-    CallbackProgression, Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString,
-    SignalHandlingMode, set_log_level,
+    Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
+    set_log_level,
 };
 use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS};
 use rc_middleware::{Environment, OpenError};
@@ -24,6 +24,9 @@ const ATTEMPTS: u32 = 4;
 /// of 30 tries on an idle machine.
 const SETTLE: Duration = Duration::from_millis(100);
 
+/// How long an opening cleans up at a time, before it tries again.
+const ROUND: Duration = Duration::from_secs(2);
+
 /// A request that was sent and not yet handled.
 pub(crate) type OnItsWay = Arc<Mutex<Option<Pending>>>;
 
@@ -34,6 +37,9 @@ pub(crate) struct Session {
     pub(crate) node: Node,
     published: Mutex<Option<Instant>>,
     commands: Mutex<Vec<Weak<Mutex<Option<Pending>>>>>,
+    graveyard: Graveyard,
+    /// Ended before the watcher: a clean-up can wait for a half-made file.
+    cleaner: Cleaner,
     /// Ended after everything above.
     _watcher: Watcher,
     /// Left after everything above.
@@ -51,8 +57,7 @@ impl Session {
                 reason,
             };
             let config = configuration(&owned).map_err(refused)?;
-            let strangers = || lives(&config);
-            let presence = Presence::enter(&owned.directory, strangers).map_err(|e| {
+            let presence = Presence::enter(&owned.directory, &config).map_err(|e| {
                 refused(format!(
                     "the network cannot be entered: {e}; remove by hand what is in the way"
                 ))
@@ -61,6 +66,9 @@ impl Session {
             private(&root).map_err(|e| refused(format!("{}: {e}", root.display())))?;
             let watcher = Watcher::start(&owned.directory)
                 .map_err(|e| refused(format!("no thread for its files: {e}")))?;
+            let graveyard = Graveyard::of(&owned.directory, &config);
+            let cleaner = Cleaner::start(graveyard.clone())
+                .map_err(|e| refused(format!("no thread for what the dead leave: {e}")))?;
             let node = node(&owned, &config).map_err(refused)?;
             let session = Self {
                 environment: owned,
@@ -68,13 +76,14 @@ impl Session {
                 node,
                 published: Mutex::default(),
                 commands: Mutex::default(),
+                graveyard,
+                cleaner,
                 _watcher: watcher,
                 _presence: presence,
             };
             Ok(Arc::new(session))
         })?;
-        // It lists all shared memory several times for each of the dead. Where there is much of it, on a busy machine,
-        // that takes seconds: then it goes on beside what comes now, and is no failure.
+        // Where it takes too long, it goes on beside what comes now, and is no failure.
         let own = Arc::clone(&session);
         let _ = bounded::run(&environment.directory, &environment.network, move || {
             Ok(own.clean())
@@ -82,17 +91,19 @@ impl Session {
         Ok(session)
     }
 
-    /// Removes what the dead left behind; says how many dead there were.
+    /// Removes what the dead left behind, for an opening: it may take some seconds. Says how many dead there were.
     pub(crate) fn clean(&self) -> usize {
-        if dead_nodes(&self.config).is_empty() {
-            return 0;
+        let end = Instant::now() + ROUND;
+        let (gone, all) = self.graveyard.clean(|| Instant::now() < end);
+        if !all {
+            self.cleaner.wake();
         }
-        let root = names::root(&self.environment.directory);
-        let _alone = opening::alone(&root);
-        tags::keep(&root, &dead_nodes(&self.config));
-        let cleaned = self.node.try_cleanup_dead_nodes().cleanups as usize;
-        tags::forget(&root);
-        cleaned
+        gone
+    }
+
+    /// Has what the dead left behind removed, and does not wait for it.
+    pub(crate) fn clean_soon(&self) {
+        self.cleaner.wake();
     }
 
     /// Notes that a value was published, for `linger`.
@@ -201,30 +212,4 @@ fn node(environment: &Environment, config: &Config) -> Result<Node, String> {
             }
         }
     }
-}
-
-/// Whether a node of the network is alive.
-fn lives(config: &Config) -> bool {
-    let mut found = false;
-    list(config, |node| found |= matches!(node, NodeState::Alive(_)));
-    found
-}
-
-/// The nodes of the network whose processes are dead.
-fn dead_nodes(config: &Config) -> Vec<u128> {
-    let mut found = Vec::new();
-    list(config, |node| {
-        if let NodeState::Dead(node) = node {
-            found.push(node.id().value());
-        }
-    });
-    found
-}
-
-fn list(config: &Config, mut each: impl FnMut(NodeState<Service>)) {
-    // A list that breaks off, at something that cannot be read, is as good as it can be.
-    let _ = Node::list(config, |node| {
-        each(node);
-        CallbackProgression::Continue
-    });
 }

@@ -5,6 +5,7 @@ use crate::names;
 use crate::service::{Audience, SubscriberPort, Topic, existing_kept_topic, refusal, topic};
 use crate::session::Session;
 use iceoryx2::service::port_factory::PortFactory as _;
+use rc_middleware::qos::MAX_PUBLISHERS;
 use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subscriber};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
@@ -43,9 +44,10 @@ pub(crate) struct SharedSubscriber {
     kept_next: bool,
     /// Why the second one could not be opened, until that was told.
     failure: Option<ReceiveError>,
-    session: Arc<Session>,
     endpoint: Endpoint,
     ear: Ear,
+    /// Left after everything above: the last one out must have no end open.
+    session: Arc<Session>,
 }
 
 impl SharedSubscriber {
@@ -82,14 +84,14 @@ impl SharedSubscriber {
             return Err(failure);
         }
         let address = &self.endpoint.address;
-        let Some(kept) = &self.kept else {
+        let Some(kept) = &mut self.kept else {
             return self.live.receive(address.as_str(), take);
         };
         self.kept_next = !self.kept_next;
         let (first, second) = if self.kept_next {
-            (&self.live, kept)
+            (&mut self.live, kept)
         } else {
-            (kept, &self.live)
+            (kept, &mut self.live)
         };
         Ok(first.receive(address.as_str(), take)? || second.receive(address.as_str(), take)?)
     }
@@ -118,6 +120,8 @@ impl Subscriber for SharedSubscriber {
 struct Source {
     port: SubscriberPort,
     topic: Topic,
+    /// Senders of values that could not be read, and how many; the one that began last comes last.
+    unread: Vec<(u128, u64)>,
 }
 
 impl Source {
@@ -130,11 +134,15 @@ impl Source {
             .history_request(history)
             .create()
             .map_err(|error| refusal(endpoint.address.as_str())(format!("{error:?}")))?;
-        Ok(Self { port, topic })
+        Ok(Self {
+            port,
+            topic,
+            unread: Vec::new(),
+        })
     }
 
     fn receive(
-        &self,
+        &mut self,
         address: &str,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<bool, ReceiveError> {
@@ -147,13 +155,39 @@ impl Source {
             return Ok(false);
         };
         let sender = sample.origin().value();
-        let header = sample.user_header().read(sender).map_err(failed)?;
+        let mut header = match sample.user_header().read(sender) {
+            Ok(header) => header,
+            Err(reason) => {
+                note(&mut self.unread, sender);
+                return Err(failed(reason));
+            }
+        };
+        // What could not be read was told as an error. It takes no number, or it would count as lost as well.
+        if let Some((_, unread)) = self.unread.iter().find(|(known, _)| *known == sender)
+            && header.sequence != 0
+        {
+            header.sequence = header.sequence.saturating_sub(*unread).max(1);
+        }
         take(header, sample.payload());
         Ok(true)
     }
 
     fn peers(&self) -> usize {
         self.topic.dynamic_config().number_of_publishers()
+    }
+}
+
+/// Counts one value more of `sender` that could not be read.
+fn note(unread: &mut Vec<(u128, u64)>, sender: u128) {
+    match unread.iter_mut().find(|(known, _)| *known == sender) {
+        Some((_, count)) => *count += 1,
+        None => {
+            // As many as publish at a time, and as many that have gone.
+            if unread.len() == 2 * MAX_PUBLISHERS {
+                unread.remove(0);
+            }
+            unread.push((sender, 1));
+        }
     }
 }
 

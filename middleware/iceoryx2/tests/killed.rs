@@ -3,8 +3,13 @@
 mod processes;
 
 use processes::{Network, Process, ask, map};
-use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
+use rc_conformance::network::{
+    LIMIT, StopOnDrop, endpoint, header, receive, receive_all, serve_until, until,
+};
 use rc_middleware::{CallError, Interrupt, OpenError, wait};
+use rustix::fs::{FlockOperation, flock};
+use std::fs::File;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -65,6 +70,112 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
         .server(&motor)
         .expect("the place of the dead server");
     assert_eq!(own.peers(), 1);
+}
+
+/// What the dead leave takes seconds to remove, which is not done in the time of those who call.
+#[test]
+fn a_call_keeps_its_deadline_where_many_are_killed() {
+    const TIMEOUT: Duration = Duration::from_secs(1);
+    let network = Network::new("km");
+    let backend = network.join("client");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let mut killed = vec![network.begin("server")];
+    killed.extend((0..30).map(|_| network.begin("idle")));
+    killed.iter_mut().for_each(|process| process.says("ready"));
+    assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+
+    // As one does that was stopped while it opened an end: it holds every clean-up up for half a second.
+    let root = network
+        .environment("client")
+        .directory
+        .middleware(rc_iceoryx2::NAME);
+    let opening = File::open(&root).expect("the root");
+    flock(&opening, FlockOperation::LockShared).expect("the lock of openings");
+    for process in &mut killed {
+        process.child.kill().expect("to kill");
+    }
+    killed[0].child.wait().expect("to reap");
+    let start = Instant::now();
+    let told = ask(&mut *client, b"still?");
+    assert!(
+        matches!(told, Err(CallError::ServerDied(_) | CallError::NoServer(_))),
+        "{told:?}"
+    );
+    assert_eq!(client.peers(), 0);
+    let took = start.elapsed();
+    assert!(took < Duration::from_millis(500), "{took:?}");
+    drop(opening);
+    let successor = std::thread::scope(|scope| {
+        let starter = scope.spawn(|| network.start("server"));
+        let end = Instant::now() + LIMIT;
+        loop {
+            let start = Instant::now();
+            let answered = client.call(header(1), b"here", TIMEOUT, &mut |_, _| {});
+            let took = start.elapsed();
+            assert!(took < 2 * TIMEOUT, "{answered:?} after {took:?}");
+            let start = Instant::now();
+            client.peers();
+            assert!(start.elapsed() < TIMEOUT, "{:?}", start.elapsed());
+            if answered.is_ok() {
+                return starter.join().expect("a successor");
+            }
+            assert!(Instant::now() < end, "{answered:?}");
+            wait(&[], Duration::from_millis(1));
+        }
+    });
+    drop(successor);
+    until("what the dead left is gone", || {
+        assert_eq!(client.peers(), 0);
+        // A folder for each node.
+        let nodes = entries(&root.join("nodes"));
+        nodes.iter().filter(|path| path.is_dir()).count() == 1
+    });
+}
+
+/// Killed in between: what was lent is written, and not sent.
+#[test]
+fn what_the_dead_had_on_loan_is_neither_sent_nor_lost() {
+    let network = Network::new("kl");
+    let backend = network.join("both");
+    let mut scan = backend
+        .subscriber(&endpoint("default/Laser/scan"))
+        .expect("a subscriber");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let directory = network.environment("both").directory;
+    let mut used = Vec::new();
+    for round in 0..30 {
+        let mut publisher = network.start("lending publisher");
+        for (_, body) in receive(&mut *scan, 3) {
+            assert_eq!(body, [1; 500]);
+        }
+        let mut server = network.start("lending server");
+        assert_eq!(ask(&mut *client, b"here"), Ok([b'h'; 500].to_vec()));
+        used.push(
+            rc_iceoryx2::leftovers(&directory)
+                .iter()
+                .filter_map(|path| path.metadata().ok())
+                .map(|metadata| metadata.blocks() * 512)
+                .sum::<u64>(),
+        );
+        publisher.kill();
+        let died = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                server.says("holding");
+                server.kill();
+            });
+            ask(&mut *client, b"hold")
+        });
+        let told = Err(CallError::ServerDied("default/Motor".to_owned()));
+        assert_eq!(died, told, "round {round}");
+        assert!(receive_all(&mut *scan).is_empty(), "round {round}");
+    }
+    // A page more in each round would be twice this. (Of the last rounds, one may not have been cleaned up after yet.)
+    let (early, late) = (used[9], used[25..].iter().min().expect("a round"));
+    assert!(*late <= early + early / 10, "{used:?}");
 }
 
 /// The clean-up removes the tag of a dead end before it frees the end's place. Who is killed in between leaves the dead

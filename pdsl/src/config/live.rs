@@ -6,7 +6,7 @@ use super::parameters::Reader;
 use super::path::{Target, resolve};
 use super::rules;
 use super::values::{SECRET, Values};
-use crate::model::{Kind, Parameter, Parameters, Value};
+use crate::model::{Kind, Parameter, Parameters, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
@@ -80,6 +80,9 @@ pub struct ParameterStatus {
     /// What it will be at the next start, where that is something else.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pending: Option<Json>,
+    /// What it will be at the next start is not in the configuration file, so far as is known.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unsaved: bool,
     /// What it is where the configuration says nothing; none where that has to say something.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub default: Option<Json>,
@@ -97,6 +100,19 @@ pub struct ParameterStatus {
     /// Its documentation, line by line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doc: Vec<String>,
+}
+
+impl ParameterStatus {
+    /// Whether it is one text, which a command line gives without quotes.
+    pub fn is_text(&self) -> bool {
+        let ty = self.allowed.split([',', ' ']).next().unwrap_or_default();
+        // An element of an array is shown with the type of the array.
+        let one = ty.strip_suffix("[]").filter(|_| self.path.ends_with(']'));
+        let text = one.unwrap_or(ty);
+        [Type::String, Type::Path]
+            .iter()
+            .any(|ty| ty.word() == text)
+    }
 }
 
 /// The values of a running component, those of its next start, and what its configuration file says.
@@ -298,6 +314,10 @@ impl Live {
     pub fn list(&self, paths: &[&str]) -> Result<Vec<ParameterStatus>, Diagnostics> {
         let mut all = Vec::new();
         collect(&self.model.parameters, &self.running, &self.next, &mut all);
+        let unsaved = self.unsaved();
+        for status in &mut all {
+            status.unsaved = unsaved.iter().any(|change| change.path == status.path);
+        }
         if paths.is_empty() {
             return Ok(all);
         }
@@ -320,6 +340,7 @@ impl Live {
                 let next = target.value(&self.next);
                 let mut status = status(target.parameter, &target.path, value, next);
                 status.default = None;
+                status.unsaved = target.value(&self.saved) != target.value(&self.next);
                 chosen.push(status);
                 continue;
             }
@@ -378,6 +399,7 @@ fn status(
         path: path.to_owned(),
         value: show(value),
         pending: next.filter(|next| *next != value).map(show),
+        unsaved: false,
         default: parameter.default.as_ref().map(show),
         allowed: parameter.summary(),
         unit: parameter.unit.clone(),

@@ -11,4 +11,4 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::conn
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"avoider\",\"model\":\"a0e2c69139d41c10\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"avoider\",\"model\":\"c7ba47822087ce9e\",\"middleware\":\"iceoryx2\"}\0";

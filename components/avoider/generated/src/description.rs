@@ -34,7 +34,7 @@ const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "avoider",
-    model_hash: 0xa0e2c69139d41c10,
+    model_hash: 0xc7ba47822087ce9e,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

@@ -11,4 +11,4 @@ pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::conn
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"motor_bus\",\"model\":\"89862707326a405c\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"motor_bus\",\"model\":\"b90dd702490f8850\",\"middleware\":\"iceoryx2\"}\0";

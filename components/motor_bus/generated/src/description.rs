@@ -23,7 +23,7 @@ const SLOT_JOINT_MOTOR: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "motor_bus",
-    model_hash: 0x89862707326a405c,
+    model_hash: 0xb90dd702490f8850,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),

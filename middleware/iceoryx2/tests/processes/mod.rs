@@ -6,7 +6,7 @@
 use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until, until};
 use rc_middleware::qos::Durability;
 use rc_middleware::{
-    Backend, CallError, Client, Endpoint, Environment, Interrupt, RunDirectory, wait,
+    Backend, CallError, Client, Endpoint, Environment, Header, Interrupt, Reply, RunDirectory, wait,
 };
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, setrlimit};
 use std::io::{BufRead, BufReader};
@@ -20,6 +20,8 @@ const NETWORK: &str = "RC_TEST_NETWORK";
 const FILES: &str = "RC_TEST_FILES";
 const FOLDER: &str = "RC_TEST_FOLDER";
 const WHEN: &str = "RC_TEST_WHEN";
+/// After this a waiting end looks into its queue all the same.
+const CYCLE: Duration = Duration::from_millis(50);
 
 /// From when on a process cannot make a file larger than its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,6 +205,46 @@ pub(crate) fn play() {
                 }
                 reply.extend_from_slice(request);
             });
+        }
+        "lending server" => {
+            let mut server = backend.server(&motor).expect("a server");
+            println!("ready");
+            loop {
+                let woken = wait(&[server.descriptor()], CYCLE) != 0;
+                server.acknowledge(woken);
+                let mut answer = |_: Header, request: &[u8], reply: &mut dyn Reply| {
+                    let loan = reply.loan(500).expect("a loan");
+                    loan.fill(request[0]);
+                    if request == b"hold" {
+                        println!("holding");
+                        wait(&[], LIMIT);
+                    }
+                    reply.send_loan();
+                };
+                while server.serve(&mut answer).expect("requests") {}
+            }
+        }
+        "lending publisher" => {
+            let mut scan = backend
+                .publisher(&endpoint("default/Laser/scan"))
+                .expect("a publisher");
+            for sequence in 1..=3 {
+                let mut loan = scan.loan(500).expect("a loan");
+                loan.memory_mut().fill(1);
+                loan.send(header(sequence)).expect("to be sent");
+            }
+            let mut loan = scan.loan(500).expect("a loan");
+            loan.memory_mut().fill(2);
+            println!("ready");
+            wait(&[], LIMIT);
+        }
+        "idle" => {
+            let _scan = backend
+                .subscriber(&endpoint("default/Laser/scan"))
+                .expect("a subscriber");
+            let _client = backend.client(&motor).expect("a client");
+            println!("ready");
+            wait(&[], LIMIT);
         }
         "publisher" => {
             let mut scan = backend

@@ -1,0 +1,100 @@
+//! Values of every kind, in place and back; run by `tests/compile.rs`.
+
+use placed_generated::{
+    Cloud, CloudInPlace, Dot, InPlace, Shade, Picture, PictureInPlace,
+};
+use rc_runtime::middleware::in_place::{IntoBytes, boxed};
+use rc_runtime::middleware::{DecodeError, Encoding, Reader};
+
+fn picture(note: Option<&str>) -> Picture {
+    Picture {
+        width: 3,
+        valid: false,
+        kind: Shade::Grey,
+        name: "left".to_owned(),
+        matrix: [0.5; 9],
+        flags: [true, false, true],
+        kinds: [Shade::Colour, Shade::Grey],
+        exposure: note.map(|_| 0.25),
+        note: note.map(str::to_owned),
+        data: vec![1, 2, 3],
+        ..Picture::default()
+    }
+}
+
+fn cloud() -> Cloud {
+    Cloud {
+        points: vec![Dot { ring: 63, ..Dot::default() }; 3],
+        labels: vec!["a".to_owned(), String::new()],
+        rows: vec![vec![1.0, 2.0], vec![]],
+        corners: std::array::from_fn(|at| format!("corner {at}")),
+        thumbnail: picture(Some("small")),
+        views: [picture(None), picture(Some("big"))],
+        kinds: vec![Shade::Grey, Shade::Colour],
+        flags: vec![true, false],
+        centre: Some(Dot::default()),
+        outline: Vec::new(),
+        type_: vec![0.5],
+        type_length: 7,
+        a_sequence_with_a_name_that_is_longer_than_most: vec![9],
+    }
+}
+
+#[test]
+fn every_kind_of_member_comes_back() {
+    let mut place = boxed::<CloudInPlace>().expect("memory");
+    for value in [cloud(), Cloud::default(), cloud()] {
+        place.set(&value).expect("to fit");
+        assert_eq!(place.value(), Ok(value));
+    }
+    place.reset();
+    assert_eq!(place.value(), Ok(Cloud::default()));
+}
+
+#[test]
+fn ranges_hold_wherever_the_number_stands() {
+    let faults: [fn(&mut CloudInPlace); 5] = [
+        |cloud| cloud.points_mut()[1].ring = 64,
+        |cloud| cloud.centre_mut()[0].ring = 200,
+        |cloud| cloud.thumbnail.width = 0,
+        |cloud| cloud.views[1].ratio = f32::NAN,
+        |cloud| cloud.views[1].exposure_mut()[0] = -1.0,
+    ];
+    for fault in faults {
+        let mut place = boxed::<CloudInPlace>().expect("memory");
+        place.set(&cloud()).expect("to fit");
+        assert_eq!(place.check(), Ok(()));
+        fault(&mut place);
+        assert!(matches!(place.check(), Err(DecodeError::OutOfRange { .. })));
+    }
+}
+
+#[test]
+fn what_was_there_before_does_not_shine_through() {
+    let mut place = boxed::<CloudInPlace>().expect("memory");
+    place.set(&cloud()).expect("to fit");
+    place.reset();
+    assert!(place.resize_labels(2).expect("to fit").iter().all(|label| label.items() == Ok("")));
+    assert!(place.resize_rows(2).expect("to fit").iter().all(|row| row.items().is_empty()));
+    assert!(place.views.iter().all(|view| view.note().is_empty() && view.data().is_empty()));
+}
+
+#[test]
+fn any_bytes_are_read_or_refused() {
+    let size = size_of::<PictureInPlace>();
+    let head = size - 2_100_000 - 8;
+    let mut room = vec![0_u64; size / 8];
+    for pattern in 0..=u8::MAX {
+        for at in (0..head).step_by(7) {
+            let bytes = room.as_mut_bytes();
+            bytes[..head].fill(0);
+            bytes[at..head.min(at + 9)].fill(pattern);
+            let Ok(picture) = Reader::of(bytes, Encoding::Image).in_place::<PictureInPlace>() else {
+                continue;
+            };
+            assert!(picture.name().is_err() || picture.name().is_ok_and(|name| name.len() <= 20));
+            assert!(picture.exposure().len() <= 1 && picture.note().len() <= 1);
+            let _ = (picture.kind.get(), picture.valid.get(), picture.flags[2].get());
+        }
+    }
+}

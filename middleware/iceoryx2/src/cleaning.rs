@@ -1,0 +1,121 @@
+//! Removes what dead processes left: their places in the services, their shared memory, their files.
+//!
+//! For each of the dead iceoryx2 lists all shared memory several times; on a busy machine 40 of them take seconds. So
+//! it is one of the dead at a time, and openings come in between (see [`opening`]); and who has a deadline, a client
+//! that finds its server dead, does none of it, and wakes a thread of the session that does.
+
+use crate::nodes::{self, Dead};
+use crate::{names, opening, tags};
+use iceoryx2::node::{NodeCleanupFailure, NodeView as _};
+use iceoryx2::prelude::Config;
+use rc_middleware::RunDirectory;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// After a round that found nothing to remove, which is as often as it is woken at most.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// The dead of one network.
+#[derive(Clone)]
+pub(crate) struct Graveyard {
+    config: Config,
+    root: PathBuf,
+    prefix: String,
+}
+
+impl Graveyard {
+    pub(crate) fn of(directory: &RunDirectory, config: &Config) -> Self {
+        Self {
+            config: config.clone(),
+            root: names::root(directory),
+            prefix: names::prefix(directory),
+        }
+    }
+
+    /// Removes what the dead left, for as long as `goes_on`; says how many of the dead that found here are gone
+    /// afterwards, whoever removed them, and whether all are.
+    pub(crate) fn clean(&self, goes_on: impl Fn() -> bool) -> (usize, bool) {
+        let dead = nodes::dead(&self.config);
+        let all = dead.len();
+        let mut gone = 0;
+        for node in dead {
+            if !goes_on() {
+                break;
+            }
+            gone += usize::from(self.remove(node));
+        }
+        (gone, gone == all)
+    }
+
+    /// Whether it is gone afterwards.
+    fn remove(&self, node: Dead) -> bool {
+        let id = node.id().value();
+        let monitor = format!("{}{id}.node_monitor", self.prefix);
+        let monitor = self.root.join("nodes").join(monitor);
+        let Some(alone) = opening::alone(&self.root, || monitor.exists()) else {
+            return true;
+        };
+        tags::keep(&self.root, &[id]);
+        let removed = node.try_remove_stale_resources();
+        tags::forget(&self.root);
+        alone.end();
+        matches!(
+            removed,
+            Ok(()) | Err(NodeCleanupFailure::ResourcesAlreadyCleanedUp)
+        )
+    }
+}
+
+/// Cleans when it is woken, on a thread of its own, until it is dropped.
+pub(crate) struct Cleaner {
+    wake: Option<SyncSender<()>>,
+    ended: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Cleaner {
+    pub(crate) fn start(graveyard: Graveyard) -> io::Result<Self> {
+        let (wake, woken) = sync_channel(1);
+        let ended = Arc::new(AtomicBool::new(false));
+        let end = Arc::clone(&ended);
+        let thread = std::thread::Builder::new().name("iceoryx2-clean".to_owned());
+        let thread = thread.spawn(move || {
+            let goes_on = || !end.load(Ordering::Relaxed);
+            while woken.recv().is_ok() {
+                let (gone, _) = graveyard.clean(goes_on);
+                if gone == 0 && goes_on() {
+                    std::thread::sleep(PAUSE);
+                }
+            }
+        })?;
+        Ok(Self {
+            wake: Some(wake),
+            ended,
+            thread: Some(thread),
+        })
+    }
+
+    /// Wakes it; it is at once.
+    pub(crate) fn wake(&self) {
+        if let Some(wake) = &self.wake {
+            // Where there is no room, it is about to look anyway.
+            let _ = wake.try_send(());
+        }
+    }
+}
+
+impl Drop for Cleaner {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        self.wake = None;
+        if let Some(thread) = self.thread.take() {
+            // It ends after the one of the dead that it is at.
+            let _ = thread.join();
+        }
+    }
+}
