@@ -1,5 +1,7 @@
 //! Configurations whose `.pdsl` has changed.
 
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
 use expect_test::{Expect, expect};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_pdsl::config;
@@ -445,7 +447,8 @@ fn what_stands_over_the_whole_file_stays_there() {
 
         [[parameters.l]]
         x = 1
-    "#]].assert_eq(&text);
+    "#]]
+    .assert_eq(&text);
     let (_, text) = updated(
         &model,
         "#:schema x.json\n\n# Left.\n[[parameters.l]]\nx = 1\n",
@@ -461,7 +464,8 @@ fn what_stands_over_the_whole_file_stays_there() {
         # Left.
         [[parameters.l]]
         x = 1
-    "#]].assert_eq(&text);
+    "#]]
+    .assert_eq(&text);
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Parameters made by chance, some of them imported: the configuration that comes of their defaults is accepted, and
 //! each single fault in it is refused, with its code, its path and its line; by the schema, too, where it can say so. An
-//! update puts right what is unknown and what is not there, and touches nothing else.
+//! update puts right what is unknown and what is not there, and touches nothing else. A change of a running component
+//! that is accepted is saved as a configuration that is accepted, and touches one line.
 
+mod changes;
 mod schema;
 
 use arbtest::arbitrary::{Result, Unstructured};
@@ -210,8 +212,9 @@ fn pair(
         2 => format!("{low} - {high} + 1 <= 0 and {high} > -900"),
         _ => format!("- {low} * 2 > {high} * -2 or {low} + 1 == {high} / 7 * 3"),
     };
+    let flags = u.choose(&FLAGS)?;
     out.push_str(&format!(
-        "{low} {ty} 10;\n{high} {ty} 20;\nrequire {condition} \"low below high\";\n"
+        "{low} {ty} 10 {flags};\n{high} {ty} 20 {flags};\nrequire {condition} \"low below high\";\n"
     ));
     nodes.push(Node {
         name: low,
@@ -418,7 +421,8 @@ fn check(model: &Parameters, toml: &str) -> (Vec<(String, usize, String)>, Strin
     )
 }
 
-fn property(u: &mut Unstructured<'_>) -> Result<Property> {
+/// A model, its text, and the same as nodes.
+fn made(u: &mut Unstructured<'_>) -> Result<(Parameters, String, Vec<Node>)> {
     let mut loader = MemoryLoader::default();
     let (mut pdsl, mut nodes) = (String::new(), Vec::new());
     if u.ratio(1, 4)? {
@@ -443,7 +447,11 @@ fn property(u: &mut Unstructured<'_>) -> Result<Property> {
         "{}\n{pdsl}",
         render(&sources, &found, rc_diagnostics::Format::Short)
     );
-    let model = model.expect("parameters");
+    Ok((model.expect("parameters"), pdsl, nodes))
+}
+
+fn property(u: &mut Unstructured<'_>) -> Result<Property> {
+    let (model, pdsl, nodes) = made(u)?;
     // A component reads its model from JSON.
     let again = Parameters::from_json(&model.to_json()).expect("its own JSON");
     assert_eq!(again, model);

@@ -80,11 +80,11 @@ impl<'m> Names<'m> {
             undecided.extend(free.iter().map(|p| p.name.as_str()));
         }
         Self {
-            perhaps,
-            undecided,
-            renamed,
             known,
             absent,
+            renamed,
+            perhaps,
+            undecided,
             many,
         }
     }
