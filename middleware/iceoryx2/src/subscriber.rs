@@ -179,16 +179,15 @@ impl Source {
 
 /// Counts one value more of `sender` that could not be read.
 fn note(unread: &mut Vec<(u128, u64)>, sender: u128) {
-    match unread.iter_mut().find(|(known, _)| *known == sender) {
-        Some((_, count)) => *count += 1,
-        None => {
-            // As many as publish at a time, and as many that have gone.
-            if unread.len() == 2 * MAX_PUBLISHERS {
-                unread.remove(0);
-            }
-            unread.push((sender, 1));
-        }
+    if let Some((_, count)) = unread.iter_mut().find(|(known, _)| *known == sender) {
+        *count += 1;
+        return;
     }
+    // As many as publish at a time, and as many that have gone.
+    if unread.len() == 2 * MAX_PUBLISHERS {
+        unread.remove(0);
+    }
+    unread.push((sender, 1));
 }
 
 fn depth(endpoint: &Endpoint) -> usize {

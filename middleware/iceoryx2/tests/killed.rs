@@ -134,6 +134,39 @@ fn a_call_keeps_its_deadline_where_many_are_killed() {
     });
 }
 
+/// The lock that keeps openings out is free after each of the dead.
+#[test]
+fn openings_come_in_between_the_clean_up_of_many() {
+    const DEAD: usize = 12;
+    let network = Network::new("kb");
+    let holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
+    let mut killed: Vec<_> = (0..DEAD).map(|_| network.begin("idle")).collect();
+    killed.iter_mut().for_each(|process| process.says("ready"));
+    killed.iter_mut().for_each(Process::kill);
+    let root = network
+        .environment("holder")
+        .directory
+        .middleware(rc_iceoryx2::NAME);
+    let opening = File::open(&root).expect("the root");
+    let turns = std::thread::scope(|scope| {
+        let cleaner = scope.spawn(|| until("all are gone", || holder.clean() == 0));
+        let (mut turns, mut waited) = (0, false);
+        while !cleaner.is_finished() {
+            match flock(&opening, FlockOperation::NonBlockingLockShared) {
+                Ok(()) => {
+                    turns += usize::from(waited);
+                    waited = false;
+                    flock(&opening, FlockOperation::Unlock).expect("to unlock");
+                }
+                Err(_) => waited = true,
+            }
+            wait(&[], Duration::from_micros(50));
+        }
+        turns
+    });
+    assert!(turns >= DEAD / 2, "{turns} turns");
+}
+
 /// Killed in between: what was lent is written, and not sent.
 #[test]
 fn what_the_dead_had_on_loan_is_neither_sent_nor_lost() {

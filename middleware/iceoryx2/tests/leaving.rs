@@ -2,14 +2,9 @@
 
 mod processes;
 
-use iceoryx2::prelude::{
-    Config, FileName, NodeBuilder, Path, SemanticString, ServiceName, SignalHandlingMode, ipc,
-};
 use processes::{Network, ask};
 use rc_conformance::network::{StopOnDrop, endpoint, receive, serve_until, until};
-use rc_middleware::{Interrupt, wait};
-use std::os::unix::ffi::OsStrExt;
-use std::time::{Duration, Instant};
+use rc_middleware::Interrupt;
 
 /// Not a test: what the other processes do.
 #[test]
