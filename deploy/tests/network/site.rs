@@ -63,12 +63,13 @@ pub(crate) struct Site {
     pub(crate) network: String,
 }
 
-/// A network that a failed test has left takes itself down.
+/// A network that a failed test has left takes itself down; what killed processes have left goes, too.
 impl Drop for Site {
     fn drop(&mut self) {
         if self.directory().path().join("rcdeploy.sock").exists() {
             self.rcdeploy(&["down", &self.network], false);
         }
+        let _ = rc_iceoryx2::wipe(&self.directory());
     }
 }
 
