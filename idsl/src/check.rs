@@ -56,14 +56,14 @@ pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagn
                     walk.place.insert(id, Place::OnPath);
                     walk.path.push(id);
                     todo.push(Step::Leave(id));
-                    let inner = named_in(library, id);
+                    let inner = library.named_in(id);
                     todo.extend(inner.into_iter().rev().map(Step::Enter));
                 }
             },
             Step::Leave(id) => {
                 walk.path.pop();
                 walk.place.insert(id, Place::Done);
-                let inner = named_in(library, id);
+                let inner = library.named_in(id);
                 let levels = inner.iter().map(|t| library.ty(*t).levels + 1).max();
                 let levels = levels.unwrap_or(0);
                 if levels > DEEPEST {
@@ -127,32 +127,6 @@ impl Walk {
             found.push(Diagnostic::error("recursive-type", span, message));
         }
         self.reported.extend(circle);
-    }
-}
-
-/// The named types that stand in a type.
-fn named_in(library: &Library, id: TypeId) -> Vec<TypeId> {
-    let parts: Vec<&Type> = match &library.ty(id).kind {
-        TypeDeclKind::Enum(_) => Vec::new(),
-        TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
-            members.iter().map(|m| &m.ty).collect()
-        }
-        TypeDeclKind::Alias(ty) => vec![ty],
-    };
-    let mut named = Vec::new();
-    parts.into_iter().for_each(|ty| names_in(ty, &mut named));
-    named
-}
-
-fn names_in(ty: &Type, out: &mut Vec<TypeId>) {
-    match ty {
-        Type::Named(id) => out.push(*id),
-        Type::Sequence(element, _) | Type::Array(element, _) => names_in(element, out),
-        Type::Dictionary(key, value) => {
-            names_in(key, out);
-            names_in(value, out);
-        }
-        Type::Primitive(_) | Type::Text(_) => {}
     }
 }
 

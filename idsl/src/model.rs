@@ -308,7 +308,30 @@ impl Operation {
     }
 }
 
+impl Type {
+    /// The named types that stand in it, as often as they do.
+    pub fn named(&self) -> Vec<TypeId> {
+        match self {
+            Self::Named(id) => vec![*id],
+            Self::Sequence(element, _) | Self::Array(element, _) => element.named(),
+            Self::Dictionary(key, value) => [key.named(), value.named()].concat(),
+            Self::Primitive(_) | Self::Text(_) => Vec::new(),
+        }
+    }
+}
+
 impl Library {
+    /// The named types that stand in what is declared as `id`.
+    pub fn named_in(&self, id: TypeId) -> Vec<TypeId> {
+        match &self.ty(id).kind {
+            TypeDeclKind::Enum(_) => Vec::new(),
+            TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
+                members.iter().flat_map(|m| m.ty.named()).collect()
+            }
+            TypeDeclKind::Alias(ty) => ty.named(),
+        }
+    }
+
     /// The named type.
     pub fn ty(&self, id: TypeId) -> &TypeDecl {
         &self.types[id.0]

@@ -93,28 +93,9 @@ fn reach(library: &Library, id: TypeId, out: &mut BTreeSet<TypeId>) {
     let mut next = vec![id];
     while let Some(id) = next.pop() {
         if matches!(library.ty(id).kind, TypeDeclKind::Alias(_)) || out.insert(id) {
-            next.extend(inside(library, id));
+            next.extend(library.named_in(id));
         }
     }
-}
-
-fn inside(library: &Library, id: TypeId) -> Vec<TypeId> {
-    fn named(ty: &Type, out: &mut Vec<TypeId>) {
-        match ty {
-            Type::Named(id) => out.push(*id),
-            Type::Sequence(element, _) | Type::Array(element, _) => named(element, out),
-            Type::Primitive(_) | Type::Text(_) | Type::Dictionary(..) => {}
-        }
-    }
-    let mut found = Vec::new();
-    match &library.ty(id).kind {
-        TypeDeclKind::Enum(_) => {}
-        TypeDeclKind::Alias(ty) => named(ty, &mut found),
-        TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
-            members.iter().for_each(|m| named(&m.ty, &mut found));
-        }
-    }
-    found
 }
 
 /// The methods that the structure of a type gets, each with the member that it is of.
@@ -126,8 +107,9 @@ pub(super) fn methods(library: &Library, id: TypeId) -> Vec<(&Name, String)> {
         let name = names::snake(&member.name.text);
         let short = bare(&name).to_owned();
         match library.resolved(&member.ty) {
-            _ if member.optional => vec![name, format!("{short}_mut"), format!("resize_{short}")],
-            Type::Sequence(..) => vec![name, format!("{short}_mut"), format!("resize_{short}")],
+            ty if member.optional || matches!(ty, Type::Sequence(..)) => {
+                vec![name, format!("{short}_mut"), format!("resize_{short}")]
+            }
             Type::Text(_) => vec![name, format!("set_{short}")],
             _ => Vec::new(),
         }

@@ -316,7 +316,8 @@ pub(super) fn uses(library: &Library, operations: &[Operation]) -> Vec<String> {
             .map(|m| &m.ty);
         members
             .chain(&operation.result)
-            .for_each(|ty| types::modules_of(library, ty, &mut modules));
+            .flat_map(Type::named)
+            .for_each(|id| modules.push(library.ty(id).module));
         modules.extend(operation.throws.iter().map(|t| library.ty(*t).module));
     }
     let mut uses: Vec<String> = modules

@@ -343,15 +343,8 @@ fn mentioned(
 }
 
 fn named(library: &Library, ty: &Type, out: &mut Vec<String>) {
-    match ty {
-        Type::Named(id) => out.push(names::ty(&library.ty(*id).name.text)),
-        Type::Sequence(element, _) | Type::Array(element, _) => named(library, element, out),
-        Type::Dictionary(key, value) => {
-            named(library, key, out);
-            named(library, value, out);
-        }
-        Type::Primitive(_) | Type::Text(_) => {}
-    }
+    let named = ty.named().into_iter();
+    out.extend(named.map(|id| names::ty(&library.ty(id).name.text)));
 }
 
 /// A type by its bare name, as the user's file has it.
@@ -379,7 +372,14 @@ fn handler(
     let comes = in_place.filter(|_| !two_way);
     let goes = in_place.filter(|_| two_way);
     let result = what_comes_back(operation).pop().map(|(name, _)| name);
-    let result = result.filter(|_| goes.is_some());
+    let result = result.filter(|_| goes.is_some()).map(|mut name| {
+        // A parameter may have this name, too.
+        let mut inputs = operation.inputs.iter();
+        if inputs.any(|m| names::local(&m.name.text) == name) {
+            name.push('_');
+        }
+        name
+    });
     let params = |ty: &dyn Fn(&rc_idsl::model::Member) -> String, placed: &str| -> Vec<String> {
         let own = ["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
         let rest = operation.inputs.iter().map(|m| {

@@ -133,7 +133,8 @@ fn module(
     super::collisions(all, "types", found);
     let mut used = Vec::new();
     for ty in &module.types {
-        types_in(library, *ty, &mut used);
+        let named = library.named_in(*ty).into_iter();
+        used.extend(named.map(|id| library.ty(id).module));
     }
     let mut uses: Vec<String> = used
         .iter()
@@ -170,29 +171,6 @@ fn module(
                 },
             })
             .collect(),
-    }
-}
-
-fn types_in(library: &Library, id: TypeId, out: &mut Vec<ModuleId>) {
-    match &library.ty(id).kind {
-        TypeDeclKind::Enum(_) => {}
-        TypeDeclKind::Alias(ty) => modules_of(library, ty, out),
-        TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
-            members.iter().for_each(|m| modules_of(library, &m.ty, out));
-        }
-    }
-}
-
-/// The modules of the named types that stand in a type.
-pub(super) fn modules_of(library: &Library, ty: &Type, out: &mut Vec<ModuleId>) {
-    match ty {
-        Type::Named(id) => out.push(library.ty(*id).module),
-        Type::Sequence(element, _) | Type::Array(element, _) => modules_of(library, element, out),
-        Type::Dictionary(key, value) => {
-            modules_of(library, key, out);
-            modules_of(library, value, out);
-        }
-        Type::Primitive(_) | Type::Text(_) => {}
     }
 }
 
