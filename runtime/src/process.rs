@@ -295,7 +295,7 @@ fn configure(description: &Description, arguments: &Arguments) -> Result<Configu
             file: None,
         });
     };
-    let text = std::fs::read_to_string(&path).map_err(|e| {
+    let text = rc_files::read(&path).map_err(|e| {
         StartError::Configuration(format!(
             "{}: error: {} cannot be read: {e}\n",
             description.name,

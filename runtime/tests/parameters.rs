@@ -581,6 +581,10 @@ fn a_configuration_that_has_become_something_else_is_neither_waited_for_nor_writ
     rustix::fs::mknodat(rustix::fs::CWD, &file, rustix::fs::FileType::Fifo, mode, 0)
         .expect("a pipe");
     refused("it is not a file");
+    // Nor does a start wait for it.
+    let arguments = ["--config", file.to_str().expect("a path")];
+    let error = embed(&DESCRIPTION, Worker::start, &arguments).expect_err("no configuration");
+    assert!(error.to_string().contains("it is not a file"), "{error}");
     // Management still answers, and a stop still stops.
     assert_eq!(get("odd", "speed")["value"], json!(2.0));
     end(component);
