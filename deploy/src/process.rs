@@ -77,6 +77,10 @@ pub(crate) fn signal(descriptor: &OwnedFd, signal: Signal) {
     let _ = pidfd_send_signal(descriptor, signal);
 }
 
+/// How long a sweep waits, in all, for processes that are on their way into their program, and how often it looks.
+const EXEC_LIMIT: Duration = Duration::from_millis(200);
+const EXEC_PAUSE: Duration = Duration::from_millis(2);
+
 /// Waits until one of `descriptors` is readable; `None` after `limit`.
 pub(crate) fn first_readable<'d>(
     descriptors: impl IntoIterator<Item = &'d OwnedFd>,
@@ -130,9 +134,16 @@ impl Mark {
             return 0;
         }
         let mut killed = 0;
+        let mut patience = EXEC_LIMIT;
         // A process may have forked while the others were looked at.
         for _ in 0..5 {
-            let found = self.bearers();
+            let mut found = self.bearers();
+            while found.is_none() && !patience.is_zero() {
+                patience = patience.saturating_sub(EXEC_PAUSE);
+                std::thread::sleep(EXEC_PAUSE);
+                found = self.bearers();
+            }
+            let Some(found) = found else { break };
             if found.is_empty() {
                 break;
             }
@@ -149,24 +160,70 @@ impl Mark {
         killed
     }
 
-    fn bearers(&self) -> Vec<OwnedFd> {
+    /// Those that carry this mark; `None` if there are none, but one that may turn out to.
+    fn bearers(&self) -> Option<Vec<OwnedFd>> {
         let wanted = format!("{MARK}={}", self.0);
         let own = std::process::id();
-        let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
-        entries
-            .filter_map(|entry| entry.file_name().to_str()?.parse::<i32>().ok())
-            .filter(|&pid| u32::try_from(pid) != Ok(own))
-            .filter_map(|pid| {
-                let descriptor = pidfd_open(Pid::from_raw(pid)?, PidfdFlags::empty()).ok()?;
-                let mut environment = Vec::new();
-                let file = std::fs::File::open(format!("/proc/{pid}/environ")).ok()?;
-                file.take(4 << 20).read_to_end(&mut environment).ok()?;
-                let mut entries = environment.split(|&byte| byte == 0);
-                let marked = entries.any(|entry| entry == wanted.as_bytes());
-                (marked && Identity::of(pid).is_some()).then_some(descriptor)
-            })
-            .collect()
+        let mut unsettled = false;
+        let mut found = Vec::new();
+        for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
+            let pid = entry
+                .file_name()
+                .to_str()
+                .and_then(|name| name.parse().ok());
+            let Some(pid) = pid.filter(|&pid: &i32| u32::try_from(pid) != Ok(own)) else {
+                continue;
+            };
+            let Some(process) = Pid::from_raw(pid) else {
+                continue;
+            };
+            let Ok(descriptor) = pidfd_open(process, PidfdFlags::empty()) else {
+                continue;
+            };
+            match environment(pid) {
+                Some(environment) if environment.is_empty() => unsettled |= in_exec(pid),
+                Some(environment) => {
+                    let mut entries = environment.split(|&byte| byte == 0);
+                    let marked = entries.any(|entry| entry == wanted.as_bytes());
+                    if marked && Identity::of(pid).is_some() {
+                        found.push(descriptor);
+                    }
+                }
+                None => {}
+            }
+        }
+        (!found.is_empty() || !unsettled).then_some(found)
     }
+}
+
+/// What a process started with; `None` if it has ended, or belongs to somebody else.
+fn environment(pid: i32) -> Option<Vec<u8>> {
+    let mut environment = Vec::new();
+    let file = std::fs::File::open(format!("/proc/{pid}/environ")).ok()?;
+    file.take(4 << 20).read_to_end(&mut environment).ok()?;
+    Some(environment)
+}
+
+/// Whether a process without an environment is only on its way into its program: `execve` replaces the memory first
+/// and says where the environment is afterwards, and whoever started the process may have gone on in between.
+fn in_exec(pid: i32) -> bool {
+    std::fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| lacks_environment(&stat))
+}
+
+/// Whether this `stat` of proc(5) is of a program whose `env_end` is not yet known.
+fn lacks_environment(stat: &str) -> bool {
+    /// `PF_KTHREAD` of the kernel's `sched.h`: its own threads never have an environment.
+    const KERNEL: u64 = 0x0020_0000;
+    let Some((_, rest)) = stat.rsplit_once(')') else {
+        return false;
+    };
+    let mut fields = rest.split_ascii_whitespace();
+    let state = fields.next();
+    let flags: Option<u64> = fields.nth(5).and_then(|flags| flags.parse().ok());
+    let end = fields.nth(41);
+    !matches!(state, None | Some("Z" | "X"))
+        && flags.is_some_and(|flags| flags & KERNEL == 0)
+        && end == Some("0")
 }
 
 #[cfg(test)]
@@ -193,6 +250,20 @@ mod tests {
     }
 
     #[test]
+    fn only_a_program_can_be_on_its_way() {
+        let stat = |flags: u64, end: u64| {
+            let middle = "0 ".repeat(41);
+            format!("7 (a) S 1 7 7 0 -1 {flags} {middle}{end} 0")
+        };
+        assert!(lacks_environment(&stat(0x40_0000, 0)));
+        assert!(!lacks_environment(&stat(0x40_0000, 4711)));
+        assert!(!lacks_environment(&stat(0x20_8040, 0)));
+        assert!(!lacks_environment(
+            &stat(0x40_0000, 0).replace(") S", ") Z")
+        ));
+    }
+
+    #[test]
     fn a_sweep_finds_its_own_and_no_others() {
         let own = Identity::own().expect("this process runs");
         let mark = Mark::new("sweep-test", own);
@@ -203,9 +274,13 @@ mod tests {
                 .spawn()
                 .expect("sleep starts")
         };
-        let (mut ours, mut other) = (spawn(mark.value()), spawn("sweep-test/0/0"));
-        assert_eq!(mark.sweep(), 1);
-        assert!(!ours.wait().expect("it ended").success());
+        let mut other = spawn("sweep-test/0/0");
+        // Each is looked for at once, while it may still be on its way into its program.
+        for _ in 0..50 {
+            let mut ours = spawn(mark.value());
+            assert_eq!(mark.sweep(), 1);
+            assert!(!ours.wait().expect("it ended").success());
+        }
         assert!(other.try_wait().expect("it can be asked").is_none());
         other.kill().expect("it is ours");
         other.wait().expect("it ended");
