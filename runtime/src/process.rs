@@ -8,7 +8,7 @@ use crate::management::Management;
 use crate::ports::Ports;
 use crate::status::Shared;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory};
+use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory, Settings};
 use rc_pdsl::config::{self, Configuration, Values};
 use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
@@ -224,6 +224,7 @@ fn live<C: Component>(
         instance: arguments.name.clone(),
         directory,
         interrupt,
+        settings: Settings::default(),
     };
     let management = Management::start(
         description,
