@@ -15,6 +15,15 @@ impl Settings {
             .map_or(&[], Vec::as_slice)
     }
 
+    /// Takes over what `others` sets; where both do, that counts.
+    pub fn extend(&mut self, others: &Self) {
+        for (middleware, keys) in &others.0 {
+            for (key, values) in keys {
+                self.set(middleware, key, values.clone());
+            }
+        }
+    }
+
     /// Sets a key; what it was set to before is forgotten.
     pub fn set(&mut self, middleware: &str, key: &str, values: Vec<String>) {
         let keys = self.0.entry(middleware.to_owned()).or_default();
