@@ -3,7 +3,7 @@
 use crate::Subject;
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, Server,
-    Subscriber, TypeIdentity, wait,
+    Settings, Subscriber, TypeIdentity, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -47,6 +47,7 @@ impl<'a> Network<'a> {
             instance: instance.to_owned(),
             directory: self.directory.clone(),
             interrupt: Interrupt::new().expect("an interrupt"),
+            settings: Settings::default(),
         }
     }
 
