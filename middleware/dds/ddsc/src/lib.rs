@@ -202,8 +202,6 @@ pub enum Event {
     Unmatched(u64),
     /// An other end does not fit: the number of a policy (DDS 1.4, 2.3.3).
     Incompatible(i32),
-    /// So many samples were lost.
-    Lost(u32),
     /// No sample came in time, so many times.
     Deadline(u32),
     /// A writer that was found is alive or not any more.
@@ -288,8 +286,7 @@ extern "C" fn heard(argument: *mut c_void, event: i32, handle: u64, number: i32)
         1 if number > 0 => Event::Matched(handle),
         1 => Event::Unmatched(handle),
         2 => Event::Incompatible(number),
-        3 => Event::Lost(count),
-        4 => Event::Deadline(count),
+        3 => Event::Deadline(count),
         _ => Event::Alive(handle, number > 0),
     });
 }
@@ -304,17 +301,23 @@ impl Writer {
         self.0.guid()
     }
 
-    /// Sends a body of CDR, little endian. `stamp`: nanoseconds since 1970.
-    pub fn write(&self, stamp: i64, body: &[u8]) -> Result<(), Error> {
-        // SAFETY: the body is copied before the function returns.
-        checked(unsafe { raw::rc_write(self.0.id(), stamp, body.as_ptr(), body.len(), 0) })?;
-        Ok(())
+    /// Sends a body of CDR, little endian. `sequence`: its number, from 1, for readers in this process; others count the
+    /// samples of this writer. `stamp`: nanoseconds since 1970.
+    pub fn write(&self, sequence: u64, stamp: i64, body: &[u8]) -> Result<(), Error> {
+        self.send(sequence, stamp, body, false)
     }
 
     /// Sends these very bytes, in which the encapsulation comes first: for tests that send what is wrong.
-    pub fn write_raw(&self, stamp: i64, bytes: &[u8]) -> Result<(), Error> {
-        // SAFETY: as for `write`.
-        checked(unsafe { raw::rc_write(self.0.id(), stamp, bytes.as_ptr(), bytes.len(), 1) })?;
+    pub fn write_raw(&self, sequence: u64, stamp: i64, bytes: &[u8]) -> Result<(), Error> {
+        self.send(sequence, stamp, bytes, true)
+    }
+
+    fn send(&self, sequence: u64, stamp: i64, bytes: &[u8], raw: bool) -> Result<(), Error> {
+        let (id, raw) = (self.0.id(), i32::from(raw));
+        // SAFETY: the bytes are copied before the function returns.
+        checked(unsafe {
+            raw::rc_write(id, sequence, stamp, bytes.as_ptr(), bytes.len(), raw)
+        })?;
         Ok(())
     }
 
@@ -368,7 +371,7 @@ pub struct Sample(CSample);
 unsafe impl Send for Sample {}
 
 impl Sample {
-    /// Counts the samples of its writer from 1; 0 where that is unknown.
+    /// Counts the samples of its writer from 1.
     pub fn sequence(&self) -> u64 {
         self.0.sequence
     }

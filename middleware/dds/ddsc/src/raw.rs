@@ -148,6 +148,7 @@ unsafe extern "C" {
     ) -> i32;
     pub(crate) fn rc_write(
         writer: i32,
+        sequence: u64,
         stamp: i64,
         body: *const u8,
         size: usize,

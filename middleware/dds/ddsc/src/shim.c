@@ -25,8 +25,8 @@
 /* A sample as it is on the wire, encapsulation included. */
 struct blob {
   struct ddsi_serdata c;
-  uint64_t sequence; /* of its writer (RTPS); 0 where the sample never was on a wire */
-  uint32_t size;     /* of `bytes`, without what pads it to a multiple of four */
+  uint64_t sequence; /* of its writer */
+  uint32_t size;     /* of `bytes` */
   uint8_t bytes[];
 };
 
@@ -360,9 +360,8 @@ enum rc_event {
   RC_DATA = 0,         /* something can be taken */
   RC_MATCHED = 1,      /* handle: the other end; number: 1 it is there, -1 it has gone */
   RC_INCOMPATIBLE = 2, /* number: the policy */
-  RC_LOST = 3,         /* number: how many samples since the last time */
-  RC_DEADLINE = 4,     /* number: how often a deadline was missed since the last time */
-  RC_LIVELINESS = 5,   /* handle: the writer; number: 1 alive again, -1 not alive */
+  RC_DEADLINE = 3,     /* number: how often a deadline was missed since the last time */
+  RC_LIVELINESS = 4,   /* handle: the writer; number: 1 alive again, -1 not alive */
 };
 
 /* Called on threads of the library. */
@@ -411,13 +410,6 @@ static void on_offered_incompatible (dds_entity_t writer, const dds_offered_inco
   l->callback (l->argument, RC_INCOMPATIBLE, 0, (int32_t) status.last_policy_id);
 }
 
-static void on_lost (dds_entity_t reader, const dds_sample_lost_status_t status, void *argument)
-{
-  (void) reader;
-  const struct listener *l = argument;
-  l->callback (l->argument, RC_LOST, 0, status.total_count_change);
-}
-
 static void on_deadline (dds_entity_t reader, const dds_requested_deadline_missed_status_t status, void *argument)
 {
   (void) reader;
@@ -460,7 +452,6 @@ int32_t rc_reader (int32_t participant, int32_t topic, const struct rc_qos *want
     dds_lset_data_available (l, on_data);
     dds_lset_subscription_matched (l, on_subscription_matched);
     dds_lset_requested_incompatible_qos (l, on_requested_incompatible);
-    dds_lset_sample_lost (l, on_lost);
     dds_lset_requested_deadline_missed (l, on_deadline);
     dds_lset_liveliness_changed (l, on_liveliness);
     reader = dds_create_reader (participant, topic, qos, l);
@@ -472,22 +463,25 @@ int32_t rc_reader (int32_t participant, int32_t topic, const struct rc_qos *want
 
 /* ---- Data ---- */
 
-/* `stamp`: nanoseconds since 1970. `raw`: the bytes begin with an encapsulation of their own, which tests use to send
- * what is wrong. */
-int32_t rc_write (int32_t writer, int64_t stamp, const uint8_t *body, size_t size, int32_t raw)
+/* `sequence`: what readers in this process get; others get the writer's count, from 1. `stamp`: nanoseconds since 1970.
+ * `raw`: the bytes begin with an encapsulation of their own, which tests use to send what is wrong. */
+int32_t rc_write (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_t *body, size_t size, int32_t raw)
 {
   const struct ddsi_sertype *type;
   const dds_return_t rc = dds_get_entity_sertype (writer, &type);
   if (rc != DDS_RETCODE_OK)
     return rc;
   const size_t head = raw ? 0 : ENCAPSULATION;
-  struct blob *d = blob_new (type, SDK_DATA, head + size);
+  const uint8_t padding = raw ? 0 : (uint8_t) (-size & 3);
+  struct blob *d = blob_new (type, SDK_DATA, head + size + padding);
   if (d == NULL)
     return DDS_RETCODE_OUT_OF_RESOURCES;
+  d->sequence = sequence;
   if (!raw) {
     /* CDR_LE, and how many bytes pad the body (RTPS 2.5, 10.2.1.2). */
-    const uint8_t encapsulation[ENCAPSULATION] = { 0, 1, 0, (uint8_t) (-size & 3) };
+    const uint8_t encapsulation[ENCAPSULATION] = { 0, 1, 0, padding };
     memcpy (d->bytes, encapsulation, sizeof (encapsulation));
+    memset (d->bytes + head + size, 0, padding);
   }
   if (size > 0)
     memcpy (d->bytes + head, body, size);
@@ -500,8 +494,8 @@ struct rc_sample {
   struct ddsi_serdata *data; /* to be given to rc_release */
   const uint8_t *bytes;
   size_t size;
-  uint64_t sequence;
-  uint64_t writer; /* handle of the writer */
+  uint64_t sequence; /* of the writer, from 1 */
+  uint64_t writer;   /* its handle */
   int64_t stamp;
 };
 
