@@ -46,6 +46,11 @@ pub trait Subject: Sync {
         true
     }
 
+    /// Whether a subscriber that asks for kept values hears no publisher that keeps none.
+    fn keeps_or_refuses(&self) -> bool {
+        false
+    }
+
     /// Removes what the network may leave.
     fn wipe(&self, _directory: &RunDirectory) {}
 }

@@ -225,8 +225,9 @@ pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Ve
     while values.len() < count {
         assert!(
             Instant::now() < end,
-            "{} of {count} values came",
-            values.len()
+            "{} of {count} values came: {:?}",
+            values.len(),
+            values.iter().map(|(header, _)| header).collect::<Vec<_>>()
         );
         let woken = wait(&[subscriber.descriptor()], CYCLE) != 0;
         subscriber.acknowledge(woken);

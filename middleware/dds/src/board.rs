@@ -31,8 +31,6 @@ pub(crate) struct Board {
 pub(crate) struct Notice {
     pub(crate) guid: Guid,
     pub(crate) hello: Hello,
-    /// Whether it sends, or else receives.
-    pub(crate) sends: bool,
     /// What it offers or asks for.
     pub(crate) promise: Promise,
     /// Whom it has found.
@@ -112,21 +110,27 @@ impl Board {
         Ok(Posted { file, path })
     }
 
-    /// The notices at a topic of those who are alive. What the dead left is taken down.
-    pub(crate) fn notices(&self, key: &str) -> Vec<Notice> {
+    /// The notices at a topic of those who are alive: of those who send, and of those who receive. What the dead left is
+    /// taken down.
+    pub(crate) fn notices(&self, key: &str, sending: bool, receiving: bool) -> Vec<Notice> {
         let entries = std::fs::read_dir(&self.directory)
             .into_iter()
             .flatten()
             .flatten();
+        let mut prefixes = vec![(true, sending), (false, receiving)];
+        prefixes.retain(|(_, wanted)| *wanted);
+        let prefixes: Vec<_> = prefixes
+            .iter()
+            .map(|(sends, _)| notice_prefix(key, *sends))
+            .collect();
         let mut notices = Vec::new();
         for entry in entries {
             let name = entry.file_name();
             let Some(name) = name.to_str() else { continue };
-            for sends in [false, true] {
-                let prefix = notice_prefix(key, sends);
-                let rest = name.strip_prefix(&prefix);
+            for prefix in &prefixes {
+                let rest = name.strip_prefix(prefix);
                 if let Some(guid) = rest.and_then(|rest| parse_guid(rest.strip_prefix('.')?)) {
-                    notices.extend(read(&entry.path(), guid, sends));
+                    notices.extend(read(&entry.path(), guid));
                 }
             }
         }
@@ -155,7 +159,7 @@ fn notice_prefix(key: &str, sends: bool) -> String {
     format!("{hash:016x}.{}", if sends { 'w' } else { 'r' })
 }
 
-fn read(path: &Path, guid: Guid, sends: bool) -> Option<Notice> {
+fn read(path: &Path, guid: Guid) -> Option<Notice> {
     let file = File::open(path).ok()?;
     if flock(&file, FlockOperation::NonBlockingLockShared).is_ok() {
         // Its owner has ended.
@@ -171,7 +175,6 @@ fn read(path: &Path, guid: Guid, sends: bool) -> Option<Notice> {
     Some(Notice {
         guid,
         hello,
-        sends,
         promise,
         found,
     })
@@ -212,20 +215,20 @@ mod tests {
         let posted = posted.expect("to post");
         drop(turn);
         posted.found(&[2; 16]).expect("to note");
-        let notices = board.notices("a/b");
+        let notices = board.notices("a/b", true, true);
         assert_eq!(notices.len(), 1);
         assert_eq!(notices[0].hello, hello);
-        assert_eq!((notices[0].guid, notices[0].sends), ([1; 16], true));
+        assert_eq!(notices[0].guid, [1; 16]);
         assert_eq!(notices[0].promise, promise);
         assert_eq!(notices[0].found, [[2; 16]]);
-        assert!(board.notices("a/c").is_empty());
+        assert!(board.notices("a/c", true, true).is_empty());
         // As a process that was killed leaves it.
         let left = posted.path.with_extension("00000000000000000000000000000009");
         std::fs::copy(&posted.path, &left).expect("to copy");
-        assert_eq!(board.notices("a/b").len(), 1);
+        assert_eq!(board.notices("a/b", true, true).len(), 1);
         assert!(!left.exists());
         drop(posted);
-        assert!(board.notices("a/b").is_empty());
+        assert!(board.notices("a/b", true, true).is_empty());
         std::fs::remove_dir_all(&folder).expect("to remove");
     }
 }

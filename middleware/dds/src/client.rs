@@ -39,11 +39,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         sends,
         qos: call_qos(&[]),
         signal: signal.clone(),
-        inbox: if sends {
-            Arc::new(())
-        } else {
-            Arc::clone(&answers) as _
-        },
+        inbox: Arc::clone(&answers) as _,
     };
     // The reader comes first, so that a server that finds the writer soon finds it, too.
     let [replies, requests] = session.ports([wanted(reply, false), wanted(request, true)])?;

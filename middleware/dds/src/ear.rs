@@ -39,6 +39,11 @@ impl Entity {
 pub(crate) trait Inbox: Send + Sync {
     /// Keeps a sample, or does not.
     fn put(&self, sample: Sample);
+
+    /// Whether something in it may be read now that the other ends have changed.
+    fn waits(&self) -> bool {
+        false
+    }
 }
 
 /// What nobody sends to.
@@ -188,8 +193,8 @@ impl Ear {
 
     fn tell(&self) {
         self.changed.notify_all();
-        if matches!(self.role, Role::Client | Role::Server) {
-            // A call that waits may wait in vain now, and a request that was held may be served.
+        // A call that waits may wait in vain now, and a request that was held may be served.
+        if self.role == Role::Client || self.inbox.waits() {
             self.signal.wake();
         }
     }

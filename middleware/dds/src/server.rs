@@ -30,11 +30,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServ
         sends,
         qos: call_qos(&[]),
         signal: signal.clone(),
-        inbox: if sends {
-            Arc::new(())
-        } else {
-            Arc::clone(&waiting) as _
-        },
+        inbox: Arc::clone(&waiting) as _,
     };
     let [replies, requests] = session.ports([wanted(reply, true), wanted(request, false)])?;
     Ok(DdsServer {

@@ -138,7 +138,7 @@ impl Session {
     /// Refuses what does not fit those who are at `topic` already.
     fn check(&self, wanted: &Wanted<'_>) -> Result<(), OpenError> {
         let own = self.participant.guid().unwrap_or_default();
-        let here = self.board.notices(&wanted.topic);
+        let here = self.board.notices(&wanted.topic, true, true);
         let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
         for ends in &self.known.0 {
             let ends = lock(ends);
@@ -277,14 +277,14 @@ impl Session {
 
     fn has_met(&self, port: &Port) -> bool {
         let ear = &port.ear;
-        self.board.notices(&ear.topic).iter().all(|notice| {
+        let others = self.board.notices(&ear.topic, !ear.sends, ear.sends);
+        others.iter().all(|notice| {
             let (offered, requested) = if ear.sends {
                 (&ear.promise, &notice.promise)
             } else {
                 (&notice.promise, &ear.promise)
             };
-            notice.sends == ear.sends
-                || !hello::differences(offered, requested).is_empty()
+            !hello::differences(offered, requested).is_empty()
                 || (ear.has_found(&notice.guid) && notice.found.contains(&port.guid))
         })
     }

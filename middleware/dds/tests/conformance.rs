@@ -27,6 +27,11 @@ impl rc_conformance::Subject for Dds {
     fn compares_each_message(&self) -> bool {
         false
     }
+
+    /// What is requested has to be offered.
+    fn keeps_or_refuses(&self) -> bool {
+        true
+    }
 }
 
 rc_conformance::suite!(Dds);

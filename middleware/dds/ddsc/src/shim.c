@@ -14,11 +14,17 @@
 #include <string.h>
 
 #include "dds/dds.h"
+#include "dds/ddsi/ddsi_domaingv.h"
+#include "dds/ddsi/ddsi_entity_index.h"
+#include "dds/ddsi/ddsi_proxy_endpoint.h"
 #include "dds/ddsi/ddsi_radmin.h"
 #include "dds/ddsi/ddsi_serdata.h"
 #include "dds/ddsi/ddsi_sertype.h"
+#include "dds/ddsi/ddsi_thread.h"
 #include "dds/ddsrt/ifaddrs.h"
 #include "dds/ddsrt/log.h"
+#include "dds__entity.h"
+#include "dds__guid.h"
 
 /* ---- Samples ---- */
 
@@ -585,13 +591,39 @@ static void tell_end (const dds_builtintopic_endpoint_t *found, bool alive, rc_e
   dds_free (user_data);
 }
 
-/* Tells about the other end of `entity` with this handle; 0 where there is none any more. */
+/* Whether samples of this writer are taken by now. The library says that a reader and a remote writer have found each
+ * other while it still looks for further readers, and drops samples until it has done; and where one of the readers is
+ * reliable, until it has seen a heartbeat of the writer, also for those readers that will not get the samples again. */
+static bool is_taken (dds_entity_t reader, const dds_guid_t *writer)
+{
+  dds_entity *e;
+  if (dds_entity_pin (reader, &e) != DDS_RETCODE_OK)
+    return true;
+  struct ddsi_domaingv *gv = &e->m_domain->gv;
+  const ddsi_guid_t guid = dds_guid_to_ddsi_guid (*writer);
+  bool taken = true;
+  ddsi_thread_state_awake (ddsi_lookup_thread_state (), gv);
+  struct ddsi_proxy_writer *pwr = ddsi_entidx_lookup_proxy_writer_guid (gv->entity_index, &guid);
+  if (pwr != NULL) {
+    ddsrt_mutex_lock (&pwr->e.lock);
+    taken = !pwr->local_matching_inprogress && (pwr->have_seen_heartbeat || pwr->n_reliable_readers == 0);
+    ddsrt_mutex_unlock (&pwr->e.lock);
+  }
+  ddsi_thread_state_asleep (ddsi_lookup_thread_state ());
+  dds_entity_unpin (e);
+  return taken;
+}
+
+/* Tells about the other end of `entity` with this handle; 0 where there is none any more. Of a writer it is told when its
+ * samples are taken. */
 int32_t rc_matched (int32_t entity, uint64_t handle, int32_t is_reader, rc_end_callback callback, void *argument)
 {
   dds_builtintopic_endpoint_t *found =
     is_reader ? dds_get_matched_publication_data (entity, handle) : dds_get_matched_subscription_data (entity, handle);
   if (found == NULL)
     return 0;
+  for (int waited = 0; is_reader && waited < 100 && !is_taken (entity, &found->key); waited++)
+    dds_sleepfor (DDS_MSECS (1));
   tell_end (found, true, callback, argument);
   dds_builtintopic_free_endpoint (found);
   return 1;
