@@ -11,6 +11,11 @@ const UNCONFIRMED: &str = "1GiB";
 /// A sample that is larger is refused on both sides.
 const LARGEST: &str = "128MiB";
 
+/// After how many milliseconds of silence a process counts as dead, and how often it is heard in that time: of what is
+/// sent by multicast some is lost, and a process may have to wait for a processor.
+const LEASE: u64 = 1000;
+const ANNOUNCEMENTS: u64 = 4;
+
 /// What the backend has to know beside the XML.
 pub(crate) struct Config {
     pub(crate) domain: u32,
@@ -50,12 +55,15 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
         .iter()
         .map(|peer| format!("<Peer Address=\"{}\"/>", escaped(peer)))
         .collect();
-    let lease = escaped(one("lease").unwrap_or("1s"));
+    let lease = one("lease").map_or(Some(LEASE), milliseconds);
+    let lease = lease.ok_or_else(|| refused(environment, "`lease` is no time".to_owned()))?;
+    let announce = lease / ANNOUNCEMENTS;
     let xml = format!(
         "<CycloneDDS><Domain Id=\"any\">\
          <General>{interfaces}{multicast}<MaxMessageSize>{PACKET}</MaxMessageSize>\
          <FragmentSize>{FRAGMENT}</FragmentSize></General>\
-         <Discovery><ExternalDomainId>{domain}</ExternalDomainId><LeaseDuration>{lease}</LeaseDuration>\
+         <Discovery><ExternalDomainId>{domain}</ExternalDomainId><LeaseDuration>{lease}ms</LeaseDuration>\
+         <SPDPInterval>{announce}ms</SPDPInterval>\
          <Peers>{peers}</Peers></Discovery>\
          <Internal><Watermarks><WhcHigh>{UNCONFIRMED}</WhcHigh></Watermarks>\
          <MaxSampleSize>{LARGEST}</MaxSampleSize></Internal></Domain></CycloneDDS>"
@@ -75,8 +83,35 @@ pub(crate) fn refused(environment: &Environment, reason: String) -> OpenError {
     }
 }
 
+/// A time such as `500ms`, as the checker of settings writes it.
+fn milliseconds(text: &str) -> Option<u64> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic())?;
+    let number: u64 = text[..split].parse().ok()?;
+    match &text[split..] {
+        "ns" => Some(number / 1_000_000),
+        "us" => Some(number / 1000),
+        "ms" => Some(number),
+        "s" => number.checked_mul(1000),
+        "min" => number.checked_mul(60_000),
+        _ => None,
+    }
+}
+
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_those_of_the_checker() {
+        assert_eq!(milliseconds("500ms"), Some(500));
+        assert_eq!(milliseconds("2s"), Some(2000));
+        assert_eq!(milliseconds("150000us"), Some(150));
+        assert_eq!(milliseconds("soon"), None);
+    }
 }

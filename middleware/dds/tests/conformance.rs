@@ -20,6 +20,9 @@ impl rc_conformance::Subject for Dds {
         environment
             .settings
             .set("dds", "interfaces", vec!["lo".to_owned()]);
+        // Sixty-four components in one process are slow to say that they live.
+        let lease = vec!["10s".to_owned()];
+        environment.settings.set("dds", "lease", lease);
         rc_dds::connect(&environment)
     }
 
