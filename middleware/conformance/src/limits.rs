@@ -85,6 +85,7 @@ pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
             }
             serve(&mut *server, MAX_READERS * REQUEST_QUEUE, &answer);
         }
+        backend.linger(LIMIT);
     });
 }
 

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 /// Longest notice that is read: the owner, and as many peers as there can be.
 const LONGEST: u64 = 64 * 1024;
 /// How long another opening of the same topic is waited for.
-const LOCK_LIMIT: Duration = Duration::from_secs(2);
+const LOCK_LIMIT: Duration = Duration::from_secs(10);
 const LOCK_PAUSE: Duration = Duration::from_millis(2);
 
 /// The notices of one domain.
@@ -223,7 +223,9 @@ mod tests {
         assert_eq!(notices[0].found, [[2; 16]]);
         assert!(board.notices("a/c", true, true).is_empty());
         // As a process that was killed leaves it.
-        let left = posted.path.with_extension("00000000000000000000000000000009");
+        let left = posted
+            .path
+            .with_extension("00000000000000000000000000000009");
         std::fs::copy(&posted.path, &left).expect("to copy");
         assert_eq!(board.notices("a/b", true, true).len(), 1);
         assert!(!left.exists());

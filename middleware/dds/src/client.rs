@@ -19,6 +19,9 @@ const CYCLE: Duration = Duration::from_millis(50);
 /// How long a full queue is given to make room: what the server has taken already is on its way to us.
 const ROOM: Duration = Duration::from_millis(50);
 
+/// How long the answer of a server that has gone is waited for: data and discovery come by different threads.
+const LAST_WORDS: Duration = Duration::from_millis(10);
+
 /// The names of the topics of calls in DDS: what OMG DDS-RPC 1.0, 7.4.2.2, lets an annotation name.
 pub(crate) fn topics(endpoint: &Endpoint) -> [(String, String); 2] {
     let (address, types) = (&endpoint.address, &endpoint.types.name);
@@ -81,8 +84,7 @@ impl DdsClient {
             (hello.is_none_or(|hello| hello.role == Role::Server)).then_some(peer.member)
         };
         let answering = self.replies.ear.here(is_server);
-        let mut hearing: BTreeSet<Member> =
-            self.requests.ear.here(is_server).into_iter().collect();
+        let mut hearing: BTreeSet<Member> = self.requests.ear.here(is_server).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
     }
@@ -120,7 +122,8 @@ impl DdsClient {
             address: self.address.clone(),
             reason,
         };
-        let id = rpc::request_id(request).ok_or_else(|| failed("a request has no envelope".to_owned()))?;
+        let id = rpc::request_id(request)
+            .ok_or_else(|| failed("a request has no envelope".to_owned()))?;
         if let Entity::Writer(writer) = &*self.requests.entity {
             writer
                 .write(header.sequence, stamp(header.sent), request)
@@ -183,13 +186,15 @@ impl Client for DdsClient {
         let mut interrupted = false;
         loop {
             signal.clear();
-            // Who is there is looked up first: what it sent before it left has come by then.
+            // Who is there is looked up first: what it sent before it left has come by then, or comes at once.
             let there = self.servers().contains(&server);
             if let Some(result) = self.answer(id, take) {
                 return result;
             }
             if !there {
-                return Err(CallError::ServerDied(self.address.clone()));
+                wait(&[signal.as_fd()], LAST_WORDS);
+                let last = self.answer(id, take);
+                return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
             }
             if interrupt.is_stopping() {
                 return Err(CallError::Stopping);

@@ -27,7 +27,8 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
     let values = |key: &str| environment.settings.values(crate::NAME, key);
     let one = |key: &str| values(key).first().map(String::as_str);
     let domain = one("domain").map_or(Ok(0), str::parse);
-    let domain: u32 = domain.map_err(|_| refused(environment, "`domain` is no number".to_owned()))?;
+    let domain: u32 =
+        domain.map_err(|_| refused(environment, "`domain` is no number".to_owned()))?;
     let known = rc_ddsc::interfaces();
     let mut interfaces = String::new();
     for wanted in values("interfaces") {
@@ -65,7 +66,8 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
          <Discovery><ExternalDomainId>{domain}</ExternalDomainId><LeaseDuration>{lease}ms</LeaseDuration>\
          <SPDPInterval>{announce}ms</SPDPInterval>\
          <Peers>{peers}</Peers></Discovery>\
-         <Internal><Watermarks><WhcHigh>{UNCONFIRMED}</WhcHigh></Watermarks>\
+         <Internal><Watermarks><WhcAdaptive>false</WhcAdaptive>\
+         <WhcHighInit>{UNCONFIRMED}</WhcHighInit><WhcHigh>{UNCONFIRMED}</WhcHigh></Watermarks>\
          <MaxSampleSize>{LARGEST}</MaxSampleSize></Internal></Domain></CycloneDDS>"
     );
     // What somebody sets for a single start wins.

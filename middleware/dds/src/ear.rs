@@ -7,7 +7,7 @@ use crate::session::lock;
 use rc_ddsc::{End, Guid, Reader, Sample, Writer};
 use rc_middleware::{Interrupt, TypeIdentity};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Condvar, Mutex, OnceLock, Weak};
+use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 /// How many ends that have gone are remembered: what they sent may still be unread.
@@ -78,13 +78,23 @@ pub(crate) struct Ear {
     /// Rings when something was heard or the other ends have changed.
     pub(crate) signal: Interrupt,
     inbox: Arc<dyn Inbox>,
-    /// Set when the end was made; nothing in it when that failed.
-    entity: OnceLock<Weak<Entity>>,
+    entity: Mutex<Attachment>,
+    attached: Condvar,
     /// Serializes taking, so that samples keep their order.
     taking: Mutex<()>,
     peers: Mutex<Peers>,
     changed: Condvar,
     pub(crate) seldom: Seldom,
+}
+
+/// The end that an ear belongs to.
+#[derive(Default)]
+enum Attachment {
+    /// It is being made.
+    #[default]
+    Awaited,
+    There(Weak<Entity>),
+    Gone,
 }
 
 #[derive(Default)]
@@ -113,7 +123,8 @@ impl Ear {
             deadline: qos.deadline,
             signal,
             inbox,
-            entity: OnceLock::new(),
+            entity: Mutex::default(),
+            attached: Condvar::new(),
             taking: Mutex::default(),
             peers: Mutex::default(),
             changed: Condvar::new(),
@@ -121,18 +132,42 @@ impl Ear {
         }
     }
 
-    /// From now on the end is there; or it never will be.
-    pub(crate) fn attach(&self, entity: Weak<Entity>) {
-        let _ = self.entity.set(entity);
+    /// From now on the end is there.
+    pub(crate) fn attach(&self, entity: &Arc<Entity>) {
+        *lock(&self.entity) = Attachment::There(Arc::downgrade(entity));
+        self.attached.notify_all();
         self.listen();
+    }
+
+    /// From now on nobody is given the end any more; who has it gives it up soon.
+    pub(crate) fn detach(&self) {
+        *lock(&self.entity) = Attachment::Gone;
+        self.attached.notify_all();
+    }
+
+    /// The end, as soon as it is made.
+    fn entity(&self) -> Option<Arc<Entity>> {
+        let mut entity = lock(&self.entity);
+        loop {
+            match &*entity {
+                Attachment::There(there) => return there.upgrade(),
+                Attachment::Gone => return None,
+                Attachment::Awaited => {
+                    let waited = self.attached.wait(entity);
+                    entity = waited.unwrap_or_else(PoisonError::into_inner);
+                }
+            }
+        }
     }
 
     /// Puts what has come into the inbox.
     pub(crate) fn listen(&self) {
-        let Some(entity) = self.entity.get().and_then(Weak::upgrade) else {
+        let entity = match &*lock(&self.entity) {
+            Attachment::There(there) => there.upgrade(),
             // What comes before the end is known to us is taken when it is.
-            return;
+            Attachment::Awaited | Attachment::Gone => None,
         };
+        let Some(entity) = entity else { return };
         let Entity::Reader(reader) = &*entity else {
             return;
         };
@@ -147,8 +182,7 @@ impl Ear {
     }
 
     fn look_up(&self, handle: u64) -> Option<Peer> {
-        let entity = self.entity.wait().upgrade()?;
-        let end = entity.matched(handle)?;
+        let end = self.entity()?.matched(handle)?;
         let hello = Hello::parse(&end.user_data);
         let fits = hello.as_ref().is_none_or(|hello| hello.types == self.types);
         let mut member = [0; 12];

@@ -172,7 +172,10 @@ impl Session {
         self: &Rc<Self>,
         wanted: [Wanted<'_>; N],
     ) -> Result<[Port; N], OpenError> {
-        let address = wanted.first().map_or("", |wanted| wanted.address).to_owned();
+        let address = wanted
+            .first()
+            .map_or("", |wanted| wanted.address)
+            .to_owned();
         let backend = |error: &dyn std::fmt::Display| OpenError::Backend {
             address: address.clone(),
             reason: error.to_string(),
@@ -187,9 +190,7 @@ impl Session {
         }
         drop(turn);
         self.meet(&ports);
-        ports
-            .try_into()
-            .map_err(|_| backend(&"an end is missing"))
+        ports.try_into().map_err(|_| backend(&"an end is missing"))
     }
 
     fn port(
@@ -237,27 +238,29 @@ impl Session {
             Ok(opened) => opened,
             Err(error) => {
                 // The watcher does not wait for it any more.
-                ear.attach(Weak::new());
+                ear.detach();
                 return Err(backend(&error));
             }
         };
-        ear.attach(Arc::downgrade(&entity));
+        ear.attach(&entity);
         if wanted.sends {
             let mut writers = self.writers.borrow_mut();
             writers.retain(|writer| writer.strong_count() > 0);
             writers.push(Arc::downgrade(&entity));
         }
-        let posted = self
-            .board
-            .post(&ear.topic, &guid, wanted.sends, &hello, &ear.promise)
-            .map_err(|error| backend(&error))?;
-        ear.post(posted);
-        Ok(Port {
+        let port = Port {
             entity,
             ear,
             guid,
             session: Rc::clone(self),
-        })
+        };
+        let (topic, promise) = (&port.ear.topic, &port.ear.promise);
+        let posted = self
+            .board
+            .post(topic, &guid, wanted.sends, &hello, promise)
+            .map_err(|error| backend(&error))?;
+        port.ear.post(posted);
+        Ok(port)
     }
 
     /// Waits until new ends and those on this machine have found each other. Who cannot be reached costs a component a
@@ -321,6 +324,11 @@ impl Drop for Session {
 impl Drop for Port {
     fn drop(&mut self) {
         self.ear.withdraw();
+        self.ear.detach();
+        // The library waits for its threads before it deletes an end, so none of them may be the last to have it.
+        while Arc::strong_count(&self.entity) > 1 {
+            std::thread::yield_now();
+        }
     }
 }
 
@@ -414,7 +422,10 @@ impl Watcher {
             }
             Event::Alive(_, true) => tracing::info!("a publisher of `{}` is back", ear.topic),
             Event::Alive(_, false) => {
-                tracing::warn!("a publisher of `{}` has been silent for longer than its liveliness", ear.topic);
+                tracing::warn!(
+                    "a publisher of `{}` has been silent for longer than its liveliness",
+                    ear.topic
+                );
             }
         }
     }
