@@ -1,6 +1,7 @@
 //! Interfaces in the languages of others, so that programs without this project can talk to components.
 
 mod idl;
+mod names;
 mod rpc;
 mod scope;
 
@@ -39,7 +40,7 @@ pub fn load(
 pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     let mut found = Diagnostics::new();
     modules_collide(library, &mut found);
-    let names = idl::Names::of(library, &mut found);
+    let names = names::Names::of(library, &mut found);
     let mut files = Files::default();
     let mut taken = HashMap::new();
     for (at, module) in library.modules.iter().enumerate() {

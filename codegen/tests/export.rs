@@ -1,6 +1,8 @@
 //! `rcgen export`: what it writes, that the compiler of Cyclone DDS takes it, and that a stranger's types of it are
 //! those on the wire.
 
+#![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
 mod folders;
 #[path = "export/idlc.rs"]
 mod idlc;
@@ -9,8 +11,8 @@ mod python;
 #[path = "export/workspace.rs"]
 mod workspace;
 
-use expect_test::{Expect, expect};
-use folders::{files, rcgen};
+use expect_test::{expect, expect_file};
+use folders::{changed, files, rcgen};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
@@ -26,24 +28,19 @@ fn folder(idsl: &str) -> TempDir {
 
 const EXPORT: [&str; 6] = ["export", "M.idsl", "--to", "dds", "--out", "out"];
 
-/// What `M.idl` holds between its module's braces.
-fn exported(idsl: &str) -> String {
+/// `M.idl` is what `tests/export/golden` has.
+fn check(name: &str, idsl: &str) {
     let folder = folder(idsl);
     let (code, _, err) = rcgen(folder.path(), &EXPORT);
     assert_eq!((code, err.as_str()), (0, ""));
     let text = std::fs::read_to_string(folder.path().join("out/M.idl")).expect("a file");
-    let (_, body) = text.split_once("\n{\n").expect("a module");
-    let (body, _) = body.rsplit_once("};\n\n#endif\n").expect("its end");
-    body.to_owned()
-}
-
-fn check(idsl: &str, expected: &Expect) {
-    expected.assert_eq(&exported(idsl));
+    expect_file![format!("{HERE}/tests/export/golden/{name}.idl")].assert_eq(&text);
 }
 
 #[test]
 fn types() {
     check(
+        "types",
         "module M {
             const int rings = 16;
             const double half = 5e-1;
@@ -68,105 +65,13 @@ fn types() {
             exception Failed { string what; };
             exception Worse extends Failed { Mode mode; };
         };",
-        &expect![[r#"
-                const int32 rings = 16;
-
-                const double half = 0.5;
-
-                const string word = "a \"b\"";
-
-                const boolean on = TRUE;
-
-                /// How it turns.
-                enum Mode
-                {
-                    idle,
-                    @value(5) fast,
-                    faster
-                };
-
-                /// An enum of these constants.
-                typedef int32 Sign;
-                const int32 minus = -1;
-                const int32 plus = 1;
-
-                @final
-                struct Point
-                {
-                    float x;
-                };
-
-                typedef sequence< ::M::Point, 64> Points;
-
-                @final
-                struct Scan
-                {
-                    /// All of them.
-                    ::M::Points points;
-                    boolean a;
-                    octet b;
-                    int16 c;
-                    int32 d;
-                    int64 e;
-                    float f;
-                    double g;
-                    int8 h;
-                    octet i;
-                    uint16 j;
-                    uint32 k;
-                    uint64 l;
-                    string m;
-                    string<16> n;
-                    sequence<double> o;
-                    sequence<sequence<string<4>, 3>, 2> p;
-                    sequence<sequence<int32> > q;
-                    float r[16];
-                    string<3> s[2];
-                    ::M::Mode t[4];
-                };
-
-                /// One entry of `Named`.
-                @final
-                struct Named_Entry
-                {
-                    string key;
-                    ::M::Point value;
-                };
-
-                /// A dictionary: no key twice.
-                typedef sequence< ::M::Named_Entry> Named;
-
-                @final
-                struct Nothing
-                {
-                    octet dummy;
-                };
-
-                /// An exception.
-                @final
-                struct Failed
-                {
-                    string what;
-                };
-
-                const int32 Failed_Ex_Hash = 1539885271;
-
-                /// An exception.
-                @final
-                struct Worse
-                {
-                    string what;
-                    ::M::Mode mode;
-                };
-
-                const int32 Worse_Ex_Hash = 471350706;
-        "#]],
     );
 }
 
 #[test]
 fn annotations() {
     check(
+        "annotations",
         "module M {
             enum Mode { idle, fast };
             struct Wheel {
@@ -183,48 +88,6 @@ fn annotations() {
             };
             struct Hides { @unit(\"m\") int unit; @unit(\"m\") int x; @range(min=0, max=1) int Range; };
         };",
-        &expect![[r#"
-                enum Mode
-                {
-                    idle,
-                    fast
-                };
-
-                typedef float Wheel_pose[3];
-
-                @final
-                struct Wheel
-                {
-                    /// How fast.
-                    @unit("m/s") @range(min=-1.0, max=2.5) @default(1.0) float speed;
-                    @min(0) int32 least;
-                    /// Default: -9000000000.
-                    @max(9) int64 most;
-                    /// Default: fast.
-                    ::M::Mode mode;
-                    @default("nobody") string<8> name;
-                    @default(TRUE) boolean on;
-                    /// Optional: none or one.
-                    /// Range: 0 to 3.
-                    /// Default: 1.
-                    @unit("mm") sequence<int32, 1> maybe;
-                    /// Optional: none or one.
-                    sequence<Wheel_pose, 1> pose;
-                    /// Optional: none or one.
-                    sequence< ::M::Mode, 1> other;
-                };
-
-                @final
-                struct Hides
-                {
-                    /// Unit: m.
-                    int32 unit;
-                    /// Unit: m.
-                    int32 x;
-                    /// Range: 0 to 1.
-                    int32 Range;
-                };
-        "#]],
     );
 }
 
@@ -232,6 +95,7 @@ fn annotations() {
 #[test]
 fn names() {
     check(
+        "names",
         "module M {
             struct union { int switch; int Struct; int _1; int Union; };
             struct Uses { union Union; M m; };
@@ -243,64 +107,13 @@ fn names() {
             const int octet = 2;
             struct Range { int min; };
         };",
-        &expect![[r#"
-                const int32 final_ = 1;
-
-                const int32 _octet = 2;
-
-                @final
-                struct _union
-                {
-                    int32 _switch;
-                    int32 _Struct;
-                    int32 __1;
-                    int32 Union_;
-                };
-
-                @final
-                struct M_
-                {
-                    int32 m;
-                };
-
-                @final
-                struct _Uses
-                {
-                    ::M::_union _Union;
-                    ::M::M_ m;
-                };
-
-                enum A
-                {
-                    A_on,
-                    A_off,
-                    A_only
-                };
-
-                enum B
-                {
-                    B_On,
-                    B_maybe
-                };
-
-                enum C
-                {
-                    C_value,
-                    C_wchar
-                };
-
-                @final
-                struct Range_
-                {
-                    int32 min;
-                };
-        "#]],
     );
 }
 
 #[test]
 fn topics_and_calls() {
     check(
+        "topics_and_calls",
         "module M {
             exception Failed { string what; };
             exception Gone { };
@@ -313,178 +126,6 @@ fn topics_and_calls() {
             interface Scans { publish scan(sequence<float> ranges); publish void nothing(); };
             interface Either { void set(@range(min=0, max=1) float level); };
         };",
-        &expect![[r#"
-                /// An exception.
-                @final
-                struct Failed
-                {
-                    string what;
-                };
-
-                const int32 Failed_Ex_Hash = 1539885271;
-
-                /// An exception.
-                @final
-                struct Gone
-                {
-                    octet dummy;
-                };
-
-                const int32 Gone_Ex_Hash = 863717643;
-
-                const int32 Base_pose_Hash = -376807635;
-
-                /// Where it is.
-                @final
-                struct Base_pose_In
-                {
-                    string frame;
-                    /// Optional: none or one.
-                    sequence<int32, 1> age;
-                };
-
-                @final
-                struct Base_pose_Out
-                {
-                    @unit("mm") int32 x;
-                    float return_;
-                };
-
-                @final
-                union Base_pose_Result switch (int32)
-                {
-                    default: ::dds::rpc::UnknownException unknownEx;
-                    case 0: Base_pose_Out result;
-                    case ::M::Failed_Ex_Hash: ::M::Failed failed_ex;
-                    case ::M::Gone_Ex_Hash: ::M::Gone gone_ex;
-                };
-
-                const int32 Base_stop_Hash = 765147631;
-
-                @final
-                struct Base_stop_In
-                {
-                    ::dds::rpc::UnusedMember dummy;
-                };
-
-                @final
-                struct Base_stop_Out
-                {
-                    ::dds::rpc::UnusedMember dummy;
-                };
-
-                @final
-                union Base_stop_Result switch (int32)
-                {
-                    default: ::dds::rpc::UnknownException unknownEx;
-                    case 0: Base_stop_Out result;
-                };
-
-                @final
-                union Base_Call switch (int32)
-                {
-                    default: ::dds::rpc::UnknownOperation unknownOp;
-                    case Base_pose_Hash: Base_pose_In pose;
-                    case Base_stop_Hash: Base_stop_In stop;
-                };
-
-                @final
-                union Base_Return switch (int32)
-                {
-                    default: ::dds::rpc::UnknownOperation unknownOp;
-                    case Base_pose_Hash: Base_pose_Result pose;
-                    case Base_stop_Hash: Base_stop_Result stop;
-                };
-
-                /// A base.
-                /// Topic: ADDRESS_Request
-                @final
-                struct Base_Request
-                {
-                    ::dds::rpc::RequestHeader header;
-                    ::M::Base_Call data;
-                };
-
-                /// Topic: ADDRESS_Reply
-                @final
-                struct Base_Reply
-                {
-                    ::dds::rpc::ReplyHeader header;
-                    ::M::Base_Return data;
-                };
-
-                /// Topic: ADDRESS/scan
-                @final
-                struct Scans_scan
-                {
-                    sequence<float> ranges;
-                };
-
-                /// Topic: ADDRESS/nothing
-                @final
-                struct Scans_nothing
-                {
-                    octet dummy;
-                };
-
-                /// Topic: ADDRESS/set
-                @final
-                struct Either_set
-                {
-                    @range(min=0.0, max=1.0) float level;
-                };
-
-                const int32 Either_set_Hash = -1158762803;
-
-                @final
-                struct Either_set_In
-                {
-                    @range(min=0.0, max=1.0) float level;
-                };
-
-                @final
-                struct Either_set_Out
-                {
-                    ::dds::rpc::UnusedMember dummy;
-                };
-
-                @final
-                union Either_set_Result switch (int32)
-                {
-                    default: ::dds::rpc::UnknownException unknownEx;
-                    case 0: Either_set_Out result;
-                };
-
-                @final
-                union Either_Call switch (int32)
-                {
-                    default: ::dds::rpc::UnknownOperation unknownOp;
-                    case Either_set_Hash: Either_set_In set;
-                };
-
-                @final
-                union Either_Return switch (int32)
-                {
-                    default: ::dds::rpc::UnknownOperation unknownOp;
-                    case Either_set_Hash: Either_set_Result set;
-                };
-
-                /// Topic: ADDRESS_Request
-                @final
-                struct Either_Request
-                {
-                    ::dds::rpc::RequestHeader header;
-                    ::M::Either_Call data;
-                };
-
-                /// Topic: ADDRESS_Reply
-                @final
-                struct Either_Reply
-                {
-                    ::dds::rpc::ReplyHeader header;
-                    ::M::Either_Return data;
-                };
-        "#]],
     );
 }
 
@@ -508,7 +149,8 @@ fn imports_are_exported_and_included() {
         create out/M.idl
         create out/Own.idl
         create out/dds_rpc.idl
-    "#]].assert_eq(&out);
+    "#]]
+    .assert_eq(&out);
     assert!(!folder.path().join("out").exists());
     let (code, written, _) = rcgen(folder.path(), &args);
     assert_eq!((code, written), (0, out));
@@ -532,7 +174,8 @@ fn imports_are_exported_and_included() {
         };
 
         #endif
-    "#]].assert_eq(&text);
+    "#]]
+    .assert_eq(&text);
     let (code, out, _) = rcgen(folder.path(), &args);
     assert_eq!((code, out.as_str()), (0, ""), "all is as it was");
 }
@@ -543,7 +186,7 @@ fn refused(idsl: &str, args: &[&str]) -> (i32, String) {
     let before = files(folder.path());
     let (code, out, err) = rcgen(folder.path(), args);
     assert_eq!(out, "");
-    assert_eq!(files(folder.path()), before);
+    assert_eq!(changed(&before, &files(folder.path())), [""; 0]);
     (code, err)
 }
 
@@ -624,7 +267,7 @@ fn a_file_of_somebody_else_is_not_overwritten() {
         err.contains("out/M.idl is there, and was not written by an export"),
         "{err}"
     );
-    assert_eq!(files(folder.path()), before);
+    assert_eq!(changed(&before, &files(folder.path())), [""; 0]);
 }
 
 /// All interfaces that come with rcgen, and files with everything.
@@ -698,6 +341,7 @@ fn a_stranger_and_a_component_write_the_same_bytes() {
     let mut all: Vec<&str> = samples
         .lines()
         .filter_map(|line| line.split(' ').next())
+        .filter(|name| *name != "unknown-request")
         .collect();
     all.sort_unstable();
     assert_eq!(read, all);

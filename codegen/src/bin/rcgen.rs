@@ -193,7 +193,7 @@ fn target(text: &str) -> Result<Target, String> {
         "dds" => Ok(Target::Dds),
         "ros2" | "slice" => Err(format!("{text} comes with a later version; there is dds")),
         _ => {
-            let near = rc_diagnostics::nearest(text, ["dds", "ros2", "slice"].into_iter());
+            let near = rc_diagnostics::nearest(text, ["dds", "ros2", "slice"]);
             let hint = near.map(|near| format!("did you mean `{near}`?"));
             Err(hint.unwrap_or_else(|| "there is dds".to_owned()))
         }

@@ -274,6 +274,7 @@ SAMPLES = {
     "gone-reply": reply(3, ask=Desk_ask_Result(gone_ex=Gone())),
     "command": request(4, turn=Desk_turn_In(-0.5)),
     "rest-request": request(5, rest=Nothing_Out()),
+    "unknown-request": request(6, discriminator=99, value=0),
     "rest-reply": reply(5, rest=Desk_turn_Result(result=Nothing_Out())),
 }
 # The four bytes before a body that say how it is encoded: XCDR1, little endian.
@@ -292,6 +293,13 @@ if sys.argv[1] == "write":
 else:
     for line in sys.stdin:
         name, text = line.split()
+        if name == "unknown-reply":
+            # The reason stands behind what the type has.
+            found = Desk_Reply.deserialize(HEAD + bytes.fromhex(text))
+            assert bytes.fromhex(text)[:24] == body(SAMPLES["unknown-request"])[:24], found
+            assert found.header.remoteEx == RemoteExceptionCode_t.REMOTE_EX_UNKNOWN_OPERATION, found
+            assert found.data.unknownOp == 0, found
+            continue
         expected = SAMPLES[name]
         found = type(expected).deserialize(HEAD + bytes.fromhex(text))
         # A component that asks has an identity of its own.
