@@ -22,14 +22,24 @@ pub const FIRST_WORDS: &str = "// Exported by rcgen";
 const RPC: &str = include_str!("export/dds_rpc.idl");
 const RPC_FILE: &str = "dds_rpc.idl";
 
-/// Reads `file` with all that it imports. An error is a file that the system does not give.
+/// Reads `file` with all that it imports; one that is only a name is also looked for where imports are. An error is a
+/// file that the system does not give.
 pub fn load(
     file: &Path,
     sources: &mut SourceMap,
     loader: &dyn Loader,
 ) -> io::Result<(Library, Diagnostics)> {
-    let path = load::normal(file);
-    let source = sources.add(&path, load::read(file)?);
+    let (path, text) = match load::read(file) {
+        Ok(text) => (load::normal(file), text),
+        Err(error) => {
+            let missing = error.kind() == io::ErrorKind::NotFound;
+            let name = file.to_str().filter(|name| missing && !name.contains('/'));
+            let found = name.and_then(|name| loader.find(Path::new(""), name, "idsl").ok());
+            let found = found.ok_or(error)?;
+            (found.path, found.text)
+        }
+    };
+    let source = sources.add(&path, text);
     let mut session = Session::new(sources, loader);
     session.load_source(source, path, Span::new(source, 0, 0));
     Ok((session.library, session.found))

@@ -180,7 +180,17 @@ fn imports_are_exported_and_included() {
     assert_eq!((code, out.as_str()), (0, ""), "all is as it was");
 }
 
-/// Exit code, standard error, and whether nothing was written.
+/// As an import finds them.
+#[test]
+fn what_comes_with_rcgen_needs_no_path() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let args = ["export", "GenericBase.idsl", "--to", "dds", "--out", "."];
+    let (code, out, err) = rcgen(folder.path(), &args);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert_eq!(out, "create ./GenericBase.idl\ncreate ./dds_rpc.idl\n");
+}
+
+/// Exit code and standard error of an export that writes nothing.
 fn refused(idsl: &str, args: &[&str]) -> (i32, String) {
     let folder = folder(idsl);
     let before = files(folder.path());

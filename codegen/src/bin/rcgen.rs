@@ -97,7 +97,7 @@ enum Command {
     /// Writes interfaces, with all that they import, in the language of another middleware, for programs that are
     /// not made with this project.
     Export {
-        /// The interfaces.
+        /// The interfaces: a file, or the name of one in an -I folder or of those that come with rcgen.
         #[arg(value_name = "FILE.idsl")]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2).
