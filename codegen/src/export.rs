@@ -49,7 +49,7 @@ pub fn load(
 /// files are called like those of the modules.
 pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     let mut found = Diagnostics::new();
-    modules_collide(library, &mut found);
+    module_names(library, &mut found);
     let names = names::Names::of(library, &mut found);
     let mut files = Files::default();
     let mut taken = HashMap::new();
@@ -60,7 +60,7 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
         let first = taken.insert(file.to_lowercase(), module);
         if first.is_some() || file.eq_ignore_ascii_case(RPC_FILE) {
             let message = format!("two modules would both be exported to `{file}`");
-            let mut diagnostic = Diagnostic::error("export-collision", module.name.span, message)
+            let mut diagnostic = Diagnostic::error("export-name", module.name.span, message)
                 .help("rename the .idsl file: the exported one is called like it");
             if let Some(first) = first {
                 diagnostic = diagnostic.label(first.name.span, "the other one");
@@ -109,24 +109,27 @@ fn file_of(module: &Module, sources: &SourceMap) -> String {
 }
 
 /// IDL makes no difference between names that differ only in case; `dds` is there already.
-fn modules_collide(library: &Library, found: &mut Diagnostics) {
+fn module_names(library: &Library, found: &mut Diagnostics) {
     let mut seen: HashMap<String, &Module> = HashMap::new();
     for module in &library.modules {
         let name = &module.name;
         let low = name.text.to_lowercase();
         if low == "dds" {
             let message = format!("the module `{}` is one of DDS's own in IDL", name.text);
-            found.push(Diagnostic::error("export-collision", name.span, message));
+            found.push(Diagnostic::error("export-name", name.span, message));
+        } else if low.starts_with('_') {
+            let message = format!("`{}` is no name in IDL: it begins with `_`", name.text);
+            found.push(Diagnostic::error("export-name", name.span, message));
         } else if scope::is_annotation(&name.text) {
             let message = format!("the module `{}` hides an annotation of IDL", name.text);
-            found.push(Diagnostic::error("export-collision", name.span, message));
+            found.push(Diagnostic::error("export-name", name.span, message));
         } else if let Some(first) = seen.insert(low, module) {
             let message = format!(
                 "modules `{}` and `{}` differ only in case, which is one name in IDL",
                 first.name.text, name.text
             );
             found.push(
-                Diagnostic::error("export-collision", name.span, message)
+                Diagnostic::error("export-name", name.span, message)
                     .label(first.name.span, "the other one"),
             );
         }

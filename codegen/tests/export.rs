@@ -225,13 +225,15 @@ fn what_is_wrong_writes_nothing() {
 }
 
 #[test]
-fn names_that_idl_cannot_tell_apart_are_refused() {
+fn names_that_idl_does_not_have_are_refused() {
     let short: Vec<&str> = EXPORT.into_iter().chain(["--format", "short"]).collect();
     let all = [
         "module M { struct laser_GO { int x; }; interface Laser { void go(); }; };",
         "module M { interface A { void b_In(); void b(); }; };",
         "module Dds { };",
         "module range { };",
+        "module _M { };",
+        "module M { interface _I { void go(); }; };",
     ];
     let told: Vec<String> = all
         .map(|idsl| refused(idsl, &short))
@@ -242,10 +244,12 @@ fn names_that_idl_cannot_tell_apart_are_refused() {
         })
         .collect();
     expect![[r#"
-        M.idsl:1:63: error[export-collision]: `Laser_go`, which `go` becomes in IDL, is there already (names that differ only in case are one in IDL; rename one of the two)
-        M.idsl:1:44: error[export-collision]: `A_b_In`, which `b` becomes in IDL, is there already (names that differ only in case are one in IDL; rename one of the two)
-        M.idsl:1:8: error[export-collision]: the module `Dds` is one of DDS's own in IDL
-        M.idsl:1:8: error[export-collision]: the module `range` hides an annotation of IDL
+        M.idsl:1:63: error[export-name]: `Laser_go`, which `go` becomes in IDL, is there already (names that differ only in case are one in IDL; rename one of the two)
+        M.idsl:1:44: error[export-name]: `A_b_In`, which `b` becomes in IDL, is there already (names that differ only in case are one in IDL; rename one of the two)
+        M.idsl:1:8: error[export-name]: the module `Dds` is one of DDS's own in IDL
+        M.idsl:1:8: error[export-name]: the module `range` hides an annotation of IDL
+        M.idsl:1:8: error[export-name]: `_M` is no name in IDL: it begins with `_`
+        M.idsl:1:22: error[export-name]: `_I` is no name in IDL: it begins with `_`
     "#]].assert_eq(&told.concat());
 
     let folder = folder(
@@ -260,8 +264,8 @@ fn names_that_idl_cannot_tell_apart_are_refused() {
     let (code, _, err) = rcgen(folder.path(), &short);
     assert_eq!(code, 1);
     expect![[r#"
-        M.idsl:2:31: error[export-collision]: `go` throws two exceptions called `Bad`, which are one in the envelope of calls; one at a/N.idsl:1:22; the other one at n.idsl:1:22
-        n.idsl:1:8: error[export-collision]: two modules would both be exported to `n.idl`; the other one at a/N.idsl:1:8 (rename the .idsl file: the exported one is called like it)
+        M.idsl:2:31: error[export-name]: `go` throws two exceptions called `Bad`, which are one in the envelope of calls; one at a/N.idsl:1:22; the other one at n.idsl:1:22
+        n.idsl:1:8: error[export-name]: two modules would both be exported to `n.idl`; the other one at a/N.idsl:1:8 (rename the .idsl file: the exported one is called like it)
     "#]].assert_eq(&err);
 }
 

@@ -139,7 +139,7 @@ impl Writer<'_> {
                 doc.push("An exception.".to_owned());
                 self.structure(&name, &doc, members);
                 let hash = crate::view::rpc_hash(&decl.name.text);
-                let constant = rpc::exception_hash(&decl.name.text);
+                let constant = rpc::exception_hash(&name);
                 self.text.gap();
                 self.text
                     .line(&format!("const int32 {} = {hash};", written(&constant)));

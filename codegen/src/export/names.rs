@@ -52,6 +52,7 @@ impl Names {
             self.consts.insert((id, at), name);
         }
         // Strangers know these from a document: they are as it says, or there are none.
+        let mut unwritable = Vec::new();
         let mut fixed = |name: String, at: &Name| {
             if !scope.claim(&name) {
                 let message = format!(
@@ -59,20 +60,28 @@ impl Names {
                     at.text
                 );
                 let help = "names that differ only in case are one in IDL; rename one of the two";
-                found.push(Diagnostic::error("export-collision", at.span, message).help(help));
+                found.push(Diagnostic::error("export-name", at.span, message).help(help));
             }
         };
         for ty in &module.types {
             let decl = library.ty(*ty);
             if matches!(decl.kind, TypeDeclKind::Exception(_)) {
-                fixed(rpc::exception_hash(&decl.name.text), &decl.name);
+                fixed(rpc::exception_hash(&self.types[ty]), &decl.name);
             }
         }
         for interface in &module.interfaces {
             let interface = library.interface(*interface);
+            if interface.name.text.starts_with('_') {
+                unwritable.push(&interface.name);
+                continue;
+            }
             rpc::names(interface)
                 .into_iter()
                 .for_each(|(name, at)| fixed(name, at));
+        }
+        for name in unwritable {
+            let message = format!("`{}` is no name in IDL: it begins with `_`", name.text);
+            found.push(Diagnostic::error("export-name", name.span, message));
         }
         rpc::exceptions_collide(library, module, found);
         for ty in &module.types {

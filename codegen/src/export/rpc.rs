@@ -76,7 +76,7 @@ pub(super) fn exceptions_collide(library: &Library, module: &Module, found: &mut
                     operation.name.text, exception.text
                 );
                 found.push(
-                    Diagnostic::error("export-collision", operation.name.span, message)
+                    Diagnostic::error("export-name", operation.name.span, message)
                         .label(first.span, "one")
                         .label(exception.span, "the other one"),
                 );
@@ -173,7 +173,7 @@ fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
     for exception in &operation.throws {
         let decl = writer.library.ty(*exception);
         let module = written(&writer.library.module(decl.module).name.text);
-        let hash = written(&exception_hash(&decl.name.text));
+        let hash = written(&exception_hash(&writer.names.types[exception]));
         cases.push(Case {
             label: format!("::{module}::{hash}"),
             ty: writer.names.path(writer.library, *exception),

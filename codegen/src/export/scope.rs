@@ -101,7 +101,7 @@ pub(super) fn is_annotation(name: &str) -> bool {
 /// `name` as it is written: a `_` before it takes the meaning from a word, and belongs to no name.
 pub(super) fn written(name: &str) -> String {
     let low = name.to_ascii_lowercase();
-    if name.starts_with('_') || WORDS.contains(&low.as_str()) {
+    if WORDS.contains(&low.as_str()) {
         format!("_{name}")
     } else {
         name.to_owned()
@@ -139,9 +139,11 @@ impl Scope {
         self.0.contains(&name.to_ascii_lowercase())
     }
 
-    /// Takes this name, or the next one with a `_` more at its end.
+    /// Takes this name, or the next one with a `_` more at its end. No name begins with a `_`: compilers read it as one
+    /// before a word.
     pub(super) fn free(&mut self, name: &str) -> String {
-        let mut name = name.to_owned();
+        let first = if name.starts_with('_') { "x" } else { "" };
+        let mut name = format!("{first}{name}");
         while !self.claim(&name) {
             name.push('_');
         }
