@@ -6,7 +6,8 @@ use exported_generated::{
     WorkerError,
 };
 use rc_runtime::middleware::{
-    Address, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, TypeIdentity, wait,
+    Address, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, Settings,
+    TypeIdentity, wait,
 };
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -199,6 +200,7 @@ fn both_sides_write_the_same_bytes() {
         instance: "stranger".to_owned(),
         directory: directory.clone(),
         interrupt: Interrupt::new().expect("an interrupt"),
+        settings: Settings::default(),
     };
     let backend = rc_local::connect(&environment).expect("a backend");
     let desk = hash(include_str!("../generated/src/description.rs"), "SLOT_DESK");
