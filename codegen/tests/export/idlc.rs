@@ -42,6 +42,11 @@ fn install() -> Result<Idlc, String> {
         apt-get download $(apt-get --simulate install cyclonedds-tools | sed -n 's/^Inst \\([^ ]*\\).*/\\1/p')
         for package in *.deb; do dpkg --extract $package .; done";
     let made = run(Path::new("sh"), &["-c", script, &new.display().to_string()]);
+    // The script itself is no use in a list.
+    let made = made.map_err(|error| {
+        let last = error.rsplit("`: ").next().unwrap_or_default();
+        format!("apt-get download cyclonedds-tools: {last}")
+    });
     let made = made.and_then(|()| {
         if unpacked(&new).works() {
             Ok(())
