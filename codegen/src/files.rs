@@ -11,6 +11,8 @@ pub enum Owner {
     Generic,
     /// The user: written where there is none, and never touched again.
     Specific,
+    /// Whoever exports: rewritten at every export; what lies beside it is not looked at.
+    Exported,
 }
 
 /// What a generation would do with a file.

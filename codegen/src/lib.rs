@@ -2,11 +2,13 @@
 //!
 //! [`project::Project::load`] reads a `.cdsl` with all that it names; [`view`] decides every name, type and
 //! line; the templates only print what the view says; [`files::Files`] is the result in memory, written in one
-//! place, all or nothing. [`stubs`] says what a worker that exists lacks after its description changed.
+//! place, all or nothing. [`stubs`] says what a worker that exists lacks after its description changed;
+//! [`export`] writes interfaces in the languages of others.
 
 pub mod check;
 pub mod configuration;
 pub mod explain;
+pub mod export;
 pub mod files;
 pub mod format;
 pub mod generate;

@@ -20,6 +20,7 @@ use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, ModuleId, Operation};
 use serde::Serialize;
 
+pub(crate) use checks::range_text;
 pub use interfaces::Interface;
 pub use page::Page;
 pub use parameters::Parameters;
@@ -341,7 +342,7 @@ fn type_module(library: &Library, id: ModuleId) -> String {
 
 /// The hash of a name in the envelope of calls: the first four bytes of its MD5 sum, little endian
 /// (OMG DDS-RPC 1.0, 7.5.1.1.3).
-fn rpc_hash(name: &str) -> i32 {
+pub(crate) fn rpc_hash(name: &str) -> i32 {
     use md5::{Digest, Md5};
     let digest = Md5::digest(name.as_bytes());
     let mut bytes = [0; 4];

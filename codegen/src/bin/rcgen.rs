@@ -9,7 +9,7 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::languages::Language;
 use rc_codegen::view::BACKENDS;
 use rc_codegen::{
-    FileLoader, Files, Project, configuration, generate, languages, stubs, workspace,
+    FileLoader, Files, Project, configuration, export, generate, languages, stubs, workspace,
 };
 use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap, render};
 use rc_pdsl::config;
@@ -94,6 +94,24 @@ enum Command {
         /// The code, such as unknown-type.
         code: Option<String>,
     },
+    /// Writes interfaces, with all that they import, in the language of another middleware, for programs that are
+    /// not made with this project.
+    Export {
+        /// The interfaces: a file, or the name of one in an -I folder or of those that come with rcgen.
+        #[arg(value_name = "FILE.idsl")]
+        file: PathBuf,
+        /// What to write: dds (OMG IDL 4.2).
+        #[arg(long, value_name = "FORMAT", value_parser = target)]
+        to: Target,
+        /// The folder that the files are written to.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// Lists what would be written, and writes nothing.
+        #[arg(long)]
+        dry_run: bool,
+    },
     /// Prints the handlers that src/ still lacks, ready to paste; writes nothing.
     Stubs {
         /// The component.
@@ -164,6 +182,24 @@ fn middleware(text: &str) -> Result<Backend, String> {
     }
 }
 
+/// What interfaces are exported to.
+#[derive(Clone, Copy)]
+enum Target {
+    Dds,
+}
+
+fn target(text: &str) -> Result<Target, String> {
+    match text {
+        "dds" => Ok(Target::Dds),
+        "ros2" | "slice" => Err(format!("{text} comes with a later version; there is dds")),
+        _ => {
+            let near = rc_diagnostics::nearest(text, ["dds", "ros2", "slice"]);
+            let hint = near.map(|near| format!("did you mean `{near}`?"));
+            Err(hint.unwrap_or_else(|| "there is dds".to_owned()))
+        }
+    }
+}
+
 /// How a run ended, other than well.
 enum Failure {
     /// The input is wrong, and has been told so.
@@ -208,6 +244,13 @@ fn main() -> ExitCode {
             check,
         }) => update_configuration(&file, &common, dry_run, check),
         Some(Command::Explain { code }) => explain(code.as_deref()),
+        Some(Command::Export {
+            file,
+            to: Target::Dds,
+            out,
+            common,
+            dry_run,
+        }) => export_to_dds(&file, &out, &common, dry_run),
         Some(Command::Stubs { file, common, out }) => print_stubs(&file, &common, out),
         None => generate_component(&cli.generate),
     };
@@ -436,6 +479,54 @@ fn load(
     }
     report(sources, &found, common.format)?;
     Err(Failure::Input)
+}
+
+fn export_to_dds(file: &Path, out: &Path, common: &Common, dry_run: bool) -> Result<(), Failure> {
+    if file.extension().is_none_or(|e| e != "idsl") {
+        let message = format!("{} is not an .idsl file", file.display());
+        return Err(Failure::Usage(message));
+    }
+    let mut sources = SourceMap::new();
+    let (mut found, mut refused) = (Diagnostics::new(), None);
+    let loader = FileLoader::new(&common.include);
+    let files = match export::load(file, &mut sources, &loader) {
+        Ok((library, more)) => {
+            found.extend(more);
+            let right = Some(library).filter(|_| !found.has_errors());
+            right.map(|library| {
+                let (files, more) = export::dds(&library, &sources);
+                found.extend(more);
+                files
+            })
+        }
+        Err(error) => {
+            unreadable(file, &error, &mut sources, &mut found, &mut refused);
+            None
+        }
+    };
+    if let Some(why) = refused {
+        return Err(Failure::System(why));
+    }
+    report(&sources, &found, common.format)?;
+    let Some(files) = files else {
+        return Err(Failure::Input);
+    };
+    let system = |e: std::io::Error| Failure::System(e.to_string());
+    let steps = files.plan(out).map_err(system)?;
+    if let Some(foreign) = export::foreign(&steps, out).map_err(system)? {
+        return Err(Failure::Usage(format!(
+            "{} is there, and was not written by an export; name another folder",
+            foreign.display()
+        )));
+    }
+    if !dry_run {
+        files.write(out).map_err(system)?;
+    }
+    for step in steps.iter().filter(|s| s.change != Change::Keep) {
+        let path = out.join(&step.path);
+        print_line(format_args!("{} {}", step.change.word(), path.display()));
+    }
+    Ok(())
 }
 
 fn print_stubs(file: &Path, common: &Common, out: Option<PathBuf>) -> Result<(), Failure> {

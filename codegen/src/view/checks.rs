@@ -62,7 +62,7 @@ pub(super) fn lines_at(
 }
 
 /// "0 to 100", "at least 0", for documentation and messages.
-pub(super) fn range_text(member: &Member) -> Option<String> {
+pub(crate) fn range_text(member: &Member) -> Option<String> {
     let range = member.range.as_ref()?;
     let text = |literal: &Literal| literal.as_f64().map_or(String::new(), |v| v.to_string());
     Some(match (&range.min, &range.max) {

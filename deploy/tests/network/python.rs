@@ -1,4 +1,4 @@
-//! Programs in Python with the package `iceoryx2`, which know of this project what its documents say.
+//! Programs in Python with a package of the middleware, which know of this project what its documents say.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -6,15 +6,14 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-const PACKAGE: &str = "iceoryx2==0.10.0";
 /// For each step of the installation.
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// An interpreter that has the package, in an environment below the target folder which is made once; without Python,
-/// or without a way to the package, `test` is listed as skipped.
-pub(crate) fn interpreter(test: &str) -> Option<&'static Path> {
+/// An interpreter that has `package`, one in the tests of a program, in an environment below the target folder which is
+/// made once; without Python, or without a way to the package, `test` is listed as skipped.
+pub(crate) fn interpreter(package: &str, test: &str) -> Option<&'static Path> {
     static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    match FOUND.get_or_init(install) {
+    match FOUND.get_or_init(|| install(package)) {
         Ok(python) => Some(python),
         Err(reason) => {
             skipped(test, reason);
@@ -24,7 +23,7 @@ pub(crate) fn interpreter(test: &str) -> Option<&'static Path> {
 }
 
 /// Says that a test could not be run; `cargo xtask test` repeats it at its end.
-fn skipped(test: &str, reason: &str) {
+pub(crate) fn skipped(test: &str, reason: &str) {
     let line = format!("skipped: {test}: {reason}\n");
     // Past the test harness, which keeps what successful tests print to itself.
     let _ = std::io::stderr().write_all(line.as_bytes());
@@ -38,11 +37,13 @@ fn skipped(test: &str, reason: &str) {
     }
 }
 
-fn install() -> Result<PathBuf, String> {
+/// `package` is its name, `==` and its version.
+fn install(package: &str) -> Result<PathBuf, String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let place = folder.join(PACKAGE.replace("==", "-"));
+    let place = folder.join(package.replace("==", "-"));
     let python = place.join("bin/python");
-    if run(&python, &["-c", "import iceoryx2"]).is_ok() {
+    let name = package.split('=').next().unwrap_or(package);
+    if run(&python, &["-c", &format!("import {name}")]).is_ok() {
         return Ok(python);
     }
     // Made under another name, so that what is found is whole, whoever else does the same now.
@@ -50,7 +51,7 @@ fn install() -> Result<PathBuf, String> {
     let path = new.display().to_string();
     let made = run(Path::new("python3"), &["-m", "venv", &path]).and_then(|()| {
         let pip = "-m pip install --quiet --disable-pip-version-check --only-binary :all: --retries 1 --timeout 15";
-        let pip: Vec<&str> = pip.split(' ').chain([PACKAGE]).collect();
+        let pip: Vec<&str> = pip.split(' ').chain([package]).collect();
         run(&new.join("bin/python"), &pip)
     });
     if made.is_ok() && std::fs::rename(&new, &place).is_err() && place.exists() {
@@ -63,7 +64,7 @@ fn install() -> Result<PathBuf, String> {
 }
 
 /// Runs one step; an error says what it was and the last that it printed.
-fn run(program: &Path, args: &[&str]) -> Result<(), String> {
+pub(crate) fn run(program: &Path, args: &[&str]) -> Result<(), String> {
     let what = format!("{} {}", program.display(), args.join(" "));
     let mut child = Command::new(program)
         .args(args)

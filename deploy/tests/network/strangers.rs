@@ -23,6 +23,8 @@ fn stranger(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
     ran
 }
 
+const PACKAGE: &str = "iceoryx2==0.10.0";
+
 /// What the management of a component says of its first slot.
 fn slot(site: &Site, component: &str) -> Value {
     site.ask(component, "status")["slots"][0].clone()
@@ -30,7 +32,7 @@ fn slot(site: &Site, component: &str) -> Value {
 
 #[test]
 fn a_stranger_asks_a_component() {
-    let Some(python) = python::interpreter("a_stranger_asks_a_component") else {
+    let Some(python) = python::interpreter(PACKAGE, "a_stranger_asks_a_component") else {
         return;
     };
     let site = Site::new("ask");
@@ -44,7 +46,7 @@ fn a_stranger_asks_a_component() {
 
 #[test]
 fn a_stranger_hears_a_component() {
-    let Some(python) = python::interpreter("a_stranger_hears_a_component") else {
+    let Some(python) = python::interpreter(PACKAGE, "a_stranger_hears_a_component") else {
         return;
     };
     let site = Site::new("hear");
@@ -75,8 +77,10 @@ fn a_stranger_hears_a_component() {
 
 #[test]
 fn a_component_hears_a_stranger_and_counts_what_it_lost() {
-    let Some(python) = python::interpreter("a_component_hears_a_stranger_and_counts_what_it_lost")
-    else {
+    let Some(python) = python::interpreter(
+        PACKAGE,
+        "a_component_hears_a_stranger_and_counts_what_it_lost",
+    ) else {
         return;
     };
     let site = Site::new("tell");
@@ -104,7 +108,8 @@ fn a_component_hears_a_stranger_and_counts_what_it_lost() {
 /// Whatever strangers send, it is counted, logged at most once a second, and changes nothing.
 #[test]
 fn what_a_stranger_does_wrong_changes_nothing() {
-    let Some(python) = python::interpreter("what_a_stranger_does_wrong_changes_nothing") else {
+    let Some(python) = python::interpreter(PACKAGE, "what_a_stranger_does_wrong_changes_nothing")
+    else {
         return;
     };
     let site = Site::new("misuse");

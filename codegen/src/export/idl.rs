@@ -1,0 +1,362 @@
+//! The types of a module in OMG IDL 4.2.
+
+use super::names::{Names, sequence};
+use super::rpc;
+use super::scope::{Scope, written};
+use rc_idsl::Library;
+use rc_idsl::model::{Const, Enumerator, Member, ModuleId, Type, TypeDeclKind, TypeId};
+use rc_syntax::{Literal, LiteralKind, Name};
+use std::collections::{HashMap, HashSet};
+
+/// The text of a file while it grows.
+#[derive(Default)]
+pub(super) struct Text {
+    out: String,
+    depth: usize,
+}
+
+impl Text {
+    pub(super) fn line(&mut self, line: &str) {
+        if !line.is_empty() {
+            self.out.push_str(&"    ".repeat(self.depth));
+        }
+        self.out.push_str(line);
+        self.out.push('\n');
+    }
+
+    /// An empty line between two declarations.
+    pub(super) fn gap(&mut self) {
+        if !self.out.ends_with("{\n") {
+            self.line("");
+        }
+    }
+
+    pub(super) fn doc(&mut self, lines: &[String]) {
+        for line in lines {
+            let line = format!("/// {line}");
+            let line = line.trim_end();
+            // A `\` at the end would make the next line a part of this one.
+            let end = if line.ends_with('\\') { " //" } else { "" };
+            self.line(&format!("{line}{end}"));
+        }
+    }
+
+    /// A declaration with a body, and nothing in it yet.
+    pub(super) fn open(&mut self, head: &str) {
+        self.line(head);
+        self.line("{");
+        self.depth += 1;
+    }
+
+    pub(super) fn close(&mut self) {
+        self.depth -= 1;
+        self.line("};");
+    }
+}
+
+/// What is being written.
+pub(super) struct Writer<'a> {
+    pub(super) library: &'a Library,
+    pub(super) names: &'a Names,
+    pub(super) text: Text,
+    /// The names of the module.
+    scope: Scope,
+}
+
+/// One module as a file.
+pub(super) fn module(
+    library: &Library,
+    names: &Names,
+    id: ModuleId,
+    first_line: &str,
+    includes: &[String],
+) -> String {
+    let module = library.module(id);
+    let mut writer = Writer {
+        library,
+        names,
+        text: Text::default(),
+        scope: names.scopes[id.0].clone(),
+    };
+    let guard = format!("RCGEN_{}_IDL", module.name.text.to_uppercase());
+    writer.text.line(first_line);
+    writer.text.line(&format!("#ifndef {guard}"));
+    writer.text.line(&format!("#define {guard}"));
+    writer.text.line("");
+    for include in includes {
+        writer.text.line(&format!("#include \"{include}\""));
+    }
+    if !includes.is_empty() {
+        writer.text.line("");
+    }
+    writer.text.doc(&module.doc);
+    writer
+        .text
+        .open(&format!("module {}", written(&module.name.text)));
+    for (at, one) in module.consts.iter().enumerate() {
+        writer.constant(&names.consts[&(id, at)], one);
+    }
+    let mut done = HashSet::new();
+    for ty in &module.types {
+        writer.declare(*ty, id, &mut done);
+    }
+    for interface in &module.interfaces {
+        rpc::interface(&mut writer, library.interface(*interface));
+    }
+    writer.text.close();
+    writer.text.line("");
+    writer.text.line("#endif");
+    writer.text.out
+}
+
+impl Writer<'_> {
+    fn constant(&mut self, name: &str, one: &Const) {
+        let ty = self.names.ty(self.library, &one.ty).0;
+        let Some(value) = value(self.library.resolved(&one.ty), &one.value) else {
+            return;
+        };
+        self.text.gap();
+        self.text.doc(&one.doc);
+        self.text
+            .line(&format!("const {ty} {} = {value};", written(name)));
+    }
+
+    /// A type behind all that it consists of: IDL knows nothing that comes later.
+    fn declare(&mut self, id: TypeId, home: ModuleId, done: &mut HashSet<TypeId>) {
+        if self.library.ty(id).module != home || !done.insert(id) {
+            return;
+        }
+        for inner in self.library.named_in(id) {
+            self.declare(inner, home, done);
+        }
+        let decl = self.library.ty(id);
+        let name = self.names.types[&id].clone();
+        match &decl.kind {
+            TypeDeclKind::Enum(values) => self.enumeration(id, &name, &decl.doc, values),
+            TypeDeclKind::Struct(members) => self.structure(&name, &decl.doc, members),
+            TypeDeclKind::Exception(members) => {
+                let mut doc = decl.doc.clone();
+                doc.push("An exception.".to_owned());
+                self.structure(&name, &doc, members);
+                let hash = crate::view::rpc_hash(&decl.name.text);
+                let constant = rpc::exception_hash(&name);
+                self.text.gap();
+                self.text
+                    .line(&format!("const int32 {} = {hash};", written(&constant)));
+            }
+            TypeDeclKind::Alias(Type::Dictionary(key, value)) => {
+                let member = |name: &str, ty: &Type| Member {
+                    name: Name::new(name, decl.name.span),
+                    doc: Vec::new(),
+                    ty: ty.clone(),
+                    optional: false,
+                    unit: None,
+                    range: None,
+                    default: None,
+                };
+                let entry = self.names.entries[&id].clone();
+                let doc = [format!("One entry of `{name}`.")];
+                self.structure(&entry, &doc, &[member("key", key), member("value", value)]);
+                self.text.gap();
+                let mut doc = decl.doc.clone();
+                doc.push("A dictionary: no key twice.".to_owned());
+                self.text.doc(&doc);
+                let module = &self.library.module(home).name.text;
+                let entries =
+                    sequence(&format!("::{}::{}", written(module), written(&entry)), None);
+                self.text
+                    .line(&format!("typedef {entries} {};", written(&name)));
+            }
+            TypeDeclKind::Alias(ty) => {
+                let (ty, sizes) = self.names.ty(self.library, ty);
+                self.text.gap();
+                self.text.doc(&decl.doc);
+                self.text
+                    .line(&format!("typedef {ty} {}{sizes};", written(&name)));
+            }
+        }
+    }
+
+    /// An int32 on the wire. Where a number is below zero, which not every compiler of IDL takes for an enum, it is one
+    /// in the file, too, with constants.
+    fn enumeration(&mut self, id: TypeId, name: &str, doc: &[String], values: &[Enumerator]) {
+        let names = self.names.enumerators[&id].clone();
+        self.text.gap();
+        self.text.doc(doc);
+        if values.iter().any(|v| v.value < 0) {
+            self.text.line("/// An enum of these constants.");
+            self.text.line(&format!("typedef int32 {};", written(name)));
+            for (name, value) in names.iter().zip(values) {
+                self.text.doc(&value.doc);
+                self.text
+                    .line(&format!("const int32 {} = {};", written(name), value.value));
+            }
+            return;
+        }
+        self.text.open(&format!("enum {}", written(name)));
+        let mut next = 0;
+        for (at, (name, value)) in names.iter().zip(values).enumerate() {
+            self.text.doc(&value.doc);
+            let number = if value.value == next {
+                String::new()
+            } else {
+                format!("@value({}) ", value.value)
+            };
+            next = value.value.wrapping_add(1);
+            let comma = if at + 1 < names.len() { "," } else { "" };
+            self.text.line(&format!("{number}{}{comma}", written(name)));
+        }
+        self.text.close();
+    }
+
+    fn structure(&mut self, name: &str, doc: &[String], members: &[Member]) {
+        self.structure_or(name, doc, members, "octet");
+    }
+
+    /// A structure with these members; one without any is an octet on the wire, of the type `nothing`.
+    pub(super) fn structure_or(
+        &mut self,
+        name: &str,
+        doc: &[String],
+        members: &[Member],
+        nothing: &str,
+    ) {
+        // Of arrays that may be absent there are sequences, which need a name for their elements.
+        let mut elements = HashMap::new();
+        for member in members.iter().filter(|m| m.optional) {
+            if let (ty, sizes) = self.names.ty(self.library, &member.ty)
+                && !sizes.is_empty()
+            {
+                let element = self.scope.free(&format!("{name}_{}", member.name.text));
+                self.text.gap();
+                self.text
+                    .line(&format!("typedef {ty} {}{sizes};", written(&element)));
+                elements.insert(&member.name.text, element);
+            }
+        }
+        self.text.gap();
+        self.text.doc(doc);
+        self.text.line("@final");
+        self.text.open(&format!("struct {}", written(name)));
+        let mut scope = Scope::called(name);
+        let mut hidden = Scope::default();
+        for member in members {
+            hidden.claim(&member.name.text);
+        }
+        for member in members {
+            let (mut ty, mut sizes) = self.names.ty(self.library, &member.ty);
+            if let Some(element) = elements.get(&member.name.text) {
+                (ty, sizes) = (written(element), String::new());
+            }
+            let (annotations, facts) = facts(self.library, member, &hidden);
+            if member.optional {
+                ty = sequence(&ty, Some(1));
+            }
+            self.text.doc(&member.doc);
+            self.text.doc(&facts);
+            let name = scope.free(&member.name.text);
+            self.text
+                .line(&format!("{annotations}{ty} {}{sizes};", written(&name)));
+        }
+        if members.is_empty() {
+            self.text.line(&format!("{nothing} dummy;"));
+        }
+        self.text.close();
+    }
+}
+
+/// What a member's annotations become: annotations, and documentation where IDL or its compilers have none for it.
+/// Where a member of the structure is called like one, that one is `hidden`.
+fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<String>) {
+    let ty = library.resolved(&member.ty);
+    let (mut annotations, mut facts) = (Vec::new(), Vec::new());
+    if member.optional {
+        facts.push("Optional: none or one.".to_owned());
+    }
+    if let Some(unit) = &member.unit {
+        if hidden.has("unit") {
+            facts.push(format!("Unit: {unit}."));
+        } else {
+            annotations.push(format!("@unit({})", quoted(unit)));
+        }
+    }
+    // The value of an optional member is an element, which has no annotations.
+    let one = |literal: &Literal| value(ty, literal).filter(|_| !member.optional && safe(literal));
+    if let Some(range) = &member.range {
+        let min = range.min.as_ref().map(|min| ("min", one(min)));
+        let max = range.max.as_ref().map(|max| ("max", one(max)));
+        let (name, arguments) = match (min, max) {
+            (Some((_, min)), Some((_, max))) => {
+                let both = min.zip(max);
+                (
+                    "range",
+                    both.map(|(min, max)| format!("min={min}, max={max}")),
+                )
+            }
+            (Some(end), None) | (None, Some(end)) => end,
+            (None, None) => ("range", None),
+        };
+        match arguments.filter(|_| !hidden.has(name)) {
+            Some(arguments) => annotations.push(format!("@{name}({arguments})")),
+            None => facts
+                .extend(crate::view::range_text(member).map(|range| format!("Range: {range}."))),
+        }
+    }
+    if let Some(default) = &member.default {
+        match one(default).filter(|_| !hidden.has("default")) {
+            Some(value) => annotations.push(format!("@default({value})")),
+            None => facts.push(format!("Default: {}.", plain(default))),
+        }
+    }
+    let annotations = annotations.iter().map(|a| format!("{a} "));
+    (annotations.collect(), facts)
+}
+
+/// Cyclone's compiler takes every number in an annotation to have 32 bits once it has a sign.
+fn safe(literal: &Literal) -> bool {
+    literal
+        .as_i64()
+        .is_none_or(|value| value > i64::from(i32::MIN))
+}
+
+/// A value as IDL writes it; `None` where an annotation cannot hold it: an enumerator.
+fn value(ty: &Type, literal: &Literal) -> Option<String> {
+    let float = matches!(ty, Type::Primitive(p) if p.is_float());
+    match &literal.kind {
+        LiteralKind::Int(value) if float => Some(format!("{value}.0")),
+        LiteralKind::Int(value) => Some(value.to_string()),
+        LiteralKind::Float(value) => Some(format!("{value:?}")),
+        LiteralKind::Text(value) => Some(quoted(value)),
+        LiteralKind::Bool(value) => Some(if *value { "TRUE" } else { "FALSE" }.to_owned()),
+        LiteralKind::Duration(value) => Some(value.to_string()),
+        LiteralKind::Name(_) => None,
+    }
+}
+
+/// A value for a person.
+fn plain(literal: &Literal) -> String {
+    match &literal.kind {
+        LiteralKind::Int(value) => value.to_string(),
+        LiteralKind::Float(value) => format!("{value:?}"),
+        LiteralKind::Text(value) => quoted(value),
+        LiteralKind::Bool(value) => value.to_string(),
+        LiteralKind::Duration(value) => value.to_string(),
+        LiteralKind::Name(value) => value.clone(),
+    }
+}
+
+/// A text in quotes, with the escapes of IDL.
+fn quoted(text: &str) -> String {
+    let mut out = "\"".to_owned();
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            '\n' => out.push_str("\\n"),
+            '\t' => out.push_str("\\t"),
+            '\r' => out.push_str("\\r"),
+            c if c.is_ascii_control() => out.push_str(&format!("\\{:03o}", u32::from(c))),
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}

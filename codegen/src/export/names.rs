@@ -1,0 +1,185 @@
+//! What types and enumerators are called in IDL, and how a type is written where it is used.
+
+use super::rpc;
+use super::scope::{Scope, written};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_idsl::Library;
+use rc_idsl::model::{Enumerator, Module, ModuleId, Primitive, Type, TypeDeclKind, TypeId};
+use rc_syntax::Name;
+use std::collections::HashMap;
+
+/// What everything is called, which all modules have to agree about; not yet with the `_` before words of IDL.
+pub(super) struct Names {
+    pub(super) types: HashMap<TypeId, String>,
+    /// The structure of one entry of a dictionary.
+    pub(super) entries: HashMap<TypeId, String>,
+    pub(super) enumerators: HashMap<TypeId, Vec<String>>,
+    pub(super) consts: HashMap<(ModuleId, usize), String>,
+    /// All of a module, for what is named on the way.
+    pub(super) scopes: Vec<Scope>,
+}
+
+impl Names {
+    pub(super) fn of(library: &Library, found: &mut Diagnostics) -> Self {
+        let mut names = Self {
+            types: HashMap::new(),
+            entries: HashMap::new(),
+            enumerators: HashMap::new(),
+            consts: HashMap::new(),
+            scopes: Vec::new(),
+        };
+        for (at, module) in library.modules.iter().enumerate() {
+            let scope = names.in_module(library, ModuleId(at), module, found);
+            names.scopes.push(scope);
+        }
+        names
+    }
+
+    fn in_module(
+        &mut self,
+        library: &Library,
+        id: ModuleId,
+        module: &Module,
+        found: &mut Diagnostics,
+    ) -> Scope {
+        let mut scope = Scope::module(&module.name.text);
+        for ty in &module.types {
+            let name = scope.free(&library.ty(*ty).name.text);
+            self.types.insert(*ty, name);
+        }
+        for (at, one) in module.consts.iter().enumerate() {
+            let name = scope.free(&one.name.text);
+            self.consts.insert((id, at), name);
+        }
+        // Strangers know these from a document: they are as it says, or there are none.
+        let mut unwritable = Vec::new();
+        let mut fixed = |name: String, at: &Name| {
+            if !scope.claim(&name) {
+                let message = format!(
+                    "`{name}`, which `{}` becomes in IDL, is there already",
+                    at.text
+                );
+                let help = "names that differ only in case are one in IDL; rename one of the two";
+                found.push(Diagnostic::error("export-name", at.span, message).help(help));
+            }
+        };
+        for ty in &module.types {
+            let decl = library.ty(*ty);
+            if matches!(decl.kind, TypeDeclKind::Exception(_)) {
+                fixed(rpc::exception_hash(&self.types[ty]), &decl.name);
+            }
+        }
+        for interface in &module.interfaces {
+            let interface = library.interface(*interface);
+            if interface.name.text.starts_with('_') {
+                unwritable.push(&interface.name);
+                continue;
+            }
+            rpc::names(interface)
+                .into_iter()
+                .for_each(|(name, at)| fixed(name, at));
+        }
+        for name in unwritable {
+            let message = format!("`{}` is no name in IDL: it begins with `_`", name.text);
+            found.push(Diagnostic::error("export-name", name.span, message));
+        }
+        rpc::exceptions_collide(library, module, found);
+        for ty in &module.types {
+            let own = &self.types[ty];
+            if matches!(
+                library.ty(*ty).kind,
+                TypeDeclKind::Alias(Type::Dictionary(..))
+            ) {
+                self.entries
+                    .insert(*ty, scope.free(&format!("{own}_Entry")));
+            }
+        }
+        self.enumerators(library, module, &mut scope);
+        scope
+    }
+
+    /// Enumerators are names of the module in IDL. Those of an enum one of whose names is there already begin with the
+    /// enum's.
+    fn enumerators(&mut self, library: &Library, module: &Module, scope: &mut Scope) {
+        let enums = module
+            .types
+            .iter()
+            .filter_map(|ty| match &library.ty(*ty).kind {
+                TypeDeclKind::Enum(values) => Some((*ty, values)),
+                _ => None,
+            });
+        let enums: Vec<(TypeId, &Vec<Enumerator>)> = enums.collect();
+        let (mut once, mut repeated) = (Scope::default(), Scope::default());
+        for value in enums.iter().flat_map(|(_, values)| *values) {
+            if scope.has(&value.name.text) || !once.claim(&value.name.text) {
+                repeated.claim(&value.name.text);
+            }
+        }
+        for (ty, values) in enums {
+            let long = values.iter().any(|v| repeated.has(&v.name.text));
+            let own = &self.types[&ty];
+            let prefix = if long {
+                format!("{own}_")
+            } else {
+                String::new()
+            };
+            let names = values
+                .iter()
+                .map(|v| scope.free(&format!("{prefix}{}", v.name.text)));
+            self.enumerators.insert(ty, names.collect());
+        }
+    }
+
+    /// `::Module::Name`: nothing of that name in a scope between here and there can be meant.
+    pub(super) fn path(&self, library: &Library, id: TypeId) -> String {
+        let module = &library.module(library.ty(id).module).name.text;
+        format!("::{}::{}", written(module), written(&self.types[&id]))
+    }
+
+    /// A type where it is used, and the sizes that stand behind the name of a member that is an array.
+    pub(super) fn ty(&self, library: &Library, ty: &Type) -> (String, String) {
+        match ty {
+            Type::Primitive(primitive) => (word(*primitive).to_owned(), String::new()),
+            Type::Text(None) => ("string".to_owned(), String::new()),
+            Type::Text(Some(bound)) => (format!("string<{bound}>"), String::new()),
+            Type::Sequence(element, bound) => {
+                let element = self.ty(library, element).0;
+                (sequence(&element, *bound), String::new())
+            }
+            Type::Array(element, size) => {
+                let (element, inner) = self.ty(library, element);
+                (element, format!("[{size}]{inner}"))
+            }
+            // Only an alias is one, and that has its entries.
+            Type::Dictionary(_, value) => self.ty(library, value),
+            Type::Named(id) => (self.path(library, *id), String::new()),
+        }
+    }
+}
+
+/// Neither `<:` nor `>>`, which are one token each to a preprocessor.
+pub(super) fn sequence(element: &str, bound: Option<u32>) -> String {
+    let space = if element.starts_with(':') { " " } else { "" };
+    match bound {
+        Some(bound) => format!("sequence<{space}{element}, {bound}>"),
+        None if element.ends_with('>') => format!("sequence<{space}{element} >"),
+        None => format!("sequence<{space}{element}>"),
+    }
+}
+
+/// Never `long`, which has 64 bits in the IDSL and 32 in IDL.
+fn word(primitive: Primitive) -> &'static str {
+    match primitive {
+        Primitive::Bool => "boolean",
+        Primitive::I8 => "int8",
+        Primitive::U8 => "octet",
+        Primitive::I16 => "int16",
+        Primitive::U16 => "uint16",
+        Primitive::I32 => "int32",
+        Primitive::U32 => "uint32",
+        Primitive::I64 => "int64",
+        Primitive::U64 => "uint64",
+        Primitive::F32 => "float",
+        Primitive::F64 => "double",
+    }
+}

@@ -1,0 +1,224 @@
+//! What interfaces become: a structure for each topic, and for calls the types of the basic service mapping of OMG
+//! DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1), as `rc_middleware::rpc` has them on the wire.
+
+use super::idl::Writer;
+use super::scope::{Scope, written};
+use crate::view::rpc_hash;
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_idsl::Library;
+use rc_idsl::model::{Interface, Member, Module, Operation, Pattern, Type};
+use rc_syntax::Name;
+
+/// Whether an operation could be published, by itself.
+fn one_way(operation: &Operation) -> bool {
+    let marked = operation.marked;
+    !operation.has_result() && matches!(marked, None | Some(Pattern::Publish))
+}
+
+/// Whether a component can publish the interface.
+fn has_topics(interface: &Interface) -> bool {
+    interface.operations.iter().all(one_way)
+}
+
+/// Whether an operation is a topic: it says so, or its interface can be used so.
+fn is_topic(interface: &Interface, operation: &Operation) -> bool {
+    operation.marked == Some(Pattern::Publish) || has_topics(interface)
+}
+
+/// Whether an operation can be called: unless its interface can only be published.
+fn is_call(interface: &Interface, operation: &Operation) -> bool {
+    let publish = |o: &Operation| o.marked == Some(Pattern::Publish);
+    let only_topics = has_topics(interface) && interface.operations.iter().any(publish);
+    !publish(operation) && !only_topics
+}
+
+/// Whether an interface can be called.
+pub(super) fn has_calls(interface: &Interface) -> bool {
+    let mut operations = interface.operations.iter();
+    operations.any(|o| is_call(interface, o))
+}
+
+/// The constant with the hash of an exception.
+pub(super) fn exception_hash(exception: &str) -> String {
+    format!("{exception}_Ex_Hash")
+}
+
+/// All that an interface becomes, and what in it is the reason.
+pub(super) fn names(interface: &Interface) -> Vec<(String, &Name)> {
+    let own = &interface.name.text;
+    let mut names = Vec::new();
+    for operation in &interface.operations {
+        let base = format!("{own}_{}", operation.name.text);
+        if is_call(interface, operation) {
+            let all = ["Hash", "In", "Out", "Result"].into_iter();
+            names.extend(all.map(|end| (format!("{base}_{end}"), &operation.name)));
+        }
+        if is_topic(interface, operation) {
+            names.push((base, &operation.name));
+        }
+    }
+    if has_calls(interface) {
+        let all = ["Call", "Request", "Return", "Reply"].into_iter();
+        names.extend(all.map(|end| (format!("{own}_{end}"), &interface.name)));
+    }
+    names
+}
+
+/// Exceptions of one operation are told apart by the hashes of their names, without the module.
+pub(super) fn exceptions_collide(library: &Library, module: &Module, found: &mut Diagnostics) {
+    let interfaces = module.interfaces.iter().map(|i| library.interface(*i));
+    for operation in interfaces.flat_map(|i| &i.operations) {
+        let mut seen: Vec<&Name> = Vec::new();
+        for exception in operation.throws.iter().map(|t| &library.ty(*t).name) {
+            if let Some(first) = seen.iter().find(|first| first.text == exception.text) {
+                let message = format!(
+                    "`{}` throws two exceptions called `{}`, which are one in the envelope of calls",
+                    operation.name.text, exception.text
+                );
+                found.push(
+                    Diagnostic::error("export-name", operation.name.span, message)
+                        .label(first.span, "one")
+                        .label(exception.span, "the other one"),
+                );
+            }
+            seen.push(exception);
+        }
+    }
+}
+
+/// All types of an interface.
+pub(super) fn interface(writer: &mut Writer<'_>, interface: &Interface) {
+    let own = &interface.name.text;
+    let topics = interface
+        .operations
+        .iter()
+        .filter(|o| is_topic(interface, o));
+    for operation in topics {
+        let name = format!("{own}_{}", operation.name.text);
+        let mut doc = operation.doc.clone();
+        doc.push(format!("Topic: ADDRESS/{}", operation.name.text));
+        writer.structure_or(&name, &doc, &operation.inputs, "octet");
+    }
+    let calls = interface
+        .operations
+        .iter()
+        .filter(|o| is_call(interface, o));
+    let calls: Vec<&Operation> = calls.collect();
+    if calls.is_empty() {
+        return;
+    }
+    for operation in &calls {
+        call(writer, own, operation);
+    }
+    let module = &writer.library.module(interface.module).name.text;
+    let module = written(module);
+    for (union, end) in [("Call", "In"), ("Return", "Result")] {
+        let cases: Vec<Case> = calls
+            .iter()
+            .map(|operation| {
+                let base = format!("{own}_{}", operation.name.text);
+                Case {
+                    label: written(&format!("{base}_Hash")),
+                    ty: written(&format!("{base}_{end}")),
+                    name: operation.name.text.clone(),
+                }
+            })
+            .collect();
+        let unknown = ("::dds::rpc::UnknownOperation", "unknownOp");
+        switch(writer, &format!("{own}_{union}"), unknown, &cases);
+    }
+    for (message, data, doc) in [
+        ("Request", "Call", interface.doc.clone()),
+        ("Reply", "Return", Vec::new()),
+    ] {
+        writer.text.gap();
+        writer.text.doc(&doc);
+        writer.text.doc(&[format!("Topic: ADDRESS_{message}")]);
+        writer.text.line("@final");
+        writer
+            .text
+            .open(&format!("struct {}", written(&format!("{own}_{message}"))));
+        writer
+            .text
+            .line(&format!("::dds::rpc::{message}Header header;"));
+        let data = written(&format!("{own}_{data}"));
+        writer.text.line(&format!("::{module}::{data} data;"));
+        writer.text.close();
+    }
+}
+
+/// What goes in, what comes out, and what comes out or is thrown.
+fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
+    let base = format!("{interface}_{}", operation.name.text);
+    let hash = rpc_hash(&operation.name.text);
+    writer.text.gap();
+    let constant = written(&format!("{base}_Hash"));
+    writer
+        .text
+        .line(&format!("const int32 {constant} = {hash};"));
+    let mut out = operation.outputs.clone();
+    out.extend(operation.result.as_ref().map(|ty| returned(operation, ty)));
+    for (end, doc, members) in [
+        ("In", operation.doc.as_slice(), &operation.inputs),
+        ("Out", &[], &out),
+    ] {
+        let nothing = "::dds::rpc::UnusedMember";
+        writer.structure_or(&format!("{base}_{end}"), doc, members, nothing);
+    }
+    let mut cases = vec![Case {
+        label: "0".to_owned(),
+        ty: written(&format!("{base}_Out")),
+        name: "result".to_owned(),
+    }];
+    for exception in &operation.throws {
+        let decl = writer.library.ty(*exception);
+        let module = written(&writer.library.module(decl.module).name.text);
+        let hash = written(&exception_hash(&writer.names.types[exception]));
+        cases.push(Case {
+            label: format!("::{module}::{hash}"),
+            ty: writer.names.path(writer.library, *exception),
+            name: format!("{}_ex", decl.name.text.to_lowercase()),
+        });
+    }
+    let unknown = ("::dds::rpc::UnknownException", "unknownEx");
+    switch(writer, &format!("{base}_Result"), unknown, &cases);
+}
+
+/// The member that holds what an operation returns.
+fn returned(operation: &Operation, ty: &Type) -> Member {
+    Member {
+        name: Name::new("return_", operation.name.span),
+        doc: Vec::new(),
+        ty: ty.clone(),
+        optional: false,
+        unit: None,
+        range: None,
+        default: None,
+    }
+}
+
+struct Case {
+    label: String,
+    ty: String,
+    name: String,
+}
+
+/// A union over hashes of names.
+fn switch(writer: &mut Writer<'_>, name: &str, (unknown, member): (&str, &str), cases: &[Case]) {
+    let mut scope = Scope::called(name);
+    writer.text.gap();
+    writer.text.line("@final");
+    writer
+        .text
+        .open(&format!("union {} switch (int32)", written(name)));
+    writer
+        .text
+        .line(&format!("default: {unknown} {};", scope.free(member)));
+    for case in cases {
+        let name = written(&scope.free(&case.name));
+        writer
+            .text
+            .line(&format!("case {}: {} {name};", case.label, case.ty));
+    }
+    writer.text.close();
+}

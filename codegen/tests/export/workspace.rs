@@ -1,0 +1,69 @@
+//! A workspace with the component that talks to the stranger.
+
+use std::path::Path;
+use std::process::Command;
+
+const RCGEN: &str = env!("CARGO_BIN_EXE_rcgen");
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Generates the component of `fixtures` in `folder`, and runs its test with the stranger's `samples`, which writes
+/// what the component said to `ours`.
+pub(crate) fn check(folder: &Path, fixtures: &Path, samples: &Path, ours: &Path) {
+    let workspace = folder.join("robot");
+    let component = workspace.join("components/exported");
+    run(Command::new(RCGEN)
+        .args(["init", "--framework", ROOT])
+        .arg(&workspace));
+    let copy = |from: &Path, to: &Path| {
+        std::fs::copy(from, to).expect("a copy");
+    };
+    // The versions that this project is built with are in the cache.
+    copy(
+        &Path::new(ROOT).join("Cargo.lock"),
+        &workspace.join("Cargo.lock"),
+    );
+    std::fs::create_dir_all(component.join("tests")).expect("a folder");
+    for file in ["Exported.idsl", "exported.cdsl"] {
+        copy(&fixtures.join(file), &component.join(file));
+    }
+    copy(
+        &fixtures.join("checks.rs"),
+        &component.join("tests/checks.rs"),
+    );
+    let cdsl = component.join("exported.cdsl");
+    run(Command::new(RCGEN)
+        .arg(cdsl)
+        .args(["--middleware", "local"]));
+    let manifest = component.join("Cargo.toml");
+    let text = std::fs::read_to_string(&manifest).expect("a manifest");
+    let text =
+        text + "\n[dev-dependencies]\nrc-local.workspace = true\nrc-runtime.workspace = true\n";
+    std::fs::write(manifest, text).expect("to write");
+    // The target folder that this test was built in, so that nothing is built twice.
+    let target = Path::new(RCGEN)
+        .ancestors()
+        .nth(2)
+        .expect("target/debug/rcgen");
+    run(Command::new(env!("CARGO"))
+        .args([
+            "test",
+            "--offline",
+            "-q",
+            "-j1",
+            "-p",
+            "exported",
+            "--test",
+            "checks",
+        ])
+        .current_dir(&workspace)
+        .env("CARGO_TARGET_DIR", target)
+        .env("EXPORTED_SAMPLES", samples)
+        .env("EXPORTED_OURS", ours));
+}
+
+fn run(command: &mut Command) {
+    let output = command.output().expect("a program that starts");
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said);
+    assert!(output.status.success(), "{command:?}\n{said}");
+}
