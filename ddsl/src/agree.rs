@@ -1,9 +1,8 @@
 //! Whether two ends of one interface can talk.
 
 use crate::connect::{Endpoint, slot};
-use crate::model::Deployment;
+use crate::model::{Deployment, Setting};
 use rc_cdsl::Component;
-use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::canonical::operation_text;
 use std::collections::HashMap;
@@ -107,11 +106,10 @@ impl<'a> Agreement<'a> {
         found: &mut Diagnostics,
     ) -> bool {
         let chosen = |end: Endpoint| {
-            let instance = &self.deployment.instances[end.instance];
             let own = slot(self.components, end).and_then(|s| s.backend);
-            (own.unwrap_or(instance.middleware), instance.domain)
+            own.unwrap_or(self.deployment.instances[end.instance].middleware)
         };
-        let ((here, domain), (there, other)) = (chosen(consumer), chosen(provider));
+        let (here, there) = (chosen(consumer), chosen(provider));
         let ends = format!("`{}` and `{}`", self.name(consumer), self.name(provider));
         if here != there {
             let message = format!(
@@ -123,16 +121,35 @@ impl<'a> Agreement<'a> {
             return false;
         }
         // Shared memory knows no domains.
-        if domain == other || here == Backend::Iceoryx2 {
+        let Some(key) = rc_settings::key(here.word(), "domain") else {
+            return true;
+        };
+        let setting = |end: Endpoint| {
+            let instance = &self.deployment.instances[end.instance];
+            instance.setting(here, key.name)
+        };
+        let (one, other) = (setting(consumer), setting(provider));
+        let value = |set: Option<&Setting>| {
+            let value = set.and_then(|set| set.values.first().cloned());
+            value.or(key.default.map(str::to_owned))
+        };
+        if value(one) == value(other) {
             return true;
         }
-        let word = |domain: Option<u8>| domain.map_or("the default".to_owned(), |d| d.to_string());
+        let word = |set: Option<&Setting>| match set {
+            Some(_) => value(set).unwrap_or_default(),
+            None => format!("the default ({})", value(None).unwrap_or_default()),
+        };
         let message = format!(
             "{ends} are in different domains: {} and {}",
-            word(domain),
+            word(one),
             word(other)
         );
-        found.push(Diagnostic::error("domain-mismatch", span, message));
+        let mut error = Diagnostic::error("domain-mismatch", span, message);
+        for set in [one, other].into_iter().flatten() {
+            error = error.label(set.span, "set here");
+        }
+        found.push(error);
         false
     }
 

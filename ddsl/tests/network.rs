@@ -345,8 +345,8 @@ fn middleware_and_domain_may_differ_from_group_to_group() {
         text,
         &components,
         &expect![[r#"
-        n.ddsl:4:11: error[domain-mismatch]: `user.Laser` and `g.lidar.Laser` are in different domains: the default and 3
-    "#]],
+            n.ddsl:4:11: error[domain-mismatch]: `user.Laser` and `g.lidar.Laser` are in different domains: the default (0) and 3; set here at n.ddsl:3:11
+        "#]],
     );
     let text = text.replace("domain 3", "middleware ros2");
     network(

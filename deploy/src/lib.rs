@@ -19,6 +19,7 @@
 
 mod addresses;
 pub mod client;
+mod configuration;
 mod control;
 pub mod detach;
 pub mod error;

@@ -1,13 +1,14 @@
 //! A `.ddsl` with everything that it names: loaded, checked, and made into a plan.
 
 use crate::addresses::process_name;
+use crate::configuration::{config, configurations, settings};
 use crate::plan::{Component, Plan, Policy, Restart};
 use rc_codegen::note::Note;
 use rc_codegen::{FileLoader, Project, names};
-use rc_ddsl::model::{Deployment, Instance};
+use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -23,6 +24,8 @@ pub struct Network {
     pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
+    /// What each instance has to be told of middlewares: what its configuration does not say itself.
+    handed: Vec<Vec<Setting>>,
 }
 
 /// What `cargo build` makes of a workspace.
@@ -75,10 +78,12 @@ pub fn load(
 ) -> io::Result<(Option<Network>, Diagnostics)> {
     let source = sources.add(path, rc_codegen::load::read(path)?);
     let (deployment, mut found) = rc_ddsl::load(sources, loader, source);
-    let Some(deployment) = deployment else {
+    let Some(mut deployment) = deployment else {
         return Ok((None, found));
     };
     let projects = projects(&deployment, sources, loader, &mut found);
+    let configured = configurations(&deployment, &projects, sources, &mut found);
+    let handed = settings(&mut deployment, configured);
     let components: Vec<_> = projects
         .iter()
         .map(|p| p.as_ref().map(|p| &p.component))
@@ -90,10 +95,10 @@ pub fn load(
         deployment,
         projects,
         connections,
+        handed,
     };
     network.check_topics(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
-    network.configurations(sources, &mut found);
     Ok((Some(network), found))
 }
 
@@ -129,45 +134,6 @@ fn projects(
             }
         })
         .collect()
-}
-
-/// Checks one configuration against the component's parameters and slots.
-fn configuration(
-    sources: &SourceMap,
-    source: SourceId,
-    project: &Project,
-    found: &mut Diagnostics,
-) {
-    let (configuration, more) =
-        rc_pdsl::config::check(sources, source, project.parameters.as_ref());
-    found.extend(more);
-    let addresses = configuration.bindings.values();
-    for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
-        let message = format!("[bindings]: {reason}");
-        found.push(Diagnostic::error(
-            "bad-address",
-            Span::new(source, 0, 0),
-            message,
-        ));
-    }
-    let slots: Vec<&str> = project
-        .component
-        .slots
-        .iter()
-        .map(|s| s.name.as_str())
-        .collect();
-    for slot in configuration
-        .bindings
-        .keys()
-        .filter(|slot| !slots.contains(&slot.as_str()))
-    {
-        let message = format!(
-            "[bindings]: `{slot}` is not a slot of {}",
-            project.component.name.text
-        );
-        let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
-        found.push(diagnostic.suggest(slot, slots.iter().copied()));
-    }
 }
 
 /// Checks one executable by the note that was read from it.
@@ -235,54 +201,15 @@ impl Network {
         &self.deployment.name.text
     }
 
-    /// The configuration of an instance, if it has one.
-    fn config(&self, at: usize) -> Option<PathBuf> {
-        let instance = &self.deployment.instances[at];
-        if let Some(config) = &instance.config {
-            return Some(instance.folder.join(&config.text));
-        }
-        let project = self.projects.get(at)?.as_ref()?;
-        Some(project.folder().join("etc/config.toml")).filter(|path| path.exists())
-    }
-
-    fn configurations(&self, sources: &mut SourceMap, found: &mut Diagnostics) {
-        let mut checked: HashSet<(PathBuf, u64)> = HashSet::new();
-        for (at, instance) in self.deployment.instances.iter().enumerate() {
-            let Some(Some(project)) = self.projects.get(at) else {
-                continue;
-            };
-            let place = instance
-                .config
-                .as_ref()
-                .map_or(instance.name.span, |c| c.span);
-            let Some(path) = self.config(at) else {
-                if let Err(missing) = rc_pdsl::config::defaults(project.parameters.as_ref()) {
-                    let message = format!(
-                        "`{}` has no configuration, and these parameters have no default: {}",
-                        instance.path,
-                        missing.join(", ")
-                    );
-                    found.push(Diagnostic::error("missing-configuration", place, message));
-                }
-                continue;
-            };
-            if !checked.insert((path.clone(), project.hash)) {
-                continue;
-            }
-            match rc_codegen::load::read(&path) {
-                Ok(text) => {
-                    let source = sources.add(path, text);
-                    configuration(sources, source, project, found);
-                }
-                Err(error) => {
-                    let message = format!(
-                        "the configuration {} cannot be read: {error}",
-                        path.display()
-                    );
-                    found.push(Diagnostic::error("missing-configuration", place, message));
-                }
-            }
-        }
+    /// What an instance has to be told of the middlewares that it uses.
+    fn handed(&self, at: usize) -> impl Iterator<Item = &Setting> {
+        let default = self.deployment.instances[at].middleware;
+        let project = self.projects[at].as_deref();
+        let slots = project.map_or(&[][..], |project| &project.component.slots);
+        self.handed[at].iter().filter(move |set| {
+            let mut chosen = slots.iter().filter_map(|slot| slot.backend);
+            set.middleware == default || chosen.any(|backend| backend == set.middleware)
+        })
     }
 
     /// The program of an instance.
@@ -375,13 +302,19 @@ impl Network {
             let mut option = |name: &str, value: String| args.extend([name.to_owned(), value]);
             option("--network", self.name().to_owned());
             option("--name", process_name(&instance.path));
-            if let Some(config) = self.config(at) {
+            let project = self.projects[at].as_deref();
+            if let Some(config) = config(instance, project) {
                 option(
                     "--config",
                     std::path::absolute(config)?.to_string_lossy().into_owned(),
                 );
             }
-            let component = self.projects[at].as_ref().map(|p| &p.component);
+            let component = project.map(|p| &p.component);
+            for set in self.handed(at) {
+                let (middleware, key) = (set.middleware.word(), set.key);
+                let values = set.values.join(",");
+                option("--set-middleware", format!("{middleware}.{key}={values}"));
+            }
             for (slot, index) in component.iter().flat_map(|c| c.slots.iter().zip(0..)) {
                 let end = Endpoint {
                     instance: at,
