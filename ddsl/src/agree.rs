@@ -3,10 +3,12 @@
 use crate::connect::{Endpoint, slot};
 use crate::model::{Deployment, Setting};
 use rc_cdsl::Component;
-use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_cdsl::model::Qos;
+use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
 use rc_idsl::canonical::operation_text;
 use std::collections::HashMap;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// Compares ends; each is spelled out once, however many others it is compared with.
 pub(crate) struct Agreement<'a> {
@@ -166,25 +168,46 @@ impl<'a> Agreement<'a> {
         ) else {
             return false;
         };
-        let reliability = one.qos.reliable == Some(true) && other.qos.reliable == Some(false);
-        let durability =
-            one.qos.transient_local == Some(true) && other.qos.transient_local != Some(true);
-        for (wrong, asked, offered) in [
-            (reliability, "reliability reliable", "best_effort"),
-            (durability, "durability transient_local", "volatile"),
-        ] {
-            if wrong {
-                let message = format!(
-                    "`{}` asks for {asked}, `{}` offers {offered}",
-                    self.name(consumer),
-                    self.name(provider)
-                );
-                let error = Diagnostic::error("qos-mismatch", span, message)
-                    .label(one.span, "asked here")
-                    .label(other.span, "offered here");
-                found.push(error);
-            }
+        let mut fine = true;
+        for (setting, asked, offered) in lacking(&one.qos, &other.qos) {
+            let message = format!(
+                "`{}` asks for {setting} {asked}, `{}` offers {offered}",
+                self.name(consumer),
+                self.name(provider)
+            );
+            let error = Diagnostic::error("qos-mismatch", span, message)
+                .label(one.span, "asked here")
+                .label(other.span, "offered here");
+            found.push(error);
+            fine = false;
         }
-        !(reliability || durability)
+        fine
     }
+}
+
+/// What one end asks for, and the other does not offer: the setting, what is asked, what is offered.
+fn lacking(asks: &Qos, offers: &Qos) -> Vec<(&'static str, String, String)> {
+    let mut lacking = Vec::new();
+    let mut lacks = |setting, asked: &str, offered: &str| {
+        lacking.push((setting, asked.to_owned(), offered.to_owned()));
+    };
+    // What is not said is reliable of who publishes, and volatile.
+    if asks.reliable == Some(true) && offers.reliable == Some(false) {
+        lacks("reliability", "reliable", "best_effort");
+    }
+    if asks.transient_local == Some(true) && offers.transient_local != Some(true) {
+        lacks("durability", "transient_local", "volatile");
+    }
+    let text = |time: Duration| duration_text(time.as_nanos() as u64);
+    for (setting, asked, offered) in [
+        ("deadline", asks.deadline, offers.deadline),
+        ("liveliness", asks.liveliness, offers.liveliness),
+    ] {
+        let Some(asked) = asked else { continue };
+        if offered.is_none_or(|offered| offered > asked) {
+            let offered = offered.map_or("none".to_owned(), text);
+            lacks(setting, &text(asked), &offered);
+        }
+    }
+    lacking
 }

@@ -10,7 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words of the sources that look like codes and are none.
-const NO_CODES: [&str; 5] = [
+const NO_CODES: [&str; 6] = [
+    "rc-dds",
     "rc-iceoryx2",
     "rc-local",
     "rc-runtime",
