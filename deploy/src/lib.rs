@@ -44,6 +44,7 @@ mod supervise;
 mod unit;
 mod unsupported;
 pub mod up;
+mod variant;
 
 pub use client::{down, status};
 pub use detach::detach;

@@ -20,7 +20,7 @@ fn load(folder: &Path, ddsl: &str, config: &str) -> (Network, String) {
     let mut sources = SourceMap::new();
     let loader = FileLoader::default();
     let (network, found) =
-        network::load(&folder.join("n.ddsl"), &mut sources, &loader).expect("the files");
+        network::load(&folder.join("n.ddsl"), None, &mut sources, &loader).expect("the files");
     let found = render(&sources, &found, Format::Short);
     let found = found.replace(&format!("{}/", folder.display()), "");
     (network.expect("a network"), found)
