@@ -296,3 +296,79 @@ fn lock(root: &Path, folder: &Path, members: &[String]) -> Result<(), Error> {
     files.add(of, Owner::Generic, wanted);
     write(&files, folder)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(manifest: &str) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("Cargo.toml"), manifest).expect("to write");
+        folder
+    }
+
+    #[test]
+    fn a_program_has_the_name_of_its_middleware_and_the_dependencies_of_its_user() {
+        let folder = folder(
+            "[package]\nname = \"lidar\"\ndefault-run = \"lidar\"\nworkspace = \"../..\"\n\n[dependencies]\n\
+             lidar_generated.workspace = true\nnear = { path = \"../near\" }\nfar = \"1\"\n\n\
+             [target.'cfg(unix)'.dependencies]\nunix = { path = \"../unix\" }\n\n\
+             [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar\"\npath = \"src/lidar.rs\"\n",
+        );
+        let path = folder.path();
+        let manifest = user_manifest(path, "lidar", Backend::Dds).expect("a manifest");
+        let here = path.display();
+        let wanted = format!(
+            "[package]\nname = \"lidar\"\nautobins = false\n\n[dependencies]\n\
+             lidar_generated = {{ path = \"generated\" }}\nnear = {{ path = \"{here}/../near\" }}\nfar = \"1\"\n\n\
+             [target.'cfg(unix)'.dependencies]\nunix = {{ path = \"{here}/../unix\" }}\n\n\
+             [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar-dds\"\npath = \"src/lidar.rs\"\n"
+        );
+        assert_eq!(manifest.to_string(), wanted);
+    }
+
+    #[test]
+    fn what_a_workspace_shares_leads_to_the_same_places() {
+        let folder = folder(
+            "[package]\nname = \"root\"\nedition = \"2024\"\n\n[workspace]\nmembers = [\"a\"]\nexclude = [\"b\"]\n\n\
+             [workspace.dependencies]\nnear = { path = \"near\" }\nfar = \"1\"\n\n[patch.crates-io]\n\
+             old = { path = \"new\" }\n\n[profile.dev]\ndebug = 1\n\n[dependencies]\nfar = \"1\"\n",
+        );
+        let manifest = shared(folder.path()).expect("a manifest").to_string();
+        let here = folder.path().display();
+        for part in [
+            format!("near = {{ path = \"{here}/near\" }}"),
+            format!("old = {{ path = \"{here}/new\" }}"),
+            "resolver = \"3\"".to_owned(),
+            "debug = 1".to_owned(),
+        ] {
+            assert!(manifest.contains(&part), "{part}\n{manifest}");
+        }
+        for part in ["[package]", "exclude", "\n[dependencies]"] {
+            assert!(!manifest.contains(part), "{part}\n{manifest}");
+        }
+    }
+
+    #[test]
+    fn links_follow_the_files_of_the_user() {
+        let user = folder("");
+        let staged = tempfile::tempdir().expect("a folder");
+        let names = || {
+            let entries = std::fs::read_dir(staged.path())
+                .expect("a folder")
+                .flatten();
+            let mut names: Vec<_> = entries.map(|e| e.file_name()).collect();
+            names.sort();
+            names
+        };
+        std::fs::create_dir(user.path().join("src")).expect("a folder");
+        std::fs::create_dir(user.path().join(GENERATED)).expect("a folder");
+        std::fs::write(user.path().join("build.rs"), "").expect("a file");
+        link(user.path(), staged.path()).expect("links");
+        assert_eq!(names(), ["build.rs", "src"]);
+        std::fs::remove_file(user.path().join("build.rs")).expect("it was there");
+        std::fs::write(user.path().join("data"), "").expect("a file");
+        link(user.path(), staged.path()).expect("links");
+        assert_eq!(names(), ["data", "src"]);
+    }
+}

@@ -11,3 +11,4 @@ mod settings;
 mod site;
 mod strangers;
 mod swap;
+mod variant;
