@@ -73,7 +73,7 @@ impl Checker {
     fn list(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<Vec<String>> {
         let Some(array) = item.as_array() else {
             let allowed = format!("an array, each element {}", key.kind.allowed());
-            self.refuse("wrong-type", item, path, place, allowed);
+            self.refuse("wrong-type", item, path, place, &allowed);
             return None;
         };
         let elements = array.iter().enumerate();
@@ -101,12 +101,12 @@ impl Checker {
             Err(Misfit::Range) => "out-of-range",
             Err(Misfit::Form) => "bad-setting",
         };
-        self.refuse(code, item, path, place, key.kind.allowed());
+        self.refuse(code, item, path, place, &key.kind.allowed());
         None
     }
 
     /// No setting is a secret.
-    fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: String) {
+    fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: &str) {
         let what = document::described(item, false);
         let message = format!("`{path}` cannot be {what}");
         let help = format!("allowed is {allowed}");
