@@ -56,10 +56,15 @@ impl<'a> Block<'a> {
             return;
         };
         let same = self.named.iter().find(|n| n.text == backend.word());
-        let first = same.or(self.named.first().filter(|_| tree.settings.is_none()));
-        if let Some(first) = first {
+        if let Some(first) = same {
             let word = Name::new("middleware", tree.name.span);
             repeated(&word, "clause", first.span, self.found);
+        } else if let Some(first) = self.named.first().filter(|_| tree.settings.is_none()) {
+            let message = format!("`middleware {}` comes second here", tree.name.text);
+            let error = Diagnostic::error("repeated-clause", tree.name.span, message)
+                .label(first.span, "the middleware of what stands here")
+                .help("a further one only sets something of it, in braces: write first what the components use");
+            self.found.push(error);
         } else if self.named.is_empty() {
             self.choice.middleware = backend;
         }

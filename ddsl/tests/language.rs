@@ -126,7 +126,7 @@ fn names_are_known_and_unique() {
         "middleware iceoryx2; middleware dds;\nComponent a { cdsl \"a\"; cdsl \"b\"; after bb, c; };\nComponent A { cdsl \"a\"; };\nComponent bbb { };\n\
          Component rcdeploy { cdsl \"a\"; };\nbind a.Laser -> bb.Laser;\nbind x.Laser -> a.b.Laser;",
         &expect![[r#"
-            n.ddsl:2:33: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:2:12
+            n.ddsl:2:33: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:2:12 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:3:25: error[repeated-clause]: field `cdsl` is repeated; each stands once; the first one at n.ddsl:3:15
             n.ddsl:3:41: error[unknown-instance]: there is no component or group `bb` here (did you mean `bbb`?)
             n.ddsl:3:45: error[unknown-instance]: there is no component or group `c` here (allowed here: `A`, `a`, `bbb`, `rcdeploy`)
@@ -187,7 +187,7 @@ fn settings_of_middlewares_hold_for_a_block() {
             n.ddsl:2:109: error[bad-setting]: `domain` takes one value
             n.ddsl:3:1: error[repeated-clause]: setting `domain` is repeated; each stands once; the first one at n.ddsl:2:99
             n.ddsl:4:33: error[unknown-key]: `x` cannot be set of iceoryx2 (there is nothing yet that can be set of iceoryx2)
-            n.ddsl:4:52: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:4:22
+            n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
             n.ddsl:4:118: error[unknown-field]: `§` does not begin a setting of a middleware (allowed here: `domain`, `interfaces`, `peers`, `multicast`, `lease`)

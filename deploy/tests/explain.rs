@@ -10,7 +10,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words of the sources that look like codes and are none.
-const NO_CODES: [&str; 6] = [
+const NO_CODES: [&str; 10] = [
+    "build-dependencies",
+    "default-members",
+    "default-run",
+    "dev-dependencies",
     "rc-dds",
     "rc-iceoryx2",
     "rc-local",
