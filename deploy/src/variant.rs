@@ -244,11 +244,22 @@ fn user_manifest(folder: &Path, package: &str, middleware: Backend) -> Result<Do
     }
     for bin in bins.iter_mut().filter(|bin| is_named(bin)) {
         bin.insert("name", value(program.as_str()));
-        if !bin.contains_key("path") {
-            bin.insert("path", value("src/main.rs"));
-        }
+        source(bin, folder, "src/main.rs");
+    }
+    if manifest.contains_key("lib") || folder.join("src/lib.rs").exists() {
+        let lib = manifest.entry("lib").or_insert(Item::Table(Table::new()));
+        let lib = lib.as_table_like_mut();
+        lib.into_iter()
+            .for_each(|lib| source(lib, folder, "src/lib.rs"));
     }
     Ok(manifest)
+}
+
+/// Lets a crate begin where the user's does, so that the compiler names the user's own files.
+fn source(of: &mut dyn TableLike, folder: &Path, usual: &str) {
+    let path = of.get("path").and_then(Item::as_str).unwrap_or(usual);
+    let path = folder.join(path);
+    of.insert("path", value(path.to_string_lossy().as_ref()));
 }
 
 /// Links what the user has in the component's folder into that of the variant.
@@ -322,7 +333,7 @@ mod tests {
             "[package]\nname = \"lidar\"\nautobins = false\n\n[dependencies]\n\
              lidar_generated = {{ path = \"generated\" }}\nnear = {{ path = \"{here}/../near\" }}\nfar = \"1\"\n\n\
              [target.'cfg(unix)'.dependencies]\nunix = {{ path = \"{here}/../unix\" }}\n\n\
-             [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar-dds\"\npath = \"src/lidar.rs\"\n"
+             [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar-dds\"\npath = \"{here}/src/lidar.rs\"\n"
         );
         assert_eq!(manifest.to_string(), wanted);
     }
