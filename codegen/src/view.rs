@@ -101,7 +101,7 @@ pub struct Dependency {
 }
 
 /// The backends that this version generates for.
-pub const BACKENDS: [Backend; 2] = [Backend::Iceoryx2, Backend::Local];
+pub const BACKENDS: [Backend; 3] = [Backend::Iceoryx2, Backend::Dds, Backend::Local];
 
 /// What a new component's worker is called.
 pub const WORKER: &str = "SpecificWorker";

@@ -52,6 +52,7 @@ pub fn init(framework: &Framework) -> Files {
     let crates = [
         ("rc-runtime", "runtime"),
         ("rc-iceoryx2", "middleware/iceoryx2"),
+        ("rc-dds", "middleware/dds"),
         ("rc-local", "middleware/local"),
     ];
     let dependencies: String = crates

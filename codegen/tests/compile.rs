@@ -77,7 +77,7 @@ fn paste(workspace: &Path) {
         "pasted.cdsl",
         &cdsl.replace(
             "SLOTS",
-            "subscribesTo Goal as goals; requires Voice as other;",
+            "subscribesTo Goal as goals; requires Voice(dds) as other;",
         ),
     );
     write(
@@ -122,7 +122,7 @@ fn everything_at_once() {
     let folder = tempfile::tempdir().expect("a folder");
     let workspace = workspace(folder.path());
     generate(&workspace, "everything", "iceoryx2");
-    generate(&workspace, "awkward", "local");
+    generate(&workspace, "awkward", "dds");
     generate(&workspace, "placed", "iceoryx2");
     paste(&workspace);
     let mut packages = Vec::new();

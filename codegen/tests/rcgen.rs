@@ -22,6 +22,43 @@ fn succeeds(folder: &Path, args: &[&str]) -> String {
 }
 
 #[test]
+fn dds_for_all_slots_and_for_one() {
+    let cdsl = "import \"Laser.idsl\"; import \"LaserPub.idsl\";\nComponent c { Communications { requires Laser(dds); \
+                publishes LaserPub { deadline 100ms; lifespan 1500ms; liveliness 2s; }; }; language rust; };\n";
+    let folder = folder(cdsl);
+    let folder = folder.path();
+    let text = |path: &str| {
+        let text = std::fs::read_to_string(folder.join("generated").join(path));
+        text.expect("a generated file")
+    };
+    succeeds(folder, &["c.cdsl", "--middleware", "dds"]);
+    let manifest = text("Cargo.toml");
+    assert!(manifest.contains("rc-dds.workspace = true"), "{manifest}");
+    assert!(!manifest.contains("iceoryx2"), "{manifest}");
+    let backend = text("src/backend.rs");
+    assert!(
+        backend.contains("&[(\"dds\", rc_dds::connect)]"),
+        "{backend}"
+    );
+    let description = text("src/description.rs");
+    let qos = "    qos: Qos {\n        deadline: Some(Duration::new(0, 100000000)),\n        \
+               lifespan: Some(Duration::new(1, 500000000)),\n        \
+               liveliness: Some(Duration::new(2, 0)),\n        ..Qos::PUBLISHER\n    },\n";
+    assert!(description.contains(qos), "{description}");
+    succeeds(folder, &["c.cdsl"]);
+    let manifest = text("Cargo.toml");
+    for name in ["rc-dds", "rc-iceoryx2"] {
+        assert!(
+            manifest.contains(&format!("{name}.workspace")),
+            "{manifest}"
+        );
+    }
+    let backend = text("src/backend.rs");
+    assert!(backend.contains("(\"dds\", rc_dds::connect)"), "{backend}");
+    assert!(text("src/description.rs").contains("backend: \"dds\","));
+}
+
+#[test]
 fn what_is_yours_stays_over_a_change_of_middleware() {
     let folder = folder(CDSL);
     let folder = folder.path();
@@ -139,10 +176,10 @@ fn wrong_usage_and_a_system_that_refuses() {
     assert_eq!(rcgen(folder, &["c.cdsl", "--nonsense"]).0, 2);
     assert_eq!(rcgen(folder, &["c.idsl"]).0, 2);
     assert_eq!(rcgen(folder, &[]).0, 2);
-    let (code, _, err) = rcgen(folder, &["c.cdsl", "--middleware", "dds"]);
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--middleware", "ros2"]);
     assert_eq!(code, 2);
     assert!(
-        err.contains("dds comes with a later version; there are iceoryx2 and local"),
+        err.contains("ros2 comes with a later version; there are iceoryx2, dds and local"),
         "{err}"
     );
     let (code, _, err) = rcgen(folder, &["missing.cdsl"]);

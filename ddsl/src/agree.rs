@@ -1,13 +1,14 @@
 //! Whether two ends of one interface can talk.
 
 use crate::connect::{Endpoint, slot};
-use crate::model::Deployment;
+use crate::model::{Deployment, Setting};
 use rc_cdsl::Component;
-use rc_cdsl::model::Backend;
-use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_cdsl::model::Qos;
+use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
 use rc_idsl::canonical::operation_text;
 use std::collections::HashMap;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// Compares ends; each is spelled out once, however many others it is compared with.
 pub(crate) struct Agreement<'a> {
@@ -107,11 +108,10 @@ impl<'a> Agreement<'a> {
         found: &mut Diagnostics,
     ) -> bool {
         let chosen = |end: Endpoint| {
-            let instance = &self.deployment.instances[end.instance];
             let own = slot(self.components, end).and_then(|s| s.backend);
-            (own.unwrap_or(instance.middleware), instance.domain)
+            own.unwrap_or(self.deployment.instances[end.instance].middleware)
         };
-        let ((here, domain), (there, other)) = (chosen(consumer), chosen(provider));
+        let (here, there) = (chosen(consumer), chosen(provider));
         let ends = format!("`{}` and `{}`", self.name(consumer), self.name(provider));
         if here != there {
             let message = format!(
@@ -123,16 +123,35 @@ impl<'a> Agreement<'a> {
             return false;
         }
         // Shared memory knows no domains.
-        if domain == other || here == Backend::Iceoryx2 {
+        let Some(key) = rc_settings::key(here.word(), "domain") else {
+            return true;
+        };
+        let setting = |end: Endpoint| {
+            let instance = &self.deployment.instances[end.instance];
+            instance.setting(here, key.name)
+        };
+        let (one, other) = (setting(consumer), setting(provider));
+        let value = |set: Option<&Setting>| {
+            let value = set.and_then(|set| set.values.first().cloned());
+            value.or(key.default.map(str::to_owned))
+        };
+        if value(one) == value(other) {
             return true;
         }
-        let word = |domain: Option<u8>| domain.map_or("the default".to_owned(), |d| d.to_string());
+        let word = |set: Option<&Setting>| match set {
+            Some(_) => value(set).unwrap_or_default(),
+            None => format!("the default ({})", value(None).unwrap_or_default()),
+        };
         let message = format!(
             "{ends} are in different domains: {} and {}",
-            word(domain),
+            word(one),
             word(other)
         );
-        found.push(Diagnostic::error("domain-mismatch", span, message));
+        let mut error = Diagnostic::error("domain-mismatch", span, message);
+        for set in [one, other].into_iter().flatten() {
+            error = error.label(set.span, "set here");
+        }
+        found.push(error);
         false
     }
 
@@ -149,25 +168,46 @@ impl<'a> Agreement<'a> {
         ) else {
             return false;
         };
-        let reliability = one.qos.reliable == Some(true) && other.qos.reliable == Some(false);
-        let durability =
-            one.qos.transient_local == Some(true) && other.qos.transient_local != Some(true);
-        for (wrong, asked, offered) in [
-            (reliability, "reliability reliable", "best_effort"),
-            (durability, "durability transient_local", "volatile"),
-        ] {
-            if wrong {
-                let message = format!(
-                    "`{}` asks for {asked}, `{}` offers {offered}",
-                    self.name(consumer),
-                    self.name(provider)
-                );
-                let error = Diagnostic::error("qos-mismatch", span, message)
-                    .label(one.span, "asked here")
-                    .label(other.span, "offered here");
-                found.push(error);
-            }
+        let mut fine = true;
+        for (setting, asked, offered) in lacking(&one.qos, &other.qos) {
+            let message = format!(
+                "`{}` asks for {setting} {asked}, `{}` offers {offered}",
+                self.name(consumer),
+                self.name(provider)
+            );
+            let error = Diagnostic::error("qos-mismatch", span, message)
+                .label(one.span, "asked here")
+                .label(other.span, "offered here");
+            found.push(error);
+            fine = false;
         }
-        !(reliability || durability)
+        fine
     }
+}
+
+/// What one end asks for, and the other does not offer: the setting, what is asked, what is offered.
+fn lacking(asks: &Qos, offers: &Qos) -> Vec<(&'static str, String, String)> {
+    let mut lacking = Vec::new();
+    let mut lacks = |setting, asked: &str, offered: &str| {
+        lacking.push((setting, asked.to_owned(), offered.to_owned()));
+    };
+    // What is not said is reliable of who publishes, and volatile.
+    if asks.reliable == Some(true) && offers.reliable == Some(false) {
+        lacks("reliability", "reliable", "best_effort");
+    }
+    if asks.transient_local == Some(true) && offers.transient_local != Some(true) {
+        lacks("durability", "transient_local", "volatile");
+    }
+    let text = |time: Duration| duration_text(time.as_nanos() as u64);
+    for (setting, asked, offered) in [
+        ("deadline", asks.deadline, offers.deadline),
+        ("liveliness", asks.liveliness, offers.liveliness),
+    ] {
+        let Some(asked) = asked else { continue };
+        if offered.is_none_or(|offered| offered > asked) {
+            let offered = offered.map_or("none".to_owned(), text);
+            lacks(setting, &text(asked), &offered);
+        }
+    }
+    lacking
 }

@@ -33,10 +33,19 @@ pub enum Decl {
     Group(Group),
     /// `bind a.Laser -> b.Laser;`
     Bind(Bind),
-    /// `middleware iceoryx2;`
-    Middleware(Name),
-    /// `domain 7;`
-    Domain(Literal),
+    /// `middleware dds { lease 500ms; };`
+    Middleware(Middleware),
+    /// `domain 7;`, with its word
+    Domain(Name, Literal),
+}
+
+/// `middleware NAME;` or `middleware NAME { … };`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Middleware {
+    /// Which.
+    pub name: Name,
+    /// What is set of it, each key with its values; none where there is no block.
+    pub settings: Option<Vec<(Name, Vec<Literal>)>>,
 }
 
 /// `Host NAME { … };`
@@ -94,6 +103,10 @@ pub enum Field {
     Cpu(Vec<Literal>),
     /// `priority 10;`
     Priority(Literal),
+    /// `middleware dds { lease 500ms; };`
+    Middleware(Middleware),
+    /// `domain 7;`
+    Domain(Literal),
 }
 
 /// What follows the word `restart`.

@@ -2,7 +2,7 @@
 
 use crate::ast::{self, Field};
 use crate::model::{BACKOFF, Instance, Policy, READY, Restart, STOP};
-use rc_cdsl::model::Backend;
+use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, Name};
 use std::collections::HashMap;
@@ -29,10 +29,8 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) prefix: String,
     /// The innermost of them.
     pub(crate) group: Option<usize>,
-    /// What `middleware` says there.
-    pub(crate) middleware: Backend,
-    /// What `domain` says there.
-    pub(crate) domain: Option<u8>,
+    /// What `middleware` and `domain` say there.
+    pub(crate) choice: Choice,
 }
 
 /// Names in a component that lead elsewhere.
@@ -61,8 +59,8 @@ pub(crate) fn instance(
         config: None,
         host: None,
         endpoint: None,
-        middleware: around.middleware,
-        domain: around.domain,
+        middleware: around.choice.middleware,
+        settings: Vec::new(),
         after: Vec::new(),
         restart: Restart::default(),
         ready: READY,
@@ -74,7 +72,23 @@ pub(crate) fn instance(
         priority: None,
     };
     let mut references = References::default();
-    once(tree.fields.iter().map(|(word, _)| word), "field", found);
+    // Several `middleware` may stand there.
+    let words = tree
+        .fields
+        .iter()
+        .filter(|(_, field)| !matches!(field, Field::Middleware(_)));
+    once(words.map(|(word, _)| word), "field", found);
+    let mut block = Block::new(&around.choice, found);
+    for (word, field) in &tree.fields {
+        match field {
+            Field::Middleware(tree) => block.middleware(tree),
+            Field::Domain(literal) => block.domain(word, literal),
+            _ => {}
+        }
+    }
+    let choice = block.end();
+    instance.middleware = choice.middleware;
+    instance.settings = choice.settings;
     for (word, field) in &tree.fields {
         match field {
             Field::Cdsl(text) => instance.cdsl = Some(text.clone()),
@@ -108,6 +122,7 @@ pub(crate) fn instance(
                 let number = whole(literal, "a priority", &PRIORITIES, found);
                 instance.priority = number.map(|n| (n as u8, word.span));
             }
+            Field::Middleware(_) | Field::Domain(_) => {}
         }
     }
     // A field that is there, but could not be read, has been reported.
@@ -133,14 +148,14 @@ pub(crate) fn once<'a>(
     }
 }
 
-fn repeated(word: &Name, what: &str, first: Span, found: &mut Diagnostics) {
+pub(crate) fn repeated(word: &Name, what: &str, first: Span, found: &mut Diagnostics) {
     let message = format!("{what} `{}` is repeated; each stands once", word.text);
     let diagnostic = Diagnostic::error("repeated-clause", word.span, message);
     found.push(diagnostic.label(first, "the first one"));
 }
 
 /// The whole number that a literal holds, if it is one of `allowed`.
-pub(crate) fn whole(
+fn whole(
     literal: &Literal,
     what: &str,
     allowed: &RangeInclusive<i64>,

@@ -14,6 +14,7 @@ mod imports;
 pub mod model;
 mod parse;
 mod resolve;
+mod settings;
 
 pub use connect::{Connection, Endpoint, Network, connect};
 pub use model::Deployment;

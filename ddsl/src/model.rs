@@ -24,8 +24,6 @@ pub struct Deployment {
     pub groups: Vec<Group>,
     /// Connections that the files make themselves.
     pub binds: Vec<Bind>,
-    /// Where `domain` is chosen, and for what.
-    pub domains: Vec<(u8, Span)>,
 }
 
 /// A machine.
@@ -69,8 +67,8 @@ pub struct Instance {
     pub endpoint: Option<(SocketAddr, Span)>,
     /// The middleware of its slots that do not choose one.
     pub middleware: Backend,
-    /// The domain of middlewares that have domains, where a file chooses one.
-    pub domain: Option<u8>,
+    /// What the files set of middlewares, each key of one of them once.
+    pub settings: Vec<Setting>,
     /// What must be ready first, and where the file says so.
     pub after: Vec<(Place, Span)>,
     /// Whether it is started again when it has ended.
@@ -89,6 +87,27 @@ pub struct Instance {
     pub cpu_span: Option<Span>,
     /// Its real-time priority, 1 to 99, where it has one, and where the file says so.
     pub priority: Option<(u8, Span)>,
+}
+
+/// What is set of a middleware.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// Of which.
+    pub middleware: Backend,
+    /// What, as `rc_settings` knows it.
+    pub key: &'static str,
+    /// To what, each value in its usual form.
+    pub values: Vec<String>,
+    /// Where.
+    pub span: Span,
+}
+
+impl Instance {
+    /// What is set of a middleware.
+    pub fn setting(&self, middleware: Backend, key: &str) -> Option<&Setting> {
+        let mut settings = self.settings.iter();
+        settings.find(|s| s.middleware == middleware && s.key == key)
+    }
 }
 
 /// How long a component may take to become ready where the file does not say.

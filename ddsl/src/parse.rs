@@ -1,6 +1,9 @@
 //! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
 
-use crate::ast::{Bind, Component, Decl, Deployment, Field, File, Group, Host, Restart, SlotPath};
+use crate::ast::{
+    Bind, Component, Decl, Deployment, Field, File, Group, Host, Middleware, Restart, SlotPath,
+};
+use crate::settings;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_syntax::{Literal, Name, Reader};
@@ -28,7 +31,7 @@ const GROUP: [(&str, Rule); 7] = [
 ];
 /// A deployment has all that a group has, but nobody to export to.
 const DEPLOYMENT: &Words = GROUP.split_at(6).0;
-const COMPONENT: [(&str, Rule); 13] = [
+const COMPONENT: [(&str, Rule); 15] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
     ("config", Rule::text_field),
@@ -42,6 +45,8 @@ const COMPONENT: [(&str, Rule); 13] = [
     ("args", Rule::args),
     ("cpu", Rule::cpu),
     ("priority", Rule::priority),
+    ("middleware", Rule::middleware),
+    ("domain", Rule::domain),
 ];
 const HOST: [(&str, Rule); 3] = [
     ("address", Rule::host_field),
@@ -106,8 +111,11 @@ fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>, words: &Words, what: &str) -> 
                 provider: provider?,
             })
         }
-        Rule::middleware => Decl::Middleware(r.texts(pair).into_iter().next()?),
-        Rule::domain => Decl::Domain(values(r, pair).into_iter().next()?),
+        Rule::middleware => Decl::Middleware(middleware(r, pair)?),
+        Rule::domain => {
+            let word = r.first_word(&pair);
+            Decl::Domain(word, values(r, pair).into_iter().next()?)
+        }
         _ => {
             unread(r, &pair, words, what);
             return None;
@@ -227,7 +235,41 @@ fn field(r: &mut Reader<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<Field>
             Field::Env(variables.map(|[name, value]| (name, value)).collect())
         }
         Rule::cpu => Field::Cpu(values(r, pair)),
+        Rule::middleware => Field::Middleware(middleware(r, pair)?),
+        Rule::domain => Field::Domain(values(r, pair).into_iter().next()?),
         _ => Field::Priority(values(r, pair).into_iter().next()?),
+    })
+}
+
+fn middleware(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Middleware> {
+    let (mut name, mut settings) = (None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => name = Some(r.name(&part)),
+            Rule::semicolon => r.semicolon(&part),
+            Rule::settings => {
+                let list: &mut Vec<(Name, Vec<Literal>)> = settings.insert(Vec::new());
+                for part in part.into_inner() {
+                    match part.as_rule() {
+                        Rule::setting => {
+                            let word = r.first_word(&part);
+                            list.push((word, values(r, part)));
+                        }
+                        Rule::unread => {
+                            let words = settings::words().map(|word| (word, Rule::setting));
+                            let words: Vec<_> = words.collect();
+                            unread(r, &part, &words, "a setting of a middleware");
+                        }
+                        _ => {}
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Some(Middleware {
+        name: name?,
+        settings,
     })
 }
 
@@ -252,12 +294,12 @@ fn restart(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
     })
 }
 
-/// The numbers and times directly inside a pair, its `;` checked.
+/// The values directly inside a pair, its `;` checked.
 fn values(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
     let mut values = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::number | Rule::time => values.push(r.literal(&part)),
+            Rule::number | Rule::time | Rule::literal => values.push(r.literal(&part)),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
@@ -285,6 +327,9 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     slot_path => "a slot such as `simulator.Laser`",
     time | duration => "a time such as `5s`",
     field => "a field",
+    settings => "`{`",
+    setting => "a setting such as `lease 500ms;`",
+    literal => "a value",
     decl => "a declaration",
     arrow => "`->`",
     dot => "`.`",

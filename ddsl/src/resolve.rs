@@ -2,10 +2,10 @@
 
 use crate::ast::{self, Decl};
 use crate::check::check;
-use crate::fields::{References, Surroundings, instance, once, whole};
+use crate::fields::{References, Surroundings, instance, once};
 use crate::imports::{File, files};
 use crate::model::{Bind, Deployment, Group, Host, LONGEST_NAME, Place, SlotPath};
-use rc_cdsl::model::Backend;
+use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::HashMap;
@@ -30,7 +30,6 @@ pub fn load(
             instances: Vec::new(),
             groups: Vec::new(),
             binds: Vec::new(),
-            domains: Vec::new(),
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
@@ -118,8 +117,7 @@ impl<'a> Resolver<'a> {
             folder: &main.folder,
             prefix: String::new(),
             group: None,
-            middleware: Backend::Iceoryx2,
-            domain: None,
+            choice: Choice::default(),
         };
         let network = self.settings(&main.tree.decls, &around);
         for file in imported {
@@ -135,42 +133,18 @@ impl<'a> Resolver<'a> {
 
     /// What holds for the components in a block, where it says something else than what is around it.
     fn settings<'b>(&mut self, decls: &[Decl], around: &Surroundings<'b>) -> Surroundings<'b> {
-        let mut inside = around.clone();
-        let mut words: Vec<Name> = Vec::new();
+        let mut block = Block::new(&around.choice, &mut self.found);
         for decl in decls {
             match decl {
-                Decl::Middleware(name) => {
-                    words.push(Name::new("middleware", name.span));
-                    inside.middleware = self.middleware(name).unwrap_or(around.middleware);
-                }
-                Decl::Domain(literal) => {
-                    words.push(Name::new("domain", literal.span));
-                    // DDS counts its ports from the domain's number; with 233 there are none left.
-                    if let Some(n) = whole(literal, "a domain", &(0..=232), &mut self.found) {
-                        inside.domain = Some(n as u8);
-                        self.deployment.domains.push((n as u8, literal.span));
-                    }
-                }
+                Decl::Middleware(tree) => block.middleware(tree),
+                Decl::Domain(word, literal) => block.domain(word, literal),
                 _ => {}
             }
         }
-        once(&words, "clause", &mut self.found);
-        inside
-    }
-
-    fn middleware(&mut self, name: &Name) -> Option<Backend> {
-        let known = Backend::WORDS
-            .iter()
-            .find(|(word, _)| word.eq_ignore_ascii_case(&name.text));
-        if known.is_none() {
-            let message = format!("unknown middleware `{}`", name.text);
-            let words = ["iceoryx2", "dds", "ros2"];
-            self.found.push(
-                Diagnostic::error("unknown-middleware", name.span, message)
-                    .suggest(&name.text, words),
-            );
+        Surroundings {
+            choice: block.end(),
+            ..around.clone()
         }
-        known.map(|(_, backend)| *backend)
     }
 
     fn block(&mut self, decls: &'a [Decl], around: &Surroundings<'_>) {
@@ -190,7 +164,7 @@ impl<'a> Resolver<'a> {
                 }
                 Decl::Group(tree) => self.group(tree, around),
                 Decl::Bind(tree) => self.binds.push((around.group, tree)),
-                Decl::Middleware(_) | Decl::Domain(_) => {}
+                Decl::Middleware(_) | Decl::Domain(..) => {}
             }
         }
     }

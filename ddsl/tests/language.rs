@@ -4,7 +4,7 @@
 
 use expect_test::{Expect, expect};
 use rc_ddsl::Deployment;
-use rc_ddsl::model::{Place, Restart};
+use rc_ddsl::model::{Instance, Place, Restart};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::{MemoryLoader, Name};
 
@@ -126,7 +126,7 @@ fn names_are_known_and_unique() {
         "middleware iceoryx2; middleware dds;\nComponent a { cdsl \"a\"; cdsl \"b\"; after bb, c; };\nComponent A { cdsl \"a\"; };\nComponent bbb { };\n\
          Component rcdeploy { cdsl \"a\"; };\nbind a.Laser -> bb.Laser;\nbind x.Laser -> a.b.Laser;",
         &expect![[r#"
-            n.ddsl:2:33: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:2:12
+            n.ddsl:2:33: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:2:12 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:3:25: error[repeated-clause]: field `cdsl` is repeated; each stands once; the first one at n.ddsl:3:15
             n.ddsl:3:41: error[unknown-instance]: there is no component or group `bb` here (did you mean `bbb`?)
             n.ddsl:3:45: error[unknown-instance]: there is no component or group `c` here (allowed here: `A`, `a`, `bbb`, `rcdeploy`)
@@ -147,6 +147,54 @@ fn circles_of_after() {
         &expect![[r#"
             n.ddsl:4:31: error[after-cycle]: these components wait for each other: a after b after c after a; and here at n.ddsl:2:31; and here at n.ddsl:3:31
             n.ddsl:5:31: error[after-cycle]: these components wait for each other: d after d
+        "#]],
+    );
+}
+
+/// What is set of middlewares, as the command line of a component takes it.
+fn settings(instance: &Instance) -> String {
+    let settings = instance.settings.iter();
+    let texts =
+        settings.map(|s| format!("{}.{}={}", s.middleware.word(), s.key, s.values.join(",")));
+    texts.collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn settings_of_middlewares_hold_for_a_block() {
+    let deployment = check(
+        "middleware iceoryx2; middleware dds { domain 7; interfaces \"eth0\"; peers \"10.0.0.2\", \"10.0.0.3:7410\"; multicast off; lease 500ms; };\n\
+         Component a { cdsl \"a\"; };\nComponent b { cdsl \"b\"; middleware dds { Lease 2s; MULTICAST true; }; domain 3; };\n\
+         Group g { middleware dds { peers \"10.0.0.9\"; } Component c { cdsl \"c\"; }; Group h { domain 8; Component d { cdsl \"d\"; middleware ros2; }; }; };",
+        &expect![""],
+    );
+    let flat = deployment.instances.iter();
+    let flat = flat.map(|i| format!("{} {:?} {}", i.path, i.middleware, settings(i)));
+    expect![[r#"
+        a Iceoryx2 dds.domain=7 dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.multicast=false dds.lease=500ms
+        b Dds dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.lease=2s dds.multicast=true dds.domain=3
+        g.c Dds dds.domain=7 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.peers=10.0.0.9
+        g.h.d Ros2 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.peers=10.0.0.9 dds.domain=8"#]].assert_eq(&flat.collect::<Vec<_>>().join("\n"));
+    check(
+        "middleware dds { domian 7; lease 50ms; interfaces 5; peers \"a b\", \"c\"; multicast maybe; lease 1s; domain 1, 2; };\n\
+         domain 3;\nGroup g { middleware iceoryx2 { x 1; }; middleware dds; Component c { cdsl \"c\"; middleware dds { lease; lease 1s 2s; § 1; multicast off lease 1s; }; middleware dds { domain 1; }; middleware { }; }; };\nComponent z { cdsl \"z\"; domain x; };",
+        &expect![[r#"
+            n.ddsl:2:18: error[unknown-key]: `domian` cannot be set of dds (did you mean `domain`?)
+            n.ddsl:2:34: error[out-of-range]: `lease` cannot be `50ms` (allowed is a time of at least 100ms, at most a day)
+            n.ddsl:2:51: error[bad-setting]: `interfaces` cannot be the number 5 (allowed is the name or the address of a network interface, such as "eth0" or "10.0.0.2")
+            n.ddsl:2:60: error[bad-setting]: `peers` cannot be the text "a b" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
+            n.ddsl:2:82: error[bad-setting]: `multicast` cannot be `maybe` (allowed is `on` or `off`)
+            n.ddsl:2:89: error[repeated-clause]: setting `lease` is repeated; each stands once; the first one at n.ddsl:2:28
+            n.ddsl:2:109: error[bad-setting]: `domain` takes one value
+            n.ddsl:3:1: error[repeated-clause]: setting `domain` is repeated; each stands once; the first one at n.ddsl:2:99
+            n.ddsl:4:33: error[unknown-key]: `x` cannot be set of iceoryx2 (there is nothing yet that can be set of iceoryx2)
+            n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
+            n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
+            n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
+            n.ddsl:4:118: error[unknown-field]: `§` does not begin a setting of a middleware (allowed here: `domain`, `interfaces`, `peers`, `multicast`, `lease`)
+            n.ddsl:4:136: error[missing-semicolon]: `;` expected here
+            n.ddsl:4:161: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:4:92
+            n.ddsl:4:191: error[syntax-error]: expected a name, found `{`
+            n.ddsl:5:32: error[syntax-error]: expected a number, found `x`
         "#]],
     );
 }
@@ -203,15 +251,18 @@ fn every_construct_reaches_the_model() {
             backoff,
         } = i.restart;
         format!(
-            "{} {:?} {:?} {:?}, restart {policy:?} {limit:?} {backoff:?}",
-            i.path, i.middleware, i.domain, i.group
+            "{} {:?} {} {:?}, restart {policy:?} {limit:?} {backoff:?}",
+            i.path,
+            i.middleware,
+            settings(i),
+            i.group
         )
     });
     expect![[r#"
-        base Dds Some(7) None, restart OnFailure Some((3, 60s)) 250ms
-        idle Dds Some(7) None, restart Always None 500ms
-        arm.left.motor Iceoryx2 Some(8) Some(1), restart Never None 500ms
-        arm.other Iceoryx2 Some(7) Some(0), restart Never None 500ms"#]]
+        base Dds dds.domain=7 None, restart OnFailure Some((3, 60s)) 250ms
+        idle Dds dds.domain=7 None, restart Always None 500ms
+        arm.left.motor Iceoryx2 dds.domain=8 Some(1), restart Never None 500ms
+        arm.other Iceoryx2 dds.domain=7 Some(0), restart Never None 500ms"#]]
     .assert_eq(&flat.collect::<Vec<_>>().join("\n"));
     let groups = deployment.groups.iter().map(|g| {
         let exports: Vec<&str> = g.exports.iter().map(|e| e.text.as_str()).collect();
@@ -316,7 +367,7 @@ fn numbers_times_and_words_are_what_they_can_be() {
          Component c { cdsl \"c\"; restart never max 3 within 1s; priority 1; priority 2; };\nComponent d { cdsl \"d\"; restart NEVER backoff 1s; };\n\
          Group g { domain 1; domain 2; middleware ros; middleware rso2; Component e { cdsl \"e\"; }; };",
         &expect![[r#"
-            n.ddsl:2:8: error[out-of-range]: the number 233 is not a domain; allowed are whole numbers from 0 to 232
+            n.ddsl:2:8: error[out-of-range]: `domain` cannot be the number 233 (allowed is a whole number from 0 to 232)
             n.ddsl:3:32: error[out-of-range]: the number 1024 is not a processor; allowed are whole numbers from 0 to 1023
             n.ddsl:3:38: error[out-of-range]: the number -1 is not a processor; allowed are whole numbers from 0 to 1023
             n.ddsl:3:42: error[out-of-range]: the number 1.5 is not a processor; allowed are whole numbers from 0 to 1023
@@ -331,9 +382,8 @@ fn numbers_times_and_words_are_what_they_can_be() {
             n.ddsl:5:33: warning[restart-without-effect]: a component that is never started again needs no `max` and no `backoff`
             n.ddsl:5:68: error[repeated-clause]: field `priority` is repeated; each stands once; the first one at n.ddsl:5:56
             n.ddsl:6:33: warning[restart-without-effect]: a component that is never started again needs no `max` and no `backoff`
-            n.ddsl:7:28: error[repeated-clause]: clause `domain` is repeated; each stands once; the first one at n.ddsl:7:18
+            n.ddsl:7:21: error[repeated-clause]: setting `domain` is repeated; each stands once; the first one at n.ddsl:7:11
             n.ddsl:7:58: error[unknown-middleware]: unknown middleware `rso2` (did you mean `ros2`?)
-            n.ddsl:7:58: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:7:42
         "#]],
     );
 }
@@ -407,12 +457,12 @@ fn imports_are_merged() {
     let flat: Vec<String> = deployment
         .instances
         .iter()
-        .map(|i| format!("{} {:?} {:?}", i.path, i.middleware, i.domain))
+        .map(|i| format!("{} {:?} {}", i.path, i.middleware, settings(i)))
         .collect();
     expect![[r#"
-        base Ros2 Some(3)
-        arm.motor Iceoryx2 Some(3)
-        a Iceoryx2 Some(3)"#]]
+        base Ros2 dds.domain=3
+        arm.motor Iceoryx2 dds.domain=3
+        a Iceoryx2 dds.domain=3"#]]
     .assert_eq(&flat.join("\n"));
     check_files(
         "import \"robots.ddsl\";\nimport \"robts.ddsl\";\nDeployment n { Component Base { cdsl \"a\"; }; Host robot { address \"x\"; }; };",

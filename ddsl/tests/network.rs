@@ -199,6 +199,28 @@ fn both_ends_agree() {
         "#]],
     );
     connect(
+        &[
+            (
+                "a",
+                "subscribesTo Pub { deadline 100ms; liveliness 1s; lifespan 1s; };",
+            ),
+            ("b", "publishes Pub { deadline 0.2s; lifespan 2s; };"),
+        ],
+        "",
+        &expect![[r#"
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for deadline 100ms, `b.Pub` offers 200ms; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for liveliness 1s, `b.Pub` offers none; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
+        "#]],
+    );
+    connect(
+        &[
+            ("a", "subscribesTo Pub { deadline 100ms; };"),
+            ("b", "publishes Pub { deadline 100ms; liveliness 1s; };"),
+        ],
+        "",
+        &expect![[""]],
+    );
+    connect(
         &[("a", "requires Laser(dds);"), ("b", "implements Laser;")],
         "bind a.Laser -> b.Laser;",
         &expect![[r#"
@@ -345,8 +367,8 @@ fn middleware_and_domain_may_differ_from_group_to_group() {
         text,
         &components,
         &expect![[r#"
-        n.ddsl:4:11: error[domain-mismatch]: `user.Laser` and `g.lidar.Laser` are in different domains: the default and 3
-    "#]],
+            n.ddsl:4:11: error[domain-mismatch]: `user.Laser` and `g.lidar.Laser` are in different domains: the default (0) and 3; set here at n.ddsl:3:11
+        "#]],
     );
     let text = text.replace("domain 3", "middleware ros2");
     network(

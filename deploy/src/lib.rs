@@ -19,6 +19,7 @@
 
 mod addresses;
 pub mod client;
+mod configuration;
 mod control;
 pub mod detach;
 pub mod error;
@@ -43,6 +44,7 @@ mod supervise;
 mod unit;
 mod unsupported;
 pub mod up;
+mod variant;
 
 pub use client::{down, status};
 pub use detach::detach;

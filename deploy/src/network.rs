@@ -1,13 +1,18 @@
 //! A `.ddsl` with everything that it names: loaded, checked, and made into a plan.
 
 use crate::addresses::process_name;
+use crate::configuration::{config, configurations, settings};
+use crate::error::Error;
 use crate::plan::{Component, Plan, Policy, Restart};
+use crate::variant;
+use rc_cdsl::model::Backend;
 use rc_codegen::note::Note;
 use rc_codegen::{FileLoader, Project, names};
-use rc_ddsl::model::{Deployment, Instance};
+use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -23,6 +28,10 @@ pub struct Network {
     pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
+    /// The middleware that all components are to be variants for; none where they are as they were generated.
+    pub variant: Option<Backend>,
+    /// What each instance has to be told of middlewares: what its configuration does not say itself.
+    handed: Vec<Vec<Setting>>,
 }
 
 /// What `cargo build` makes of a workspace.
@@ -67,18 +76,26 @@ impl std::str::FromStr for Profile {
 }
 
 /// Reads a network. There is none only where its own file could not be read as one; it may be used only where
-/// no diagnostic is an error. Executables are not looked at.
+/// no diagnostic is an error. Executables are not looked at. With a `middleware`, all components are variants of
+/// themselves for it, whatever the files say.
 pub fn load(
     path: &Path,
+    middleware: Option<Backend>,
     sources: &mut SourceMap,
     loader: &FileLoader,
 ) -> io::Result<(Option<Network>, Diagnostics)> {
     let source = sources.add(path, rc_codegen::load::read(path)?);
     let (deployment, mut found) = rc_ddsl::load(sources, loader, source);
-    let Some(deployment) = deployment else {
+    let Some(mut deployment) = deployment else {
         return Ok((None, found));
     };
+    if let Some(middleware) = middleware {
+        let instances = deployment.instances.iter_mut();
+        instances.for_each(|instance| instance.middleware = middleware);
+    }
     let projects = projects(&deployment, sources, loader, &mut found);
+    let configured = configurations(&deployment, &projects, sources, &mut found);
+    let handed = settings(&mut deployment, configured);
     let components: Vec<_> = projects
         .iter()
         .map(|p| p.as_ref().map(|p| &p.component))
@@ -90,10 +107,11 @@ pub fn load(
         deployment,
         projects,
         connections,
+        variant: middleware,
+        handed,
     };
     network.check_topics(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
-    network.configurations(sources, &mut found);
     Ok((Some(network), found))
 }
 
@@ -131,45 +149,6 @@ fn projects(
         .collect()
 }
 
-/// Checks one configuration against the component's parameters and slots.
-fn configuration(
-    sources: &SourceMap,
-    source: SourceId,
-    project: &Project,
-    found: &mut Diagnostics,
-) {
-    let (configuration, more) =
-        rc_pdsl::config::check(sources, source, project.parameters.as_ref());
-    found.extend(more);
-    let addresses = configuration.bindings.values();
-    for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
-        let message = format!("[bindings]: {reason}");
-        found.push(Diagnostic::error(
-            "bad-address",
-            Span::new(source, 0, 0),
-            message,
-        ));
-    }
-    let slots: Vec<&str> = project
-        .component
-        .slots
-        .iter()
-        .map(|s| s.name.as_str())
-        .collect();
-    for slot in configuration
-        .bindings
-        .keys()
-        .filter(|slot| !slots.contains(&slot.as_str()))
-    {
-        let message = format!(
-            "[bindings]: `{slot}` is not a slot of {}",
-            project.component.name.text
-        );
-        let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
-        found.push(diagnostic.suggest(slot, slots.iter().copied()));
-    }
-}
-
 /// Checks one executable by the note that was read from it.
 fn check_executable(
     path: &Path,
@@ -177,10 +156,10 @@ fn check_executable(
     place: Span,
     instance: &Instance,
     project: &Project,
+    build: &str,
     found: &mut Diagnostics,
 ) {
     let name = &instance.path;
-    let build = "build it: `rcdeploy up --build`";
     let (code, message) = match note {
         Err(error) if error.kind() == io::ErrorKind::NotFound => (
             "missing-executable",
@@ -235,54 +214,15 @@ impl Network {
         &self.deployment.name.text
     }
 
-    /// The configuration of an instance, if it has one.
-    fn config(&self, at: usize) -> Option<PathBuf> {
-        let instance = &self.deployment.instances[at];
-        if let Some(config) = &instance.config {
-            return Some(instance.folder.join(&config.text));
-        }
-        let project = self.projects.get(at)?.as_ref()?;
-        Some(project.folder().join("etc/config.toml")).filter(|path| path.exists())
-    }
-
-    fn configurations(&self, sources: &mut SourceMap, found: &mut Diagnostics) {
-        let mut checked: HashSet<(PathBuf, u64)> = HashSet::new();
-        for (at, instance) in self.deployment.instances.iter().enumerate() {
-            let Some(Some(project)) = self.projects.get(at) else {
-                continue;
-            };
-            let place = instance
-                .config
-                .as_ref()
-                .map_or(instance.name.span, |c| c.span);
-            let Some(path) = self.config(at) else {
-                if let Err(missing) = rc_pdsl::config::defaults(project.parameters.as_ref()) {
-                    let message = format!(
-                        "`{}` has no configuration, and these parameters have no default: {}",
-                        instance.path,
-                        missing.join(", ")
-                    );
-                    found.push(Diagnostic::error("missing-configuration", place, message));
-                }
-                continue;
-            };
-            if !checked.insert((path.clone(), project.hash)) {
-                continue;
-            }
-            match rc_codegen::load::read(&path) {
-                Ok(text) => {
-                    let source = sources.add(path, text);
-                    configuration(sources, source, project, found);
-                }
-                Err(error) => {
-                    let message = format!(
-                        "the configuration {} cannot be read: {error}",
-                        path.display()
-                    );
-                    found.push(Diagnostic::error("missing-configuration", place, message));
-                }
-            }
-        }
+    /// What an instance has to be told of the middlewares that it uses.
+    fn handed(&self, at: usize) -> impl Iterator<Item = &Setting> {
+        let default = self.deployment.instances[at].middleware;
+        let project = self.projects[at].as_deref();
+        let slots = project.map_or(&[][..], |project| &project.component.slots);
+        self.handed[at].iter().filter(move |set| {
+            let mut chosen = slots.iter().filter_map(|slot| slot.backend);
+            set.middleware == default || chosen.any(|backend| backend == set.middleware)
+        })
     }
 
     /// The program of an instance.
@@ -292,20 +232,46 @@ impl Network {
             return Some(instance.folder.join(&executable.text));
         }
         let project = self.projects.get(at)?.as_ref()?;
-        let target = match std::env::var_os("CARGO_TARGET_DIR").filter(|dir| !dir.is_empty()) {
-            // A relative one is meant from where cargo runs; an absolute one stays as it is.
-            Some(dir) => workspace(project.folder())?.join(dir),
-            None => workspace(project.folder())?.join("target"),
+        let package = names::package(&project.component.name.text);
+        let program = match self.variant {
+            Some(middleware) => variant::program(&package, middleware),
+            None => package,
         };
-        Some(
-            target
-                .join(profile.folder())
-                .join(names::package(&project.component.name.text)),
-        )
+        let target = variant::target(&workspace(project.folder())?);
+        Some(target.join(profile.folder()).join(program))
+    }
+
+    /// Checks that code can be generated for the variants, and that there is something to join it with.
+    fn check_variants(&self, middleware: Backend, found: &mut Diagnostics) {
+        let mut seen: Vec<&Path> = Vec::new();
+        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
+            let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
+                continue;
+            };
+            if seen.contains(&project.path.as_path()) {
+                continue;
+            }
+            seen.push(&project.path);
+            // A template that does not fit is told where it is written.
+            if let Ok((_, more)) = rc_codegen::generate::generate(project, middleware) {
+                let errors = more.iter().filter(|d| d.severity == Severity::Error);
+                found.extend(errors.cloned());
+            }
+            if !project.folder().join("Cargo.toml").exists() {
+                let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
+                let message = format!("`{}` has no code yet", instance.path);
+                let generate = format!("generate it: `rcgen {}`", project.path.display());
+                let error = Diagnostic::error("missing-generated", named.span, message);
+                found.push(error.help(generate));
+            }
+        }
     }
 
     /// Checks that generated code is of the present model, where it is to be built.
     pub fn check_generated(&self, found: &mut Diagnostics) {
+        if let Some(middleware) = self.variant {
+            return self.check_variants(middleware, found);
+        }
         for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
             let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
                 continue;
@@ -336,6 +302,22 @@ impl Network {
         }
     }
 
+    /// What to type where a program is not what it has to be.
+    fn how_to_build(&self, instance: &Instance) -> String {
+        match self.variant {
+            Some(middleware) if instance.executable.is_some() => format!(
+                "leave `executable` out, or let it name a program that was generated for {}",
+                middleware.word()
+            ),
+            Some(middleware) => format!(
+                "build it: `rcdeploy up --build --middleware {} {}`",
+                middleware.word(),
+                self.path.display()
+            ),
+            None => "build it: `rcdeploy up --build`".to_owned(),
+        }
+    }
+
     /// Checks that every executable is there, and of the present model and middleware.
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
         // Executables are large, and instances of one component share one.
@@ -355,7 +337,8 @@ impl Network {
             let note = notes
                 .entry(path.clone())
                 .or_insert_with(|| Note::read(&path));
-            check_executable(&path, note, place, instance, project, found);
+            let build = self.how_to_build(instance);
+            check_executable(&path, note, place, instance, project, &build, found);
         }
     }
 
@@ -375,13 +358,19 @@ impl Network {
             let mut option = |name: &str, value: String| args.extend([name.to_owned(), value]);
             option("--network", self.name().to_owned());
             option("--name", process_name(&instance.path));
-            if let Some(config) = self.config(at) {
+            let project = self.projects[at].as_deref();
+            if let Some(config) = config(instance, project) {
                 option(
                     "--config",
                     std::path::absolute(config)?.to_string_lossy().into_owned(),
                 );
             }
-            let component = self.projects[at].as_ref().map(|p| &p.component);
+            let component = project.map(|p| &p.component);
+            for set in self.handed(at) {
+                let (middleware, key) = (set.middleware.word(), set.key);
+                let values = set.values.join(",");
+                option("--set-middleware", format!("{middleware}.{key}={values}"));
+            }
             for (slot, index) in component.iter().flat_map(|c| c.slots.iter().zip(0..)) {
                 let end = Endpoint {
                     instance: at,
@@ -416,23 +405,56 @@ impl Network {
         })
     }
 
-    /// The packages that have to be built, by the folder of their workspace.
-    pub fn packages(&self) -> BTreeMap<PathBuf, Vec<String>> {
-        let mut packages: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
+    /// What has to be built, a command of cargo for each workspace. Variants are generated first.
+    pub fn builds(&self, profile: Profile) -> Result<Vec<Build>, Error> {
+        let mut workspaces: BTreeMap<PathBuf, BTreeMap<String, &Project>> = BTreeMap::new();
         for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
             let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
                 continue;
             };
             if let Some(root) = workspace(project.folder()) {
-                let list = packages.entry(root).or_default();
                 let package = names::package(&project.component.name.text);
-                if !list.contains(&package) {
-                    list.push(package);
-                }
+                let packages = workspaces.entry(root).or_default();
+                packages.entry(package).or_insert(project);
             }
         }
-        packages
+        let builds = workspaces.into_iter().map(|(root, projects)| {
+            let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
+                .map(Into::into)
+                .to_vec();
+            let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
+            for package in projects.keys() {
+                option("--package", package.into());
+            }
+            if let Some(middleware) = self.variant {
+                for package in projects.keys() {
+                    option("--bin", variant::program(package, middleware).into());
+                }
+                let staged: Vec<&Project> = projects.values().copied().collect();
+                let manifest = variant::stage(&root, &staged, middleware)?;
+                option("--manifest-path", manifest.into());
+                option("--target-dir", variant::target(&root).into());
+            }
+            let packages = projects.into_keys().collect();
+            Ok(Build {
+                root,
+                args,
+                packages,
+            })
+        });
+        builds.collect()
     }
+}
+
+/// One command of cargo.
+#[derive(Debug)]
+pub struct Build {
+    /// The user's workspace, where it runs.
+    pub root: PathBuf,
+    /// Its arguments.
+    pub args: Vec<OsString>,
+    /// What it builds, for people.
+    pub packages: Vec<String>,
 }
 
 fn restart(described: rc_ddsl::model::Restart) -> Restart {

@@ -6,9 +6,6 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 impl Network {
     /// Warns of each field that is read and checked, but changes nothing yet.
     pub(crate) fn warn_of_what_has_no_effect(&self, found: &mut Diagnostics) {
-        for (_, span) in &self.deployment.domains {
-            warn("domain", *span, found);
-        }
         for instance in &self.deployment.instances {
             let fields = [
                 ("endpoint", instance.endpoint.map(|(_, span)| span)),

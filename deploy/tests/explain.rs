@@ -10,7 +10,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words of the sources that look like codes and are none.
-const NO_CODES: [&str; 5] = [
+const NO_CODES: [&str; 10] = [
+    "build-dependencies",
+    "default-members",
+    "default-run",
+    "dev-dependencies",
+    "rc-dds",
     "rc-iceoryx2",
     "rc-local",
     "rc-runtime",
@@ -112,7 +117,7 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
     let mut found = Diagnostics::new();
     let loader = FileLoader::new(&[]);
     if example.ending == "ddsl" {
-        let (network, more) = network::load(&path, &mut sources, &loader).expect("a file");
+        let (network, more) = network::load(&path, None, &mut sources, &loader).expect("a file");
         found.extend(more);
         if let Some(network) = network {
             network.check_executables(Profile::Dev, &mut found);

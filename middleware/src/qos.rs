@@ -33,7 +33,7 @@ pub struct Qos {
     pub deadline: Option<Duration>,
     /// How long a value is worth anything after it was sent; without, for ever.
     pub lifespan: Option<Duration>,
-    /// After how long of silence a publisher counts as dead; without, the middleware decides.
+    /// After how long of silence a publisher counts as dead; without, silence alone says nothing.
     pub liveliness: Option<Duration>,
     /// How long a call may take.
     pub timeout: Duration,

@@ -19,7 +19,7 @@ mod values;
 
 pub use document::argument;
 pub use live::{Accepted, Live, ParamChange, ParameterStatus};
-pub use middleware::Settings;
+pub use middleware::{Setting, Settings};
 pub use save::Unsaved;
 #[cfg(feature = "language")]
 pub use schema::{Slot, schema};

@@ -112,10 +112,12 @@ tags = ["x"]
         ),
         (0, 0)
     );
+    let dds = configuration.middleware["dds"].iter();
+    let settings: Vec<_> = dds.map(|(key, set)| (key, &set.values)).collect();
     expect![[r#"
-        {"dds": {"domain": ["7"], "interfaces": ["eth0", "10.0.0.2"], "lease": ["512ms"], "multicast": ["false"], "peers": []}}
+        [("domain", ["7"]), ("interfaces", ["eth0", "10.0.0.2"]), ("lease", ["512ms"]), ("multicast", ["false"]), ("peers", [])]
         {"device":"/dev/x","gain":2.0,"log":{"keep":3,"path":"/tmp"},"mode":"fast","motors":[{"id":1,"max":1.5,"name":"left","tags":[]},{"id":2,"max":3.5,"name":"right","tags":["x"]}],"offsets":[0.0,0.5],"pin":"***","rate":115200,"timeout":"100ms","token":"***","verbose":false}
-    "#]].assert_eq(&format!("{:?}\n{:?}\n", configuration.middleware, values));
+    "#]].assert_eq(&format!("{settings:?}\n{values:?}\n"));
 }
 
 #[test]

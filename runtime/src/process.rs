@@ -375,8 +375,8 @@ fn bindings(
 fn settings(configuration: &Configuration, arguments: &Arguments) -> Settings {
     let mut settings = Settings::default();
     for (middleware, keys) in &configuration.middleware {
-        for (key, values) in keys {
-            settings.set(middleware, key, values.clone());
+        for (key, set) in keys {
+            settings.set(middleware, key, set.values.clone());
         }
     }
     settings.extend(&arguments.settings);

@@ -135,7 +135,7 @@ struct Generate {
     /// The component's folder [default: the folder of FILE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests.
+    /// The middleware of all slots that do not choose one: iceoryx2 or dds; local for tests.
     #[arg(long, default_value = "iceoryx2", value_parser = middleware)]
     middleware: Backend,
     /// Generates this language, whatever the file says.
@@ -169,12 +169,12 @@ fn middleware(text: &str) -> Result<Backend, String> {
     match all.into_iter().find(|b| b.word() == text) {
         Some(backend) if BACKENDS.contains(&backend) => Ok(backend),
         Some(backend) => Err(format!(
-            "{} comes with a later version; there are iceoryx2 and local",
+            "{} comes with a later version; there are iceoryx2, dds and local",
             backend.word()
         )),
         None => {
             let near = rc_diagnostics::nearest(text, all.iter().map(|b| b.word()));
-            let hint = near.map_or("there are iceoryx2, dds and ros2".to_owned(), |n| {
+            let hint = near.map_or("there are iceoryx2, dds and local".to_owned(), |n| {
                 format!("did you mean `{n}`?")
             });
             Err(hint)

@@ -13,6 +13,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::{Operation, Type, TypeId};
 use serde::Serialize;
+use std::time::Duration;
 
 /// One slot.
 #[derive(Debug, Serialize)]
@@ -290,16 +291,20 @@ fn qos(role: Role, qos: &Qos) -> Vec<String> {
     if let Some(depth) = qos.depth {
         fields.push(format!("depth: {depth},"));
     }
-    if let Some(timeout) = qos.timeout {
-        fields.push(format!(
-            "timeout: Duration::new({}, {}),",
-            timeout.as_secs(),
-            timeout.subsec_nanos()
-        ));
+    let time =
+        |time: Duration| format!("Duration::new({}, {})", time.as_secs(), time.subsec_nanos());
+    for (name, limit) in [
+        ("deadline", qos.deadline),
+        ("lifespan", qos.lifespan),
+        ("liveliness", qos.liveliness),
+    ] {
+        fields.extend(limit.map(|limit| format!("{name}: Some({}),", time(limit))));
     }
-    if let Some(spin) = qos.spin {
-        fields.push(format!("spin: Duration::new(0, {}),", spin.subsec_nanos()));
-    }
+    fields.extend(
+        qos.timeout
+            .map(|limit| format!("timeout: {},", time(limit))),
+    );
+    fields.extend(qos.spin.map(|limit| format!("spin: {},", time(limit))));
     if fields.is_empty() {
         return vec![base.to_owned()];
     }

@@ -4,7 +4,9 @@
 //! refused or a component failed.
 
 use clap::{Args, Parser, Subcommand};
+use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
+use rc_codegen::view::BACKENDS;
 use rc_deploy::network::{self, Network, Profile};
 use rc_deploy::{Format, GuardCommand, Options, params, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
@@ -164,6 +166,22 @@ struct Input {
     /// Which executables cargo has built: release or dev.
     #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>())]
     profile: Profile,
+    /// Takes all components for this middleware, whatever they were generated for: iceoryx2 or dds. They are built
+    /// below target/rc, by `up --build`; what is in their folders stays as it is.
+    #[arg(long, value_parser = middleware)]
+    middleware: Option<Backend>,
+}
+
+fn middleware(text: &str) -> Result<Backend, String> {
+    let all = BACKENDS.into_iter().filter(|b| *b != Backend::Local);
+    let words: Vec<&str> = all.clone().map(Backend::word).collect();
+    let found = all.clone().find(|backend| backend.word() == text);
+    found.ok_or_else(
+        || match rc_diagnostics::nearest(text, words.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", words.join(" and ")),
+        },
+    )
 }
 
 fn format(text: &str) -> Result<Format, String> {
@@ -377,7 +395,7 @@ fn load(
 ) -> Result<Network, Failure> {
     let mut sources = SourceMap::new();
     let loader = FileLoader::new(&input.include);
-    let (network, mut found) = network::load(&input.file, &mut sources, &loader)
+    let (network, mut found) = network::load(&input.file, input.middleware, &mut sources, &loader)
         .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
     if let Some(network) = &network {
         more(network, &mut found);
@@ -442,6 +460,9 @@ fn up(
             .arg(&input.file)
             .args(["--supervisor", "--format", "json"]);
         command.args(["--profile", input.profile.word()]);
+        if let Some(middleware) = input.middleware {
+            command.args(["--middleware", middleware.word()]);
+        }
         input.include.iter().for_each(|dir| {
             command.arg("-I").arg(dir);
         });
@@ -472,21 +493,17 @@ fn up(
 }
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
-    for (root, packages) in network.packages() {
+    for build in network.builds(profile)? {
         let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-        cargo
-            .current_dir(&root)
-            .args(["build", "--profile", profile.word()]);
-        packages.iter().for_each(|package| {
-            cargo.args(["--package", package]);
-        });
         let status = cargo
+            .current_dir(&build.root)
+            .args(&build.args)
             .status()
             .map_err(|e| system(&format!("cargo cannot be started: {e}")))?;
         if !status.success() {
             return Err(Failure(
                 3,
-                format!("cargo could not build {}", packages.join(", ")),
+                format!("cargo could not build {}", build.packages.join(", ")),
             ));
         }
     }

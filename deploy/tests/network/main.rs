@@ -7,6 +7,8 @@ mod late;
 mod params;
 mod patrol;
 mod python;
+mod settings;
 mod site;
 mod strangers;
 mod swap;
+mod variant;

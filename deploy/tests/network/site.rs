@@ -154,17 +154,21 @@ impl Site {
         path
     }
 
-    /// Gives a command the folders of this test.
-    fn place(&self, command: &mut Command) {
-        let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
+    /// The target folder of this test run.
+    pub(crate) fn target() -> &'static Path {
+        Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
             .ancestors()
             .nth(2)
-            .expect("the target folder");
+            .expect("the target folder")
+    }
+
+    /// Gives a command the folders of this test.
+    fn place(&self, command: &mut Command) {
         command
             .current_dir(self.path("networks"))
             .env("XDG_RUNTIME_DIR", self.path("run"))
             .env("XDG_STATE_HOME", self.path("state"))
-            .env("CARGO_TARGET_DIR", target)
+            .env("CARGO_TARGET_DIR", Self::target())
             .stdin(Stdio::null());
     }
 

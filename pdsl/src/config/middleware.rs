@@ -7,8 +7,17 @@ use rc_settings::{Key, MIDDLEWARES, Misfit, Value, instead, key, keys};
 use std::collections::BTreeMap;
 use toml_edit::{Item, TableLike};
 
-/// What keys are set to, by the name of the middleware and that of the key; each value in its usual form.
-pub type Settings = BTreeMap<String, BTreeMap<String, Vec<String>>>;
+/// What keys are set to, by the name of the middleware and that of the key.
+pub type Settings = BTreeMap<String, BTreeMap<String, Setting>>;
+
+/// What one key is set to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// The values, each in its usual form.
+    pub values: Vec<String>,
+    /// Their place.
+    pub span: Span,
+}
 
 impl Checker {
     pub(super) fn middlewares(&mut self, table: &dyn TableLike, at: Span) -> Settings {
@@ -42,8 +51,8 @@ impl Checker {
                     continue;
                 };
                 let path = format!("middleware.{name}.{word}");
-                if let Some(values) = self.setting(key, item, &path, inside) {
-                    set.insert(word.to_owned(), values);
+                if let Some(setting) = self.setting(key, item, &path, inside) {
+                    set.insert(word.to_owned(), setting);
                 }
             }
         }
@@ -51,15 +60,20 @@ impl Checker {
     }
 
     /// What one key is set to; none where something is wrong with it, which is then reported.
-    fn setting(&mut self, key: &Key, item: &Item, path: &str, at: Span) -> Option<Vec<String>> {
-        let place = self.place.of(item.span(), at);
-        if !key.kind.is_list() {
-            let value = self.single(key, item, path, place)?;
-            return Some(vec![value]);
-        }
+    fn setting(&mut self, key: &Key, item: &Item, path: &str, at: Span) -> Option<Setting> {
+        let span = self.place.of(item.span(), at);
+        let values = if key.kind.is_list() {
+            self.list(key, item, path, span)?
+        } else {
+            vec![self.single(key, item, path, span)?]
+        };
+        Some(Setting { values, span })
+    }
+
+    fn list(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<Vec<String>> {
         let Some(array) = item.as_array() else {
             let allowed = format!("an array, each element {}", key.kind.allowed());
-            self.refuse("wrong-type", item, path, place, allowed);
+            self.refuse("wrong-type", item, path, place, &allowed);
             return None;
         };
         let elements = array.iter().enumerate();
@@ -87,12 +101,12 @@ impl Checker {
             Err(Misfit::Range) => "out-of-range",
             Err(Misfit::Form) => "bad-setting",
         };
-        self.refuse(code, item, path, place, key.kind.allowed());
+        self.refuse(code, item, path, place, &key.kind.allowed());
         None
     }
 
     /// No setting is a secret.
-    fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: String) {
+    fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: &str) {
         let what = document::described(item, false);
         let message = format!("`{path}` cannot be {what}");
         let help = format!("allowed is {allowed}");

@@ -1,0 +1,172 @@
+//! `middleware` and `domain`: what holds in a block, or for one component.
+
+use crate::ast;
+use crate::fields::repeated;
+use crate::model::Setting;
+use rc_cdsl::model::Backend;
+use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
+use rc_settings::{Key, Kind, MIDDLEWARES, Misfit, Value, instead};
+use rc_syntax::{Literal, LiteralKind, Name};
+
+/// What holds for the components of a block that say nothing else.
+#[derive(Clone, Debug)]
+pub(crate) struct Choice {
+    /// The middleware of slots that choose none.
+    pub(crate) middleware: Backend,
+    /// What is set, each key of a middleware once.
+    pub(crate) settings: Vec<Setting>,
+}
+
+impl Default for Choice {
+    fn default() -> Self {
+        Self {
+            middleware: Backend::Iceoryx2,
+            settings: Vec::new(),
+        }
+    }
+}
+
+/// Reads the clauses of one block: they take the place of what holds around it.
+pub(crate) struct Block<'a> {
+    choice: Choice,
+    found: &'a mut Diagnostics,
+    /// The middlewares that this block names.
+    named: Vec<Name>,
+    /// What this block sets.
+    set: Vec<(Backend, &'static str, Span)>,
+}
+
+impl<'a> Block<'a> {
+    pub(crate) fn new(around: &Choice, found: &'a mut Diagnostics) -> Self {
+        Self {
+            choice: around.clone(),
+            found,
+            named: Vec::new(),
+            set: Vec::new(),
+        }
+    }
+
+    pub(crate) fn end(self) -> Choice {
+        self.choice
+    }
+
+    /// `middleware dds { … };`: the first one of a block chooses; further ones are for slots that choose another.
+    pub(crate) fn middleware(&mut self, tree: &ast::Middleware) {
+        let Some(backend) = self.known(&tree.name) else {
+            return;
+        };
+        let same = self.named.iter().find(|n| n.text == backend.word());
+        if let Some(first) = same {
+            let word = Name::new("middleware", tree.name.span);
+            repeated(&word, "clause", first.span, self.found);
+        } else if let Some(first) = self.named.first().filter(|_| tree.settings.is_none()) {
+            let message = format!("`middleware {}` comes second here", tree.name.text);
+            let error = Diagnostic::error("repeated-clause", tree.name.span, message)
+                .label(first.span, "the middleware of what stands here")
+                .help("a further one only sets something of it, in braces: write first what the components use");
+            self.found.push(error);
+        } else if self.named.is_empty() {
+            self.choice.middleware = backend;
+        }
+        self.named.push(Name::new(backend.word(), tree.name.span));
+        for (word, values) in tree.settings.iter().flatten() {
+            let name = word.text.to_lowercase();
+            let Some(key) = rc_settings::key(backend.word(), &name) else {
+                let message = format!("`{}` cannot be set of {}", word.text, backend.word());
+                let error = Diagnostic::error("unknown-key", word.span, message);
+                self.found.push(error.help(instead(backend.word(), &name)));
+                continue;
+            };
+            self.set(backend, key, word, values);
+        }
+    }
+
+    /// `domain 7;` is that of every middleware which has domains.
+    pub(crate) fn domain(&mut self, word: &Name, literal: &Literal) {
+        for (_, backend) in Backend::WORDS.iter().take(3) {
+            if let Some(key) = rc_settings::key(backend.word(), "domain") {
+                self.set(*backend, key, word, std::slice::from_ref(literal));
+            }
+        }
+    }
+
+    fn set(&mut self, backend: Backend, key: &'static Key, word: &Name, literals: &[Literal]) {
+        let same = |(b, name, _): &&(Backend, &str, Span)| *b == backend && *name == key.name;
+        if let Some((_, _, first)) = self.set.iter().find(same) {
+            return repeated(word, "setting", *first, self.found);
+        }
+        self.set.push((backend, key.name, word.span));
+        if let [_, second, ..] = literals
+            && !key.kind.is_list()
+        {
+            let message = format!("`{}` takes one value", key.name);
+            self.found
+                .push(Diagnostic::error("bad-setting", second.span, message));
+            return;
+        }
+        let values = literals.iter().map(|literal| self.value(key, literal));
+        let values: Vec<Option<String>> = values.collect();
+        let Some(values) = values.into_iter().collect() else {
+            return;
+        };
+        let settings = &mut self.choice.settings;
+        settings.retain(|s| s.middleware != backend || s.key != key.name);
+        settings.push(Setting {
+            middleware: backend,
+            key: key.name,
+            values,
+            span: word.span,
+        });
+    }
+
+    fn value(&mut self, key: &Key, literal: &Literal) -> Option<String> {
+        let value = match &literal.kind {
+            LiteralKind::Int(number) => Value::Int(*number),
+            LiteralKind::Duration(time) => Value::Time(*time),
+            LiteralKind::Text(text) => Value::Text(text),
+            LiteralKind::Bool(choice) => Value::Bool(*choice),
+            LiteralKind::Name(word) if word.eq_ignore_ascii_case("on") => Value::Bool(true),
+            LiteralKind::Name(word) if word.eq_ignore_ascii_case("off") => Value::Bool(false),
+            LiteralKind::Name(_) | LiteralKind::Float(_) => Value::Other,
+        };
+        let what = match &literal.kind {
+            LiteralKind::Duration(time) => format!("`{}`", duration_text(*time)),
+            _ => literal.described(),
+        };
+        let message = format!("`{}` cannot be {what}", key.name);
+        let error = match key.kind.accept(value) {
+            Ok(value) => return Some(value),
+            Err(Misfit::Range) => Diagnostic::error("out-of-range", literal.span, message),
+            Err(Misfit::Type | Misfit::Form) => {
+                Diagnostic::error("bad-setting", literal.span, message)
+            }
+        };
+        let allowed = match key.kind {
+            Kind::Bool => "allowed is `on` or `off`".to_owned(),
+            _ => format!("allowed is {}", key.kind.allowed()),
+        };
+        self.found.push(error.help(allowed));
+        None
+    }
+
+    fn known(&mut self, name: &Name) -> Option<Backend> {
+        let known = Backend::WORDS
+            .iter()
+            .find(|(word, _)| word.eq_ignore_ascii_case(&name.text));
+        if known.is_none() {
+            let message = format!("unknown middleware `{}`", name.text);
+            let words = ["iceoryx2", "dds", "ros2"];
+            self.found.push(
+                Diagnostic::error("unknown-middleware", name.span, message)
+                    .suggest(&name.text, words),
+            );
+        }
+        known.map(|(_, backend)| *backend)
+    }
+}
+
+/// The words that begin a setting of some middleware.
+pub(crate) fn words() -> impl Iterator<Item = &'static str> {
+    let keys = MIDDLEWARES.iter().flat_map(|(_, keys)| *keys);
+    keys.map(|key| key.name)
+}

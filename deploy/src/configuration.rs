@@ -1,0 +1,146 @@
+//! The configurations of a network's components: they are checked, and what they set of middlewares comes before what
+//! the network sets.
+
+use rc_cdsl::model::Backend;
+use rc_codegen::Project;
+use rc_ddsl::model::{Deployment, Instance, Setting};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_pdsl::config::Settings;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::rc::Rc;
+
+/// The configuration of an instance, if it has one.
+pub(crate) fn config(instance: &Instance, project: Option<&Project>) -> Option<PathBuf> {
+    if let Some(config) = &instance.config {
+        return Some(instance.folder.join(&config.text));
+    }
+    Some(project?.folder().join("etc/config.toml")).filter(|path| path.exists())
+}
+
+/// Checks the configurations of all instances, and gives what they set of middlewares.
+pub(crate) fn configurations(
+    deployment: &Deployment,
+    projects: &[Option<Rc<Project>>],
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> Vec<Settings> {
+    // One that several instances share is read, and complained of, once.
+    let mut checked: HashMap<(PathBuf, u64), Settings> = HashMap::new();
+    let mut settings = |instance: &Instance, project: &Project| {
+        let place = instance
+            .config
+            .as_ref()
+            .map_or(instance.name.span, |c| c.span);
+        let Some(path) = config(instance, Some(project)) else {
+            if let Err(missing) = rc_pdsl::config::defaults(project.parameters.as_ref()) {
+                let message = format!(
+                    "`{}` has no configuration, and these parameters have no default: {}",
+                    instance.path,
+                    missing.join(", ")
+                );
+                found.push(Diagnostic::error("missing-configuration", place, message));
+            }
+            return Settings::new();
+        };
+        let key = (path, project.hash);
+        if let Some(known) = checked.get(&key) {
+            return known.clone();
+        }
+        let settings = match rc_codegen::load::read(&key.0) {
+            Ok(text) => {
+                let source = sources.add(&key.0, text);
+                configuration(sources, source, project, found)
+            }
+            Err(error) => {
+                let message = format!(
+                    "the configuration {} cannot be read: {error}",
+                    key.0.display()
+                );
+                found.push(Diagnostic::error("missing-configuration", place, message));
+                Settings::new()
+            }
+        };
+        checked.insert(key, settings.clone());
+        settings
+    };
+    let instances = deployment.instances.iter().zip(projects);
+    instances
+        .map(|(instance, project)| {
+            let project = project.as_ref();
+            project.map_or(Settings::new(), |project| settings(instance, project))
+        })
+        .collect()
+}
+
+/// Puts what configurations set in the place of what the network does, and gives what they leave to it.
+pub(crate) fn settings(
+    deployment: &mut Deployment,
+    configured: Vec<Settings>,
+) -> Vec<Vec<Setting>> {
+    let instances = deployment.instances.iter_mut().zip(configured);
+    instances
+        .map(|(instance, configured)| {
+            let own = Backend::WORDS.iter().take(3).flat_map(|(word, backend)| {
+                let keys = configured.get(*word).into_iter().flatten();
+                keys.filter_map(|(key, set)| {
+                    Some(Setting {
+                        middleware: *backend,
+                        key: rc_settings::key(word, key)?.name,
+                        values: set.values.clone(),
+                        span: set.span,
+                    })
+                })
+            });
+            let own: Vec<Setting> = own.collect();
+            let settings = &mut instance.settings;
+            settings.retain(|s| {
+                let mut own = own.iter();
+                !own.any(|o| (o.middleware, o.key) == (s.middleware, s.key))
+            });
+            let handed = settings.clone();
+            settings.extend(own);
+            handed
+        })
+        .collect()
+}
+
+/// Checks one configuration against the component's parameters and slots.
+fn configuration(
+    sources: &SourceMap,
+    source: SourceId,
+    project: &Project,
+    found: &mut Diagnostics,
+) -> Settings {
+    let (configuration, more) =
+        rc_pdsl::config::check(sources, source, project.parameters.as_ref());
+    found.extend(more);
+    let addresses = configuration.bindings.values();
+    for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
+        let message = format!("[bindings]: {reason}");
+        found.push(Diagnostic::error(
+            "bad-address",
+            Span::new(source, 0, 0),
+            message,
+        ));
+    }
+    let slots: Vec<&str> = project
+        .component
+        .slots
+        .iter()
+        .map(|s| s.name.as_str())
+        .collect();
+    for slot in configuration
+        .bindings
+        .keys()
+        .filter(|slot| !slots.contains(&slot.as_str()))
+    {
+        let message = format!(
+            "[bindings]: `{slot}` is not a slot of {}",
+            project.component.name.text
+        );
+        let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
+        found.push(diagnostic.suggest(slot, slots.iter().copied()));
+    }
+    configuration.middleware
+}
