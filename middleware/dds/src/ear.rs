@@ -272,17 +272,17 @@ impl Ear {
         let _ = self.changed.wait_timeout(peers, limit);
     }
 
-    /// The sender of a sample: the hash of its types (0 for a stranger), or `None` if they are not ours.
-    pub(crate) fn sender(&self, handle: u64) -> Option<u64> {
-        let peers = lock(&self.peers);
-        let known = peers.by_handle.get(&handle).cloned();
-        drop(peers);
+    /// The sender of a sample: its identity, which stays the same when it is lost and found again, and the hash of its
+    /// types (0 for a stranger). `None` if its types are not ours.
+    pub(crate) fn sender(&self, handle: u64) -> Option<(u128, u64)> {
+        let of = |peer: &Peer| {
+            let hash = peer.hello.as_ref().map_or(0, |hello| hello.types.hash);
+            peer.fits.then_some((u128::from_be_bytes(peer.guid), hash))
+        };
+        let known = lock(&self.peers).by_handle.get(&handle).map(of);
         // The watcher may be on its way.
-        match known.or_else(|| self.look_up(handle)) {
-            Some(peer) if !peer.fits => None,
-            Some(peer) => Some(peer.hello.map_or(0, |hello| hello.types.hash)),
-            None => Some(0),
-        }
+        let known = known.or_else(|| Some(of(&self.look_up(handle)?)));
+        known.unwrap_or(Some((handle.into(), 0)))
     }
 
     /// The participant of the sender of a sample.

@@ -1,7 +1,7 @@
 //! The receiving end of a topic.
 
 use crate::hello::{Role, topic_qos};
-use crate::inbox::{self, Values};
+use crate::inbox::{self, Heard, Values};
 use crate::publisher::{signal, type_name};
 use crate::session::{Port, Session, Wanted};
 use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber};
@@ -26,6 +26,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
     Ok(DdsSubscriber {
         port,
         values,
+        heard: Heard::default(),
         address,
     })
 }
@@ -33,6 +34,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
 pub(crate) struct DdsSubscriber {
     port: Port,
     values: Arc<Values>,
+    heard: Heard,
     address: String,
 }
 
@@ -48,12 +50,15 @@ impl Subscriber for DdsSubscriber {
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
         while let Some(sample) = self.values.next() {
             // Who has other types was told so when it was found.
-            let Some(type_hash) = self.port.ear.sender(sample.writer()) else {
+            let Some((sender, type_hash)) = self.port.ear.sender(sample.writer()) else {
                 continue;
             };
+            if !self.heard.is_new(sender, sample.sequence()) {
+                continue;
+            }
             return match inbox::body(&sample) {
                 Ok(body) => {
-                    take(inbox::header(&sample, type_hash), body);
+                    take(inbox::header(&sample, sender, type_hash), body);
                     Ok(true)
                 }
                 Err(reason) => Err(ReceiveError {
