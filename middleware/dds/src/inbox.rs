@@ -191,10 +191,10 @@ impl Inbox for Requests {
         if waiting.len() < MOST_REQUESTS {
             let since = Instant::now();
             waiting.push_back(Waiting { sample, since });
-        } else if let Some(id) = body(&sample).ok().and_then(rpc::request_id) {
-            if queues.refused.len() < MOST_REQUESTS {
-                queues.refused.insert((id.writer, id.sequence));
-            }
+        } else if queues.refused.len() < MOST_REQUESTS
+            && let Some(id) = body(&sample).ok().and_then(rpc::request_id)
+        {
+            queues.refused.insert((id.writer, id.sequence));
         }
     }
 }
