@@ -59,6 +59,8 @@ pub(crate) struct Peer {
     pub(crate) member: [u8; 12],
     /// None of a stranger.
     pub(crate) hello: Option<Hello>,
+    /// How long what it sends is worth anything.
+    lifespan: Option<Duration>,
     /// Whether its types are the same, as far as it tells.
     pub(crate) fits: bool,
     /// Whether it is still there.
@@ -190,6 +192,7 @@ impl Ear {
         Some(Peer {
             guid: end.guid,
             member,
+            lifespan: end.lifespan,
             hello,
             fits,
             here: true,
@@ -272,16 +275,20 @@ impl Ear {
         let _ = self.changed.wait_timeout(peers, limit);
     }
 
-    /// The sender of a sample: the hash of its types (0 for a stranger), or `None` if they are not ours.
-    pub(crate) fn sender(&self, handle: u64) -> Option<u64> {
+    /// The sender of a sample: the hash of its types (0 for a stranger), and how long its samples are worth anything; or
+    /// `None` if its types are not ours.
+    pub(crate) fn sender(&self, handle: u64) -> Option<(u64, Option<Duration>)> {
         let peers = lock(&self.peers);
         let known = peers.by_handle.get(&handle).cloned();
         drop(peers);
         // The watcher may be on its way.
         match known.or_else(|| self.look_up(handle)) {
             Some(peer) if !peer.fits => None,
-            Some(peer) => Some(peer.hello.map_or(0, |hello| hello.types.hash)),
-            None => Some(0),
+            Some(peer) => {
+                let hash = peer.hello.map_or(0, |hello| hello.types.hash);
+                Some((hash, peer.lifespan))
+            }
+            None => Some((0, None)),
         }
     }
 

@@ -8,7 +8,7 @@ use rc_middleware::{Encoding, Header, backend};
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Mutex, OnceLock};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// The bytes before a body (RTPS 2.5, 10.2): the representation, and how many bytes pad the body.
 const ENCAPSULATION: usize = 4;
@@ -63,6 +63,12 @@ pub(crate) fn stamp(sent: u64) -> i64 {
         sent => backend::now().saturating_sub(sent),
     };
     wall_clock() - age as i64
+}
+
+/// How long ago a sample was sent.
+pub(crate) fn age(sample: &Sample) -> Duration {
+    let age = wall_clock().saturating_sub(sample.stamp());
+    Duration::from_nanos(u64::try_from(age).unwrap_or(0))
 }
 
 /// The other way round; what comes from the future, by the clock of another machine, comes from now.

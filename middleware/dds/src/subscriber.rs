@@ -48,9 +48,13 @@ impl Subscriber for DdsSubscriber {
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
         while let Some(sample) = self.values.next() {
             // Who has other types was told so when it was found.
-            let Some(type_hash) = self.port.ear.sender(sample.writer()) else {
+            let Some((type_hash, lifespan)) = self.port.ear.sender(sample.writer()) else {
                 continue;
             };
+            // The library takes care of it in its own queue; here, too, a value may have waited for too long.
+            if lifespan.is_some_and(|lifespan| inbox::age(&sample) > lifespan) {
+                continue;
+            }
             return match inbox::body(&sample) {
                 Ok(body) => {
                     take(inbox::header(&sample, type_hash), body);
