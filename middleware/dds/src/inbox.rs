@@ -12,8 +12,10 @@ use std::time::{Duration, Instant};
 
 /// The bytes before a body (RTPS 2.5, 10.2): the representation, and how many bytes pad the body.
 const ENCAPSULATION: usize = 4;
-/// Of one client, how many requests wait here at most. Clients of ours stop long before that.
+/// Of one client, how many requests wait here at most, and of all together how many bytes. Clients of ours stop long
+/// before that.
 const MOST_REQUESTS: usize = 256;
+const MOST_BYTES: usize = 256 << 20;
 /// How many answers to one client may be unread. There are as many as there are requests, unless somebody floods it.
 const MOST_ANSWERS: usize = 256;
 
@@ -147,6 +149,8 @@ pub(crate) struct Requests(Mutex<Queues>);
 #[derive(Default)]
 struct Queues {
     clients: VecDeque<(u64, VecDeque<Waiting>)>,
+    /// How large what waits is.
+    bytes: usize,
     /// What found no place, to be refused.
     refused: BTreeSet<(Guid, u64)>,
 }
@@ -166,11 +170,12 @@ impl Requests {
             .iter()
             .position(|(_, waiting)| waiting.front().is_some_and(&may))?;
         let (client, mut waiting) = queues.clients.remove(at)?;
-        let next = waiting.pop_front();
+        let next = waiting.pop_front()?;
+        queues.bytes -= next.sample.len();
         if !waiting.is_empty() {
             queues.clients.push_back((client, waiting));
         }
-        next
+        Some(next)
     }
 
     /// A request that is to be refused.
@@ -187,16 +192,21 @@ impl Inbox for Requests {
 
     fn put(&self, sample: Sample) {
         let mut queues = lock(&self.0);
-        let client = sample.writer();
+        let (client, size) = (sample.writer(), sample.len());
         let at = queues.clients.iter().position(|(c, _)| *c == client);
-        let at = at.unwrap_or_else(|| {
-            queues.clients.push_back((client, VecDeque::new()));
-            queues.clients.len() - 1
-        });
-        let waiting = &mut queues.clients[at].1;
-        if waiting.len() < MOST_REQUESTS {
+        // One that is large is served where it is alone.
+        let is_room = at.is_none_or(|at| queues.clients[at].1.len() < MOST_REQUESTS)
+            && (queues.bytes == 0 || queues.bytes + size <= MOST_BYTES);
+        if is_room {
             let since = Instant::now();
-            waiting.push_back(Waiting { sample, since });
+            let waiting = Waiting { sample, since };
+            queues.bytes += size;
+            match at {
+                Some(at) => queues.clients[at].1.push_back(waiting),
+                None => queues
+                    .clients
+                    .push_back((client, VecDeque::from([waiting]))),
+            }
         } else if queues.refused.len() < MOST_REQUESTS
             && let Some(id) = body(&sample).ok().and_then(rpc::request_id)
         {
