@@ -15,7 +15,7 @@ pub mod model;
 mod parse;
 mod resolve;
 
-pub use connect::{Connection, Endpoint, Network, connect};
+pub use connect::{Connection, Endpoint, Network, Trouble, connect};
 pub use model::Deployment;
 pub use parse::parse;
 pub use resolve::load;

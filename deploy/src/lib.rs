@@ -23,6 +23,7 @@ mod control;
 pub mod detach;
 pub mod error;
 pub mod events;
+pub mod graph;
 pub mod guard;
 pub mod held;
 mod lines;

@@ -7,7 +7,7 @@ use rc_codegen::{FileLoader, Project, names};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_ddsl::{Endpoint, Network as Connections};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -23,6 +23,8 @@ pub struct Network {
     pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
+    /// For each text that a component is made of, also its configuration, the instances that it belongs to.
+    pub(crate) texts: HashMap<SourceId, Vec<usize>>,
 }
 
 /// What `cargo build` makes of a workspace.
@@ -78,18 +80,20 @@ pub fn load(
     let Some(deployment) = deployment else {
         return Ok((None, found));
     };
-    let projects = projects(&deployment, sources, loader, &mut found);
+    let mut texts = HashMap::new();
+    let projects = projects(&deployment, sources, loader, &mut texts, &mut found);
     let components: Vec<_> = projects
         .iter()
         .map(|p| p.as_ref().map(|p| &p.component))
         .collect();
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
-    let network = Network {
+    let mut network = Network {
         path: path.to_path_buf(),
         deployment,
         projects,
         connections,
+        texts,
     };
     network.check_topics(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
@@ -102,22 +106,32 @@ fn projects(
     deployment: &Deployment,
     sources: &mut SourceMap,
     loader: &FileLoader,
+    texts: &mut HashMap<SourceId, Vec<usize>>,
     found: &mut Diagnostics,
 ) -> Vec<Option<Rc<Project>>> {
-    let mut known: HashMap<PathBuf, Option<Rc<Project>>> = HashMap::new();
-    let instances = deployment.instances.iter();
+    let mut known: HashMap<PathBuf, (Option<Rc<Project>>, Vec<SourceId>)> = HashMap::new();
+    let instances = deployment.instances.iter().enumerate();
     instances
-        .map(|instance| {
+        .map(|(at, instance)| {
             let named = instance.cdsl.as_ref()?;
             let path = instance.folder.join(&named.text);
-            if let Some(project) = known.get(&path) {
+            let mut belong = |read: &[SourceId]| {
+                for text in read {
+                    texts.entry(*text).or_default().push(at);
+                }
+            };
+            if let Some((project, read)) = known.get(&path) {
+                belong(read);
                 return project.clone();
             }
+            let first = sources.ids().len();
             match Project::load(&path, sources, loader) {
                 Ok((project, more)) => {
                     let project = project.filter(|_| !more.has_errors()).map(Rc::new);
                     found.extend(more);
-                    known.insert(path, project.clone());
+                    let read: Vec<SourceId> = sources.ids().skip(first).collect();
+                    belong(&read);
+                    known.insert(path, (project.clone(), read));
                     project
                 }
                 Err(error) => {
@@ -236,7 +250,7 @@ impl Network {
     }
 
     /// The configuration of an instance, if it has one.
-    fn config(&self, at: usize) -> Option<PathBuf> {
+    pub(crate) fn config(&self, at: usize) -> Option<PathBuf> {
         let instance = &self.deployment.instances[at];
         if let Some(config) = &instance.config {
             return Some(instance.folder.join(&config.text));
@@ -245,8 +259,8 @@ impl Network {
         Some(project.folder().join("etc/config.toml")).filter(|path| path.exists())
     }
 
-    fn configurations(&self, sources: &mut SourceMap, found: &mut Diagnostics) {
-        let mut checked: HashSet<(PathBuf, u64)> = HashSet::new();
+    fn configurations(&mut self, sources: &mut SourceMap, found: &mut Diagnostics) {
+        let mut checked: HashMap<(PathBuf, u64), SourceId> = HashMap::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(Some(project)) = self.projects.get(at) else {
                 continue;
@@ -266,12 +280,16 @@ impl Network {
                 }
                 continue;
             };
-            if !checked.insert((path.clone(), project.hash)) {
+            let key = (path.clone(), project.hash);
+            if let Some(source) = checked.get(&key) {
+                self.texts.entry(*source).or_default().push(at);
                 continue;
             }
             match rc_codegen::load::read(&path) {
                 Ok(text) => {
                     let source = sources.add(path, text);
+                    checked.insert(key, source);
+                    self.texts.entry(source).or_default().push(at);
                     configuration(sources, source, project, found);
                 }
                 Err(error) => {

@@ -100,7 +100,7 @@ impl SourceMap {
     }
 
     /// Every text, in the order in which they were added.
-    pub fn ids(&self) -> impl Iterator<Item = SourceId> {
+    pub fn ids(&self) -> impl ExactSizeIterator<Item = SourceId> {
         (0..self.sources.len() as u32).map(SourceId)
     }
 
