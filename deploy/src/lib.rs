@@ -33,6 +33,7 @@ pub mod logs;
 pub mod network;
 pub mod params;
 pub mod plan;
+pub mod preview;
 pub mod process;
 mod relay;
 pub mod report;

@@ -1,6 +1,10 @@
 //! In which column each item stands.
 
 use crate::layers::{Item, LevelNet};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// No column is folded that is lower than this.
+const LEAST_LIMIT: i32 = 800;
 
 /// The column of each item, from 0: that of a source before those of its targets, as far as circles allow.
 pub(crate) fn ranks(items: &[Item], nets: &[LevelNet]) -> Vec<usize> {
@@ -67,11 +71,42 @@ pub(crate) fn ranks(items: &[Item], nets: &[LevelNet]) -> Vec<usize> {
             break;
         }
     }
-    // No empty columns.
-    let mut used: Vec<usize> = rank.clone();
-    used.sort_unstable();
-    used.dedup();
-    rank.iter()
+    folded(items, &rank)
+}
+
+/// The same columns without empty ones, and several in the place of one that is far higher than the picture is wide.
+fn folded(items: &[Item], rank: &[usize]) -> Vec<usize> {
+    let room = |item: &Item| f64::from(item.width + 60) * f64::from(item.height + 30);
+    let area: f64 = items.iter().map(room).sum();
+    let limit = ((area * 1.5).sqrt() as i32).max(LEAST_LIMIT);
+    let mut columns: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (item, rank) in rank.iter().enumerate() {
+        columns.entry(*rank).or_default().push(item);
+    }
+    let mut out = vec![0; items.len()];
+    let mut column = 0;
+    for members in columns.into_values() {
+        let height = |item: &usize| items[*item].height + 22;
+        let whole: i32 = members.iter().map(height).sum();
+        // As many as are needed, all of one height.
+        let parts = (whole + limit - 1) / limit;
+        let mut above = 0;
+        for item in &members {
+            let middle = above + height(item) / 2;
+            out[*item] = column + (middle * parts / whole) as usize;
+            above += height(item);
+        }
+        column += parts as usize;
+    }
+    compact(&out)
+}
+
+/// Numbers in the place of numbers: none is left out, their order stays.
+fn compact(ranks: &[usize]) -> Vec<usize> {
+    let used: BTreeSet<usize> = ranks.iter().copied().collect();
+    let used: Vec<usize> = used.into_iter().collect();
+    ranks
+        .iter()
         .map(|r| used.binary_search(r).unwrap_or(0))
         .collect()
 }

@@ -36,6 +36,17 @@ enum Command {
         #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<rc_diagnostics::Format>())]
         format: rc_diagnostics::Format,
     },
+    /// Tells what `up` would do, and does none of it: order, hosts, files, connections, policies.
+    Plan {
+        #[command(flatten)]
+        input: Input,
+        /// human, or json: one document.
+        #[arg(long, default_value = "human", value_parser = format)]
+        format: Format,
+        /// Looks at the descriptions alone, not at what is generated and built, nor at what this version can start.
+        #[arg(long)]
+        unbuilt: bool,
+    },
     /// Draws a network: components, groups, hosts, who talks to whom, and in red what is wrong.
     ///
     /// The picture is also written where the check finds errors; the exit code is 1 then.
@@ -48,7 +59,7 @@ enum Command {
         /// Where it goes; standard output where this is left out.
         #[arg(short, long, value_name = "FILE")]
         output: Option<PathBuf>,
-        /// Looks at the descriptions alone; nothing need be generated or built.
+        /// Looks at the descriptions alone, not at what is generated and built, nor at what this version can start.
         #[arg(long)]
         unbuilt: bool,
     },
@@ -226,6 +237,16 @@ fn main() -> ExitCode {
 fn run(command: Command) -> Result<u8, Failure> {
     match command {
         Command::Check { input, format } => check(&input, format),
+        Command::Plan {
+            input,
+            format,
+            unbuilt,
+        } => {
+            let human = rc_diagnostics::Format::Human;
+            let network = load(&input, human, examine(&input, unbuilt))?;
+            let preview = network.preview(input.profile).map_err(|e| system(&e))?;
+            show(format, &preview, ToString::to_string)
+        }
         Command::Graph {
             input,
             format,
@@ -424,8 +445,8 @@ fn load(
 /// What is looked at where nothing is to be started.
 fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
     move |network, found| {
-        network.warn_of_remote_hosts(found);
         if !unbuilt {
+            network.warn_of_remote_hosts(found);
             network.check_generated(found);
             network.check_executables(input.profile, found);
         }

@@ -5,7 +5,11 @@ use super::{Graph, Kind};
 
 /// A text as Graphviz reads it.
 fn quoted(text: &str) -> String {
-    let mut out = String::from("\"");
+    format!("\"{}\"", escaped(text))
+}
+
+fn escaped(text: &str) -> String {
+    let mut out = String::new();
     for c in text.chars() {
         match c {
             '"' => out.push_str("\\\""),
@@ -15,7 +19,6 @@ fn quoted(text: &str) -> String {
             c => out.push(c),
         }
     }
-    out.push('"');
     out
 }
 
@@ -76,12 +79,11 @@ pub(super) fn draw(graph: &Graph) -> String {
             quoted(&tooltip)
         );
     }
-    for ((level, _), number) in marks.listed.iter().zip(1..) {
-        out += &format!(
-            "  finding{number} [shape=plaintext, fontcolor={}, label={}];\n",
-            colour(*level),
-            quoted(&marks.line(number))
-        );
+    // At the end, so that no cluster takes it over.
+    if !marks.listed.is_empty() {
+        let lines = (1..=marks.listed.len()).map(|number| escaped(&marks.line(number)) + "\\l");
+        let lines: String = lines.collect();
+        out += &format!("  labelloc=b;\n  labeljust=l;\n  fontcolor=red3;\n  label=\"{lines}\";\n");
     }
     out + "}\n"
 }

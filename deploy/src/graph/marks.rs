@@ -66,10 +66,10 @@ impl<'a> Marks<'a> {
             for name in &finding.components {
                 note(&mut marks.components, name.as_str(), level, number);
             }
-            for name in &finding.group {
+            if let Some(name) = &finding.group {
                 note(&mut marks.groups, name.as_str(), level, number);
             }
-            for name in &finding.host {
+            if let Some(name) = &finding.host {
                 note(&mut marks.hosts, name.as_str(), level, number);
             }
             for slot in &finding.slots {

@@ -195,7 +195,7 @@ impl Network {
         Graph {
             network: self.name().to_owned(),
             ddsl: self.path.clone(),
-            hosts: self.drawn_hosts(),
+            hosts: self.hosts(),
             groups: self
                 .deployment
                 .groups
@@ -218,7 +218,8 @@ impl Network {
         host.map_or("localhost", |(host, _)| &self.deployment.hosts[host].name.text)
     }
 
-    fn drawn_hosts(&self) -> Vec<Host> {
+    /// The machines on which something runs.
+    pub(crate) fn hosts(&self) -> Vec<Host> {
         let used: BTreeSet<Option<usize>> = self
             .deployment
             .instances

@@ -122,12 +122,16 @@ fn emphasis(mark: Option<&Mark>) -> String {
 
 /// What a reader sees who points at a thing: a first line, and what is wrong with it.
 fn title(first: &str, marks: &Marks<'_>, mark: Option<&Mark>) -> String {
-    let mut all = xml(first);
-    for number in mark.iter().flat_map(|m| &m.numbers) {
-        all.push('\n');
-        all += &xml(&marks.line(*number));
-    }
-    format!("<title>{all}</title>")
+    let mut all = vec![first.to_owned()];
+    let numbers = mark.iter().flat_map(|m| &m.numbers);
+    all.extend(numbers.map(|number| marks.line(*number)));
+    format!("<title>{}</title>", xml_lines(&all))
+}
+
+/// Lines of a title; the one place where line feeds stay.
+fn xml_lines(lines: &[String]) -> String {
+    let lines = lines.iter().flat_map(|line| line.lines());
+    lines.map(xml).collect::<Vec<_>>().join("\n")
 }
 
 /// The last part of the path of an interface.
@@ -135,34 +139,54 @@ fn interface(path: &str) -> &str {
     path.rsplit("::").next().unwrap_or(path)
 }
 
-/// The lines of all connections: those with nothing wrong first, then warnings, then errors above them.
+/// The lines of all connections: those with nothing wrong first, then warnings, then errors above them. Lines of one
+/// slot that look the same are one path, so that what they share is drawn once.
 fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
-    let mut all: Vec<(Option<Level>, usize, String)> = Vec::new();
+    let mut all: Vec<(Option<Level>, String)> = Vec::new();
     let mut dots = String::new();
     for (bundle, routes) in bundles.iter().zip(&layout.routes) {
         let forks = forks(routes);
+        let mut paths: BTreeMap<(Option<Level>, &str), (Vec<usize>, String)> = BTreeMap::new();
         for (number, route) in bundle.connections.iter().zip(routes) {
-            let connection = &graph.connections[*number];
-            let mark = marks.connection(*number);
-            let (colour, thick) = mark.map_or((INK, "1.2"), |m| (m.level.colour(), "2.2"));
-            let dashes = match dashes(connection.middleware) {
+            let level = marks.connection(*number).map(|m| m.level);
+            let dashes = dashes(graph.connections[*number].middleware);
+            let (numbers, drawn) = paths.entry((level, dashes)).or_default();
+            numbers.push(*number);
+            *drawn += &path(route, &forks);
+        }
+        for ((level, dashes), (numbers, drawn)) in paths {
+            let colour = level.map_or(INK, Level::colour);
+            let thick = if level.is_some() { "2.2" } else { "1.2" };
+            let dashes = match dashes {
                 "" => String::new(),
                 dashes => format!(" stroke-dasharray=\"{dashes}\""),
             };
+            let words: Vec<String> = numbers
+                .iter()
+                .map(|number| in_words(graph, marks, *number))
+                .collect();
+            let title = xml_lines(&words);
             let drawn = format!(
-                "<g>{}<path d=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{thick}\"{dashes}/></g>\n",
-                title(&connection.in_words(), marks, mark),
-                path(route, &forks),
+                "<g><title>{title}</title><path d=\"{drawn}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{thick}\"{dashes}/></g>\n"
             );
-            all.push((mark.map(|m| m.level), *number, drawn));
+            all.push((level, drawn));
         }
         for fork in forks {
             dots += &format!("<circle cx=\"{}\" cy=\"{}\" r=\"2.4\"/>\n", fork.x, fork.y);
         }
     }
-    all.sort_by_key(|(level, number, _)| (*level, *number));
-    let lines: String = all.into_iter().map(|(_, _, drawn)| drawn).collect();
+    all.sort_by_key(|(level, _)| *level);
+    let lines: String = all.into_iter().map(|(_, drawn)| drawn).collect();
     lines + &dots
+}
+
+/// A connection, and what is wrong with it, as lines.
+fn in_words(graph: &Graph, marks: &Marks<'_>, number: usize) -> String {
+    let mut words = graph.connections[number].in_words();
+    for finding in marks.connection(number).iter().flat_map(|m| &m.numbers) {
+        words += &format!("\n{}", marks.line(*finding));
+    }
+    words
 }
 
 /// Where lines of one net part: three or four ways lead from there.

@@ -62,7 +62,7 @@ impl Legend {
         let (mut x, mut y, mut furthest) = (0, SPACE, 0);
         let mut samples = Vec::new();
         for (sample, name) in all {
-            let step = SAMPLE + GAP + width(name, SMALL, false);
+            let step = sample.width() + GAP + width(name, SMALL, false);
             if x > 0 && x + step > room {
                 (x, y) = (0, y + LINE);
             }
@@ -96,7 +96,7 @@ impl Legend {
         let mut out = format!("<g transform=\"translate({} {})\">\n", at.x, at.y);
         for (place, sample, name) in &self.samples {
             out += &sample.draw(*place);
-            out += &text(place.x + SAMPLE + GAP, place.y + 4, "", name);
+            out += &text(place.x + sample.width() + GAP, place.y + 4, "", name);
         }
         let mut y = self.below + SPACE;
         for (level, lines) in &self.findings {
@@ -110,6 +110,13 @@ impl Legend {
 }
 
 impl Sample {
+    fn width(&self) -> i32 {
+        match self {
+            Self::Line(_) | Self::Call | Self::Topic => SAMPLE,
+            Self::Provides | Self::Consumes => 2 * PORT,
+        }
+    }
+
     fn draw(&self, at: Point) -> String {
         let line = |dashes: &str| {
             let dashes = match dashes {
@@ -126,7 +133,7 @@ impl Sample {
         let square = |fill: &str| {
             format!(
                 "<rect x=\"{}\" y=\"{}\" width=\"{2}\" height=\"{2}\" fill=\"{fill}\" stroke=\"{INK}\"/>\n",
-                at.x + SAMPLE - 2 * PORT,
+                at.x,
                 at.y - PORT,
                 2 * PORT
             )
