@@ -7,7 +7,7 @@ use rc_codegen::{FileLoader, Project, names};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_ddsl::{Endpoint, Network as Connections};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -23,8 +23,8 @@ pub struct Network {
     pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
-    /// For each text that a component is made of, also its configuration, the instances that it belongs to.
-    pub(crate) texts: HashMap<SourceId, Vec<usize>>,
+    /// For each file that a component is made of, also its configuration, the instances that it belongs to.
+    pub(crate) texts: HashMap<PathBuf, Vec<usize>>,
 }
 
 /// What `cargo build` makes of a workspace.
@@ -106,30 +106,31 @@ fn projects(
     deployment: &Deployment,
     sources: &mut SourceMap,
     loader: &FileLoader,
-    texts: &mut HashMap<SourceId, Vec<usize>>,
+    texts: &mut HashMap<PathBuf, Vec<usize>>,
     found: &mut Diagnostics,
 ) -> Vec<Option<Rc<Project>>> {
-    let mut known: HashMap<PathBuf, (Option<Rc<Project>>, Vec<SourceId>)> = HashMap::new();
+    let mut known: HashMap<PathBuf, (Option<Rc<Project>>, Vec<PathBuf>)> = HashMap::new();
     let instances = deployment.instances.iter().enumerate();
     instances
         .map(|(at, instance)| {
             let named = instance.cdsl.as_ref()?;
             let path = instance.folder.join(&named.text);
-            let mut belong = |read: &[SourceId]| {
-                for text in read {
-                    texts.entry(*text).or_default().push(at);
+            let mut belong = |read: &[PathBuf]| {
+                for file in read {
+                    texts.entry(file.clone()).or_default().push(at);
                 }
             };
             if let Some((project, read)) = known.get(&path) {
                 belong(read);
                 return project.clone();
             }
-            let first = sources.ids().len();
+            let first = sources.ids().count();
             match Project::load(&path, sources, loader) {
                 Ok((project, more)) => {
                     let project = project.filter(|_| !more.has_errors()).map(Rc::new);
                     found.extend(more);
-                    let read: Vec<SourceId> = sources.ids().skip(first).collect();
+                    let read = sources.ids().skip(first);
+                    let read: Vec<PathBuf> = read.map(|id| sources.path(id).into()).collect();
                     belong(&read);
                     known.insert(path, (project.clone(), read));
                     project
@@ -260,7 +261,7 @@ impl Network {
     }
 
     fn configurations(&mut self, sources: &mut SourceMap, found: &mut Diagnostics) {
-        let mut checked: HashMap<(PathBuf, u64), SourceId> = HashMap::new();
+        let mut checked: HashSet<(PathBuf, u64)> = HashSet::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(Some(project)) = self.projects.get(at) else {
                 continue;
@@ -280,16 +281,13 @@ impl Network {
                 }
                 continue;
             };
-            let key = (path.clone(), project.hash);
-            if let Some(source) = checked.get(&key) {
-                self.texts.entry(*source).or_default().push(at);
+            self.texts.entry(path.clone()).or_default().push(at);
+            if !checked.insert((path.clone(), project.hash)) {
                 continue;
             }
             match rc_codegen::load::read(&path) {
                 Ok(text) => {
                     let source = sources.add(path, text);
-                    checked.insert(key, source);
-                    self.texts.entry(source).or_default().push(at);
                     configuration(sources, source, project, found);
                 }
                 Err(error) => {

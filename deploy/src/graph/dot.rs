@@ -36,6 +36,7 @@ pub(super) fn draw(graph: &Graph) -> String {
     out += "  node [shape=box, style=rounded, fontname=\"sans-serif\"];\n";
     out += "  edge [fontname=\"sans-serif\", fontsize=10];\n";
     let several = graph.hosts.len() > 1 || graph.hosts.iter().any(|h| h.name != "localhost");
+    let indent = if several { "  " } else { "" };
     for (number, host) in graph.hosts.iter().enumerate() {
         if several {
             let mark = marks.host(&host.name);
@@ -46,7 +47,7 @@ pub(super) fn draw(graph: &Graph) -> String {
                 out += &format!("    color={};\n", colour(mark.level));
             }
         }
-        inside(graph, &marks, None, number, "  ", &mut out);
+        inside(graph, &marks, None, number, indent, &mut out);
         if several {
             out += "  }\n";
         }

@@ -29,6 +29,7 @@ pub(super) fn draw(graph: &Graph) -> String {
     let marks = Marks::new(graph);
     let mut out = String::from("flowchart LR\n");
     let several = graph.hosts.len() > 1 || graph.hosts.iter().any(|h| h.name != "localhost");
+    let indent = if several { "  " } else { "" };
     for (number, host) in graph.hosts.iter().enumerate() {
         if several {
             let label = format!("host {} ({})", host.name, host.address);
@@ -36,7 +37,7 @@ pub(super) fn draw(graph: &Graph) -> String {
             let label = mark.map_or(label.clone(), |m| format!("{label} {}", m.text()));
             out += &format!("  subgraph h{number}[{}]\n", quoted(&label));
         }
-        inside(graph, &marks, None, number, "  ", &mut out);
+        inside(graph, &marks, None, number, indent, &mut out);
         if several {
             out += "  end\n";
         }

@@ -408,13 +408,14 @@ impl Network {
             return;
         }
         let span = diagnostic.span;
+        let components = &mut finding.components;
         let mut name = |at: &usize| {
             let name = &self.deployment.instances[*at].path;
-            if !finding.components.contains(name) {
-                finding.components.push(name.clone());
+            if !components.contains(name) {
+                components.push(name.clone());
             }
         };
-        if let Some(instances) = self.texts.get(&span.source) {
+        if let Some(instances) = self.texts.get(&finding.file) {
             instances.iter().for_each(&mut name);
             return;
         }

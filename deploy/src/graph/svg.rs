@@ -5,6 +5,8 @@
 
 mod boxes;
 mod legend;
+#[cfg(test)]
+mod tests;
 
 use super::marks::{Level, Mark, Marks};
 use super::text::{width, xml};

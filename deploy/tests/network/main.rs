@@ -4,6 +4,8 @@ mod camera;
 mod groups;
 mod joints;
 mod late;
+#[path = "../outside/mod.rs"]
+mod outside;
 mod params;
 mod patrol;
 mod python;
