@@ -1,8 +1,9 @@
 //! Who talks to whom, and what is wrong with it, before anything starts.
 
 use crate::agree::Agreement;
+use crate::check::{circle_in_words, node, waiting};
 use crate::exports::{Exports, provides};
-use crate::graph::circles;
+use crate::graph::{circles, parts, way};
 use crate::model::{Deployment, Instance, Place, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
@@ -70,6 +71,7 @@ pub fn connect(
     connector.unbound(&bound);
     let mut network = connector.network();
     connector.cycles(&network);
+    connector.orders(&network);
     network.connections.sort();
     network.connections.dedup();
     (network, connector.found)
@@ -427,6 +429,36 @@ impl<'a> Connector<'a> {
             let span = self.deployment.instances[circle[0]].name.span;
             let warning = Diagnostic::warning("requires-cycle", span, message);
             self.found.push(warning);
+        }
+    }
+}
+
+impl Connector<'_> {
+    /// What is required starts first, and so does what stands behind `after`: both must be possible.
+    fn orders(&mut self, network: &Network) {
+        let after = waiting(self.deployment);
+        let mut both = after.clone();
+        for (instance, required) in network.required.iter().enumerate() {
+            both[instance].extend(required);
+        }
+        let (alone, together) = (parts(&after), parts(&both));
+        let mut told: HashSet<usize> = HashSet::new();
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            for (place, span) in &instance.after {
+                let other = node(self.deployment, *place);
+                // What `after` alone makes impossible has been told.
+                let new = together[at] == together[other] && alone[at] != alone[other];
+                if !new || !told.insert(together[at]) {
+                    continue;
+                }
+                let mut circle = way(&both, other, at);
+                circle.rotate_right(1);
+                let (message, _) = circle_in_words(self.deployment, &circle);
+                let error = Diagnostic::error("after-cycle", *span, message);
+                self.found.push(error.help(
+                    "what is required starts first; without this `after`, those that require each other start together",
+                ));
+            }
         }
     }
 }

@@ -195,7 +195,13 @@ fn check_executable(
     found: &mut Diagnostics,
 ) {
     let name = &instance.path;
-    let build = "build it: `rcdeploy up --build`";
+    let build = match &instance.executable {
+        // Nobody builds what a file names.
+        Some(_) => {
+            "name the program that cargo builds of this component, or leave `executable` out"
+        }
+        None => "build it: `rcdeploy up --build`",
+    };
     let (code, message) = match note {
         Err(error) if error.kind() == io::ErrorKind::NotFound => (
             "missing-executable",
@@ -239,9 +245,22 @@ fn check_executable(
                 instance.middleware.word()
             ),
         ),
-        Ok(Some(_)) => return,
+        Ok(Some(_)) if may_run(path) => return,
+        Ok(Some(_)) => {
+            let message = format!("{} may not be executed by anybody", path.display());
+            let error = Diagnostic::error("not-executable", place, message);
+            found.push(error.help(format!("`chmod +x {}`", path.display())));
+            return;
+        }
     };
     found.push(Diagnostic::error(code, place, message).help(build));
+}
+
+/// Whether a file is one that somebody may execute.
+fn may_run(path: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = |file: std::fs::Metadata| file.permissions().mode();
+    path.metadata().is_ok_and(|file| mode(file) & 0o111 != 0)
 }
 
 impl Network {

@@ -127,7 +127,10 @@ impl Network {
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
                 executable: planned.executable,
-                configuration: self.config(at).map(std::path::absolute).transpose()?,
+                configuration: self
+                    .config(at)
+                    .map(|path| path.canonicalize())
+                    .transpose()?,
                 directory: planned.directory,
                 arguments: planned.args,
                 environment: planned.env,
@@ -153,7 +156,11 @@ impl Network {
             hosts: self.hosts(),
             waves: (0..count).map(in_wave).collect(),
             components,
-            connections: self.drawn_connections().into_iter().map(|(_, c)| c).collect(),
+            connections: self
+                .drawn_connections()
+                .into_iter()
+                .map(|(_, c)| c)
+                .collect(),
         })
     }
 }
@@ -197,7 +204,10 @@ impl fmt::Display for RestartRule {
 /// A path as short as it can be named from here.
 fn short(path: &Path) -> String {
     let here = std::env::current_dir().unwrap_or_default();
-    path.strip_prefix(here).unwrap_or(path).display().to_string()
+    path.strip_prefix(here)
+        .unwrap_or(path)
+        .display()
+        .to_string()
 }
 
 /// Words in lines that go on at column `indent` when they would be longer than [`LINE`].
@@ -290,7 +300,13 @@ impl Preview {
                     Kind::Topic => "topic",
                 };
                 let address = c.address.clone().unwrap_or_default();
-                [end(&c.from), end(&c.to), kind.into(), c.middleware.into(), address]
+                [
+                    end(&c.from),
+                    end(&c.to),
+                    kind.into(),
+                    c.middleware.into(),
+                    address,
+                ]
             })
             .collect();
         let titles = ["from", "to", "what", "over", "address"];
@@ -302,9 +318,17 @@ impl Preview {
         for row in std::iter::once(titles.map(str::to_owned)).chain(rows) {
             let [from, to, what, over, address] = row;
             let [a, b, c, d, _] = widths;
-            let gap = if beside { "  ".to_owned() } else { "\n    ".to_owned() };
+            let gap = if beside {
+                "  ".to_owned()
+            } else {
+                "\n    ".to_owned()
+            };
             let line = format!("{from:a$}  {to:b$}  {what:c$}  {over:d$}");
-            writeln!(f, "{}{gap}{address}", if beside { &line } else { line.trim_end() })?;
+            writeln!(
+                f,
+                "{}{gap}{address}",
+                if beside { &line } else { line.trim_end() }
+            )?;
         }
         Ok(())
     }
@@ -315,7 +339,10 @@ impl Preview {
             let mut row = |what: &str, text: &str| writeln!(f, "    {what:13}  {text}");
             row("executable", &short(&c.executable))?;
             let configuration = c.configuration.as_deref().map(short);
-            row("configuration", configuration.as_deref().unwrap_or("defaults"))?;
+            row(
+                "configuration",
+                configuration.as_deref().unwrap_or("defaults"),
+            )?;
             row("management", &short(&c.management))?;
             if let Some(endpoint) = c.endpoint {
                 row("endpoint", &endpoint.to_string())?;
@@ -323,7 +350,10 @@ impl Preview {
             row("middleware", &c.middleware)?;
             row("restart", &c.restart.to_string())?;
             if !c.environment.is_empty() {
-                let all = c.environment.iter().map(|(name, value)| format!("{name}={value}"));
+                let all = c
+                    .environment
+                    .iter()
+                    .map(|(name, value)| format!("{name}={value}"));
                 row("environment", &listed(&all.collect::<Vec<_>>(), 19))?;
             }
             let cpu: Vec<String> = c.cpu.iter().map(ToString::to_string).collect();
@@ -358,8 +388,15 @@ mod tests {
     fn long_lists_go_on_below() {
         let words: Vec<String> = (0..30).map(|n| format!("component{n}")).collect();
         let text = listed(&words, 40);
-        assert!(text.lines().skip(1).all(|l| l.starts_with(&" ".repeat(40)) && l.len() <= LINE));
-        assert!(text.lines().next().is_some_and(|l| l.len() <= LINE - 40), "{text}");
+        assert!(
+            text.lines()
+                .skip(1)
+                .all(|l| l.starts_with(&" ".repeat(40)) && l.len() <= LINE)
+        );
+        assert!(
+            text.lines().next().is_some_and(|l| l.len() <= LINE - 40),
+            "{text}"
+        );
         assert!(text.ends_with("component28, component29"), "{text}");
     }
 }

@@ -122,7 +122,9 @@ impl Layers {
             layers.add(What::Item(item), rank + 1, items[item].height);
         }
         let ways = nets.iter().enumerate();
-        let ways = ways.map(|(net, ends)| layers.way(net, ends, last)).collect();
+        let ways = ways
+            .map(|(net, ends)| layers.way(net, ends, last))
+            .collect();
         (layers, ways)
     }
 
@@ -200,7 +202,11 @@ impl Layers {
             What::Lane { .. } => 0,
             What::Item(item) => {
                 let item = &self.items[item];
-                let ports = if on_its_right { &item.right } else { &item.left };
+                let ports = if on_its_right {
+                    &item.right
+                } else {
+                    &item.left
+                };
                 ports.get(touch.port).copied().unwrap_or(item.height / 2)
             }
         }
@@ -216,7 +222,12 @@ impl Layers {
         let last = self.columns.len() - 1;
         let mut placed = Placed {
             width: columns[last].0,
-            height: self.elements.iter().map(|e| e.y + e.height).max().unwrap_or(0),
+            height: self
+                .elements
+                .iter()
+                .map(|e| e.y + e.height)
+                .max()
+                .unwrap_or(0),
             left: vec![None; nets.len()],
             right: vec![None; nets.len()],
             ..Placed::default()
@@ -224,7 +235,9 @@ impl Layers {
         for (at, item) in self.items.iter().enumerate() {
             let element = &self.elements[at];
             let (x, width) = columns[element.column];
-            placed.items.push(Point::new(x + (width - item.width) / 2, element.y));
+            placed
+                .items
+                .push(Point::new(x + (width - item.width) / 2, element.y));
         }
         for element in &self.elements {
             if let What::Lane { net, .. } = element.what {
@@ -241,8 +254,16 @@ impl Layers {
             .enumerate()
             .map(|(net, way)| {
                 let ends = way.targets.iter();
-                ends.map(|end| self.route(&placed.items, way, *end, &|gap| xs(net, gap), columns[last].0))
-                    .collect()
+                ends.map(|end| {
+                    self.route(
+                        &placed.items,
+                        way,
+                        *end,
+                        &|gap| xs(net, gap),
+                        columns[last].0,
+                    )
+                })
+                .collect()
             })
             .collect();
         placed

@@ -84,9 +84,8 @@ impl Lines {
             }
             for side in [&wire.left, &wire.right] {
                 for one in side {
-                    let is_back = |t: usize| {
-                        matches!(layers.elements[t].what, What::Lane { back: true, .. })
-                    };
+                    let is_back =
+                        |t: usize| matches!(layers.elements[t].what, What::Lane { back: true, .. });
                     for other in side.iter().filter(|o| o.element != one.element) {
                         if is_back(one.element) || is_back(other.element) {
                             lines.beside[one.element].push(other.element);
@@ -193,7 +192,9 @@ fn crossings(lines: &Lines, elements: &[Element], columns: &[Vec<usize>]) -> usi
         ends.sort_by(|one, other| one.0.total_cmp(&other.0));
         for (at, one) in ends.iter().enumerate() {
             let later = ends[at + 1..].iter();
-            count += later.filter(|other| one.0 < other.0 && one.1 > other.1).count();
+            count += later
+                .filter(|other| one.0 < other.0 && one.1 > other.1)
+                .count();
         }
         for element in column {
             for other in &lines.beside[*element] {

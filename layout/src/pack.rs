@@ -20,7 +20,10 @@ pub(crate) fn pack(
         items: vec![Point::new(0, 0); items.len()],
         left: vec![None; nets.len()],
         right: vec![None; nets.len()],
-        routes: nets.iter().map(|n| vec![Vec::new(); n.targets.len()]).collect(),
+        routes: nets
+            .iter()
+            .map(|n| vec![Vec::new(); n.targets.len()])
+            .collect(),
         ..Placed::default()
     };
     let parts: Vec<(Part, Placed)> = parts(items, nets)

@@ -38,7 +38,11 @@ pub(crate) fn ranks(items: &[Item], nets: &[LevelNet]) -> Vec<usize> {
     }
     let mut rank = vec![0_usize; count];
     for item in &order {
-        rank[*item] = before[*item].iter().map(|b| rank[*b] + 1).max().unwrap_or(0);
+        rank[*item] = before[*item]
+            .iter()
+            .map(|b| rank[*b] + 1)
+            .max()
+            .unwrap_or(0);
     }
     let last = rank.iter().copied().max().unwrap_or(0);
     // Lines from and to the border pull, too.
@@ -58,7 +62,11 @@ pub(crate) fn ranks(items: &[Item], nets: &[LevelNet]) -> Vec<usize> {
         for item in order.iter().rev().copied() {
             let force = after[item].len() as i32 - before[item].len() as i32 + pull[item];
             let lowest = before[item].iter().map(|b| rank[*b] + 1).max().unwrap_or(0);
-            let highest = after[item].iter().map(|a| rank[*a] - 1).min().unwrap_or(last);
+            let highest = after[item]
+                .iter()
+                .map(|a| rank[*a] - 1)
+                .min()
+                .unwrap_or(last);
             let wanted = match force {
                 1.. => highest,
                 ..0 => lowest,

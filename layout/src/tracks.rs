@@ -71,10 +71,15 @@ fn cost(one: &(Vec<i32>, Vec<i32>), other: &(Vec<i32>, Vec<i32>)) -> usize {
     let crossing = |ys: &[i32], of: &(Vec<i32>, Vec<i32>)| {
         let all = || of.0.iter().chain(&of.1).copied();
         let (low, high) = (all().min().unwrap_or(0), all().max().unwrap_or(0));
-        let within = ys.iter().filter(|y| low <= **y && **y <= high && low < high);
+        let within = ys
+            .iter()
+            .filter(|y| low <= **y && **y <= high && low < high);
         within.count()
     };
-    let upon = one.1.iter().flat_map(|y| other.0.iter().map(move |z| (y, z)));
+    let upon = one
+        .1
+        .iter()
+        .flat_map(|y| other.0.iter().map(move |z| (y, z)));
     let upon = upon.filter(|(y, z)| (*y - *z).abs() < NEAR).count();
     crossing(&one.1, other) + crossing(&other.0, one) + 50 * upon
 }
@@ -92,7 +97,10 @@ fn sorted(layers: &Layers, gap: usize) -> Vec<usize> {
             };
             order.remove(at);
             // The cost of all places, from that before all others on.
-            let mut sum: i64 = order.iter().map(|o| cost(&ends[wire], &ends[*o]) as i64).sum();
+            let mut sum: i64 = order
+                .iter()
+                .map(|o| cost(&ends[wire], &ends[*o]) as i64)
+                .sum();
             let mut costs = vec![sum];
             for other in &order {
                 sum += cost(&ends[*other], &ends[wire]) as i64;
@@ -129,7 +137,9 @@ fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
             if !taken(layers, y) {
                 continue;
             }
-            let step = [4, -4, 5, -5, 6, -6].into_iter().find(|s| !taken(layers, y + s));
+            let step = [4, -4, 5, -5, 6, -6]
+                .into_iter()
+                .find(|s| !taken(layers, y + s));
             if let Some(step) = step {
                 shift(layers, touch, step);
             }

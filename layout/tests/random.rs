@@ -93,7 +93,10 @@ fn check_boxes(nodes: &[Node], drawn: &Layout) {
             },
             None => (&whole, 0),
         };
-        assert!(within(rect, outer, header), "{at}: {rect:?} is not in {outer:?}");
+        assert!(
+            within(rect, outer, header),
+            "{at}: {rect:?} is not in {outer:?}"
+        );
         for (other, beside) in drawn.boxes.iter().enumerate().skip(at + 1) {
             let nested = is_inside(nodes, other, at) || is_inside(nodes, at, other);
             assert!(nested || apart(rect, beside), "{at} and {other} overlap");
@@ -112,7 +115,10 @@ fn check_route(nodes: &[Node], drawn: &Layout, from: Port, to: Port, route: &[Po
     assert!(route[1].x > first.x && route[route.len() - 2].x < last.x);
     for pair in route.windows(2) {
         let (one, other) = (pair[0], pair[1]);
-        assert!((one.x == other.x) != (one.y == other.y), "{one:?} to {other:?}");
+        assert!(
+            (one.x == other.x) != (one.y == other.y),
+            "{one:?} to {other:?}"
+        );
         for (at, rect) in drawn.boxes.iter().enumerate() {
             let around = is_inside(nodes, from.node, at) || is_inside(nodes, to.node, at);
             let own_cluster = around && matches!(nodes[at].shape, Shape::Cluster { .. });

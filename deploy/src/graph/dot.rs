@@ -42,7 +42,10 @@ pub(super) fn draw(graph: &Graph) -> String {
             let mark = marks.host(&host.name);
             let label = format!("host {} ({})", host.name, host.address);
             let label = mark.map_or(label.clone(), |m| format!("{label} {}", m.text()));
-            out += &format!("  subgraph cluster_host{number} {{\n    label={};\n", quoted(&label));
+            out += &format!(
+                "  subgraph cluster_host{number} {{\n    label={};\n",
+                quoted(&label)
+            );
             if let Some(mark) = mark {
                 out += &format!("    color={};\n", colour(mark.level));
             }
@@ -68,7 +71,9 @@ pub(super) fn draw(graph: &Graph) -> String {
         }
         if let Some(mark) = mark {
             label += &format!("\n{}", mark.text());
-            mark.numbers.iter().for_each(|n| tooltip += &format!("\n{}", marks.line(*n)));
+            mark.numbers
+                .iter()
+                .for_each(|n| tooltip += &format!("\n{}", marks.line(*n)));
             let colour = colour(mark.level);
             more += &format!(", color={colour}, fontcolor={colour}, penwidth=2");
         }
@@ -112,7 +117,9 @@ fn inside(
         let mut more = String::new();
         if let Some(mark) = mark {
             label += &format!("\n{}", mark.text());
-            mark.numbers.iter().for_each(|n| tooltip += &format!("\n{}", marks.line(*n)));
+            mark.numbers
+                .iter()
+                .for_each(|n| tooltip += &format!("\n{}", marks.line(*n)));
             let colour = colour(mark.level);
             more = format!(", color={colour}, fontcolor={colour}, penwidth=2");
         }
@@ -139,7 +146,14 @@ fn inside(
         if let Some(mark) = mark {
             *out += &format!("{indent}    color={};\n", colour(mark.level));
         }
-        inside(graph, marks, Some(&inner.name), host, &format!("{indent}  "), out);
+        inside(
+            graph,
+            marks,
+            Some(&inner.name),
+            host,
+            &format!("{indent}  "),
+            out,
+        );
         *out += &format!("{indent}  }}\n");
     }
 }

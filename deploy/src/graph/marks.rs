@@ -117,7 +117,10 @@ impl<'a> Marks<'a> {
     /// A finding as one line: `[2] error[no-provider]: … (a.ddsl:3:15)`.
     pub(crate) fn line(&self, number: usize) -> String {
         let (_, f) = self.listed[number - 1];
-        let help = f.help.as_ref().map_or_else(String::new, |h| format!("; {h}"));
+        let help = f
+            .help
+            .as_ref()
+            .map_or_else(String::new, |h| format!("; {h}"));
         format!(
             "[{number}] {}[{}]: {}{help} ({}:{}:{})",
             f.severity,

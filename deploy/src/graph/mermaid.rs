@@ -118,7 +118,14 @@ fn inside(
         let mark = marks.group(&inner.name);
         let label = mark.map_or(name.to_owned(), |m| format!("{name} {}", m.text()));
         *out += &format!("{indent}  subgraph h{host}g{number}[{}]\n", quoted(&label));
-        inside(graph, marks, Some(&inner.name), host, &format!("{indent}  "), out);
+        inside(
+            graph,
+            marks,
+            Some(&inner.name),
+            host,
+            &format!("{indent}  "),
+            out,
+        );
         *out += &format!("{indent}  end\n");
     }
 }

@@ -215,7 +215,9 @@ impl Network {
     /// The name of the machine that an instance runs on.
     pub(crate) fn host_name(&self, at: usize) -> &str {
         let host = self.deployment.instances[at].host;
-        host.map_or("localhost", |(host, _)| &self.deployment.hosts[host].name.text)
+        host.map_or("localhost", |(host, _)| {
+            &self.deployment.hosts[host].name.text
+        })
     }
 
     /// The machines on which something runs.
@@ -241,11 +243,15 @@ impl Network {
     fn drawn(&self, at: usize) -> Component {
         let instance = &self.deployment.instances[at];
         let component = self.projects[at].as_ref().map(|p| &p.component);
-        let slots = component.iter().flat_map(|c| c.slots.iter().map(move |s| (c, s)));
+        let slots = component
+            .iter()
+            .flat_map(|c| c.slots.iter().map(move |s| (c, s)));
         Component {
             name: instance.path.clone(),
             component: component.map(|c| c.name.text.clone()),
-            group: instance.group.map(|g| self.deployment.groups[g].path.clone()),
+            group: instance
+                .group
+                .map(|g| self.deployment.groups[g].path.clone()),
             host: self.host_name(at).to_owned(),
             middleware: instance.middleware.word(),
             slots: slots
@@ -324,7 +330,12 @@ impl Network {
         };
         let at = |span: rc_diagnostics::Span| (span.source, span.start);
         let mut owners = BTreeMap::from([(at(deployment.name.span), Owner::Network)]);
-        owners.extend(deployment.domains.iter().map(|(_, span)| (at(*span), Owner::Network)));
+        owners.extend(
+            deployment
+                .domains
+                .iter()
+                .map(|(_, span)| (at(*span), Owner::Network)),
+        );
         let hosts = deployment.hosts.iter().enumerate();
         owners.extend(hosts.map(|(n, host)| (at(host.name.span), Owner::Host(n))));
         for (n, group) in deployment.groups.iter().enumerate() {
@@ -345,8 +356,11 @@ impl Network {
         connections: &[(Pair, Connection)],
     ) -> Vec<Finding> {
         let owners = self.owners();
-        let numbers: BTreeMap<Pair, usize> =
-            connections.iter().zip(0..).map(|((pair, _), n)| (*pair, n)).collect();
+        let numbers: BTreeMap<Pair, usize> = connections
+            .iter()
+            .zip(0..)
+            .map(|((pair, _), n)| (*pair, n))
+            .collect();
         let mut findings: Vec<Finding> = Vec::new();
         // Components that read one wrong file each find the same.
         let mut known: HashMap<(&str, PathBuf, usize, usize, &str), usize> = HashMap::new();
@@ -355,7 +369,13 @@ impl Network {
             let place = sources.position(span.source, span.start);
             let file = sources.path(span.source).to_path_buf();
             let (line, column) = (place.line, place.column);
-            let key = (diagnostic.code, file.clone(), line, column, diagnostic.message.as_str());
+            let key = (
+                diagnostic.code,
+                file.clone(),
+                line,
+                column,
+                diagnostic.message.as_str(),
+            );
             let at = *known.entry(key).or_insert_with(|| {
                 findings.push(Finding {
                     code: diagnostic.code,

@@ -107,7 +107,10 @@ fn bundles(graph: &Graph, boxes: &Boxes) -> Vec<Bundle> {
 }
 
 fn text(x: i32, y: i32, attributes: &str, text: &str) -> String {
-    format!("<text x=\"{x}\" y=\"{y}\"{attributes}>{}</text>\n", xml(text))
+    format!(
+        "<text x=\"{x}\" y=\"{y}\"{attributes}>{}</text>\n",
+        xml(text)
+    )
 }
 
 /// A text with the numbers of what is wrong behind it.
@@ -310,8 +313,7 @@ fn line_number(route: &[Point], mark: &Mark) -> String {
     let label = mark.text();
     let wide = width(&label, SMALL, true) + 4;
     let colour = mark.level.colour();
-    let attributes =
-        format!(" text-anchor=\"middle\" font-weight=\"bold\" fill=\"{colour}\"");
+    let attributes = format!(" text-anchor=\"middle\" font-weight=\"bold\" fill=\"{colour}\"");
     format!(
         "<rect x=\"{}\" y=\"{}\" width=\"{wide}\" height=\"13\" fill=\"#ffffff\" stroke=\"{colour}\"/>\n{}",
         x - wide / 2,

@@ -10,8 +10,8 @@ pub(crate) fn width(text: &str, size: f64, bold: bool) -> i32 {
 fn thousandths(c: char) -> u32 {
     match c {
         'i' | 'j' | 'l' | '\'' | '|' => 340,
-        ' ' | ',' | '.' | ':' | ';' | '/' | '\\' | 'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '!'
-        | 'I' | 'J' | '-' | '`' => 412,
+        ' ' | ',' | '.' | ':' | ';' | '/' | '\\' | 'f' | 't' | 'r' | '(' | ')' | '[' | ']'
+        | '!' | 'I' | 'J' | '-' | '`' => 412,
         'm' | 'M' | 'W' | '@' | '%' => 1000,
         'w' | 'N' | 'O' | 'Q' | 'G' | 'D' | 'H' | 'U' | '&' | '#' | '+' | '=' | '<' | '>' => 838,
         'A'..='Z' => 720,
@@ -71,13 +71,19 @@ mod tests {
     #[test]
     fn a_long_text_is_broken_to_fit() {
         let lines = wrap("one two abcdefghijklmnopqrstuvwxyz three", 10.0, 60);
-        assert!(lines.iter().all(|l| width(l, 10.0, false) <= 60), "{lines:?}");
+        assert!(
+            lines.iter().all(|l| width(l, 10.0, false) <= 60),
+            "{lines:?}"
+        );
         assert_eq!(lines.concat().replace(' ', "").len(), 37);
         assert_eq!(wrap("", 10.0, 60), [""]);
     }
 
     #[test]
     fn what_xml_cannot_hold_is_shown() {
-        assert_eq!(xml("a<b>&\"'\u{1}\n"), "a&lt;b&gt;&amp;&quot;&#39;\u{fffd} ");
+        assert_eq!(
+            xml("a<b>&\"'\u{1}\n"),
+            "a&lt;b&gt;&amp;&quot;&#39;\u{fffd} "
+        );
     }
 }

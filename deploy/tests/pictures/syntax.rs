@@ -69,6 +69,10 @@ fn mermaid_reads_its_texts() {
     };
     let folder = tempfile::tempdir().expect("a folder");
     let files = files(folder.path(), GraphFormat::Mermaid);
-    let all: Vec<&str> = [&program].into_iter().chain(&files).map(String::as_str).collect();
+    let all: Vec<&str> = [&program]
+        .into_iter()
+        .chain(&files)
+        .map(String::as_str)
+        .collect();
     run(Path::new("node"), &all).expect("Mermaid reads them");
 }

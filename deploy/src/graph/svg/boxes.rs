@@ -54,7 +54,10 @@ fn head(component: &Component) -> i32 {
 }
 
 fn host_name(host: &Host) -> String {
-    let user = host.user.as_ref().map_or(String::new(), |u| format!("{u}@"));
+    let user = host
+        .user
+        .as_ref()
+        .map_or(String::new(), |u| format!("{u}@"));
     if host.name == host.address && user.is_empty() {
         format!("host {}", host.name)
     } else {
@@ -101,7 +104,9 @@ impl Boxes {
             let name = marked(Graph::own_name(&group.name), marks.group(&group.name));
             for host in on {
                 let parent = group.parent.as_deref();
-                let parent = parent.and_then(|p| groups.get(&(p, host)).copied()).or(host);
+                let parent = parent
+                    .and_then(|p| groups.get(&(p, host)).copied())
+                    .or(host);
                 let node = boxes.cluster(parent, Cluster::Group(number), &name);
                 groups.insert((&group.name, host), node);
             }
@@ -140,7 +145,11 @@ impl Boxes {
         let mut names = [Vec::new(), Vec::new()];
         for (number, slot) in component.slots.iter().enumerate() {
             let mark = marks.slot(at, number);
-            let side = if provides(slot) { &mut right } else { &mut left };
+            let side = if provides(slot) {
+                &mut right
+            } else {
+                &mut left
+            };
             self.ports.insert((at, number), port(node, side.len()));
             side.push(top + ROW * side.len() as i32);
             let name = width(&marked(&slot_name(slot), mark), SMALL, mark.is_some());
@@ -201,7 +210,12 @@ impl Boxes {
                 mark => emphasis(mark),
             };
             let attributes = format!(" font-size=\"{NAME}\"{emphasis}");
-            out += &text(rect.x + 2 * SIDE, rect.y + 19, &attributes, &marked(&name, mark));
+            out += &text(
+                rect.x + 2 * SIDE,
+                rect.y + 19,
+                &attributes,
+                &marked(&name, mark),
+            );
             out += "</g>\n";
         }
         out
@@ -214,7 +228,9 @@ impl Boxes {
             let rect = &rects[self.components[at]];
             let own = marks.component(&component.name);
             let all = marks.component_with_slots(&component.name, at, component.slots.len());
-            let (colour, thick) = all.as_ref().map_or((INK, "1.2"), |m| (m.level.colour(), "2.4"));
+            let (colour, thick) = all
+                .as_ref()
+                .map_or((INK, "1.2"), |m| (m.level.colour(), "2.4"));
             let what = format!(
                 "{}: {} on {}, over {}",
                 component.name,
@@ -261,7 +277,13 @@ impl Boxes {
         let colour = mark.map_or(INK, |m| m.level.colour());
         let (x, y, fill, at, anchor) = if provides(slot) {
             let x = rect.x + rect.width;
-            (x, right[port.port], colour, x - SIDE, " text-anchor=\"end\"")
+            (
+                x,
+                right[port.port],
+                colour,
+                x - SIDE,
+                " text-anchor=\"end\"",
+            )
         } else {
             (rect.x, left[port.port], "#ffffff", rect.x + SIDE, "")
         };

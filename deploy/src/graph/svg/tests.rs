@@ -7,7 +7,14 @@ use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use roxmltree::{Document, Node};
 
-const WORDS: [&str; 6] = ["arm", "b", "a_very_long_name_of_a_component", "<&\"'>", "größe", "目"];
+const WORDS: [&str; 6] = [
+    "arm",
+    "b",
+    "a_very_long_name_of_a_component",
+    "<&\"'>",
+    "größe",
+    "目",
+];
 const ROLES: [&str; 4] = ["implements", "requires", "publishes", "subscribesTo"];
 
 fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
@@ -22,18 +29,24 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
     for number in 0..u.int_in_range(0..=4)? {
         let parent = match groups.len() {
             0 => None,
-            some => groups.get(u.int_in_range(0..=some)?).map(|g| g.name.clone()),
+            some => groups
+                .get(u.int_in_range(0..=some)?)
+                .map(|g| g.name.clone()),
         };
         let own = format!("{}{number}", u.choose(&WORDS)?);
         groups.push(Group {
-            name: parent.as_ref().map_or(own.clone(), |p| format!("{p}.{own}")),
+            name: parent
+                .as_ref()
+                .map_or(own.clone(), |p| format!("{p}.{own}")),
             parent,
             exports: Vec::new(),
         });
     }
     let mut components = Vec::new();
     for number in 0..u.int_in_range(0..=15)? {
-        let group = groups.get(u.int_in_range(0..=groups.len())?).map(|g| g.name.clone());
+        let group = groups
+            .get(u.int_in_range(0..=groups.len())?)
+            .map(|g| g.name.clone());
         let own = format!("{}{number}", u.choose(&WORDS)?);
         let mut slots = Vec::new();
         for _ in 0..u.int_in_range(0..=5)? {
@@ -66,7 +79,9 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
             column: 2,
             components: Vec::from_iter(components.first().map(|c: &Component| c.name.clone())),
             slots: Vec::from_iter(connections.first().map(|c: &Connection| c.from.clone())),
-            connections: (0..connections.len()).take(u.int_in_range(0..=3)?).collect(),
+            connections: (0..connections.len())
+                .take(u.int_in_range(0..=3)?)
+                .collect(),
             group: groups.last().map(|g| g.name.clone()),
             host: Some(hosts[0].name.clone()),
         });
@@ -160,8 +175,14 @@ fn every_text_is_in_the_picture_and_no_box_covers_another() {
         let (wide, high) = (number(root, "width"), number(root, "height"));
         for node in page.descendants().filter(|n| n.has_tag_name("text")) {
             let (start, end, base) = extent(node);
-            assert!(start >= 0 && end <= wide, "{node:?} from {start} to {end} of {wide}");
-            assert!(base >= 10 && base <= high - 3, "{node:?} at {base} of {high}");
+            assert!(
+                start >= 0 && end <= wide,
+                "{node:?} from {start} to {end} of {wide}"
+            );
+            assert!(
+                base >= 10 && base <= high - 3,
+                "{node:?} at {base} of {high}"
+            );
         }
         let boxes: Vec<Node<'_, '_>> = page
             .descendants()
@@ -176,7 +197,10 @@ fn every_text_is_in_the_picture_and_no_box_covers_another() {
             let (left, right, top, bottom) = sides(*one);
             for other in &boxes[at + 1..] {
                 let (l, r, t, b) = sides(*other);
-                assert!(right < l || r < left || bottom < t || b < top, "{one:?} {other:?}");
+                assert!(
+                    right < l || r < left || bottom < t || b < top,
+                    "{one:?} {other:?}"
+                );
             }
             // What a component says stands in its box.
             let (by, _) = moved(*one);
