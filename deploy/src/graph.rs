@@ -6,6 +6,7 @@ mod dot;
 mod marks;
 mod mermaid;
 mod model;
+mod outline;
 mod svg;
 mod text;
 

@@ -317,13 +317,15 @@ impl Preview {
         writeln!(f)?;
         for row in std::iter::once(titles.map(str::to_owned)).chain(rows) {
             let [from, to, what, over, address] = row;
-            let [a, b, c, d, _] = widths;
             let gap = if beside {
                 "  ".to_owned()
             } else {
                 "\n    ".to_owned()
             };
-            let line = format!("{from:a$}  {to:b$}  {what:c$}  {over:d$}");
+            let line = format!(
+                "{from:0$}  {to:1$}  {what:2$}  {over:3$}",
+                widths[0], widths[1], widths[2], widths[3]
+            );
             writeln!(
                 f,
                 "{}{gap}{address}",

@@ -77,18 +77,20 @@ struct Part {
     border: bool,
 }
 
+/// The item that stands for all that are connected to one.
+fn find(root: &mut [usize], mut at: usize) -> usize {
+    while root[at] != at {
+        root[at] = root[root[at]];
+        at = root[at];
+    }
+    at
+}
+
 /// The connected parts; that which reaches the border comes first, the others in the order of their first items.
 fn parts(items: &[Item], nets: &[LevelNet]) -> Vec<Part> {
     // The border is one more item.
     let border = items.len();
     let mut root: Vec<usize> = (0..=border).collect();
-    fn find(root: &mut [usize], mut at: usize) -> usize {
-        while root[at] != at {
-            root[at] = root[root[at]];
-            at = root[at];
-        }
-        at
-    }
     let index = |end: Option<(usize, usize)>| end.map_or(border, |(item, _)| item);
     for net in nets {
         for target in &net.targets {

@@ -1,6 +1,7 @@
 //! A picture as text for Graphviz.
 
-use super::marks::{Level, Marks};
+use super::marks::{Level, Mark, Marks, marked};
+use super::outline::{Step, outline};
 use super::{Graph, Kind};
 
 /// A text as Graphviz reads it.
@@ -35,34 +36,14 @@ pub(super) fn draw(graph: &Graph) -> String {
     out += "  rankdir=LR;\n  fontname=\"sans-serif\";\n";
     out += "  node [shape=box, style=rounded, fontname=\"sans-serif\"];\n";
     out += "  edge [fontname=\"sans-serif\", fontsize=10];\n";
-    let several = graph.hosts.len() > 1 || graph.hosts.iter().any(|h| h.name != "localhost");
-    let indent = if several { "  " } else { "" };
-    for (number, host) in graph.hosts.iter().enumerate() {
-        if several {
-            let mark = marks.host(&host.name);
-            let label = format!("host {} ({})", host.name, host.address);
-            let label = mark.map_or(label.clone(), |m| format!("{label} {}", m.text()));
-            out += &format!(
-                "  subgraph cluster_host{number} {{\n    label={};\n",
-                quoted(&label)
-            );
-            if let Some(mark) = mark {
-                out += &format!("    color={};\n", colour(mark.level));
-            }
-        }
-        inside(graph, &marks, None, number, indent, &mut out);
-        if several {
-            out += "  }\n";
-        }
+    let mut indent = String::from("  ");
+    for step in outline(graph) {
+        out += &boxed(graph, &marks, step, &mut indent);
     }
     for (number, connection) in graph.connections.iter().enumerate() {
         let (provider, consumer) = connection.provider_and_consumer();
         let mark = marks.connection(number);
-        let name = match connection.from.slot == connection.to.slot {
-            true => connection.from.slot.clone(),
-            false => format!("{} → {}", connection.from.slot, connection.to.slot),
-        };
-        let mut label = format!("{name}\n{}", connection.middleware);
+        let mut label = format!("{}\n{}", connection.name(), connection.middleware);
         let mut tooltip = connection.in_words();
         let mut more = String::new();
         // Who provides stands on the left; a call runs against that.
@@ -94,66 +75,55 @@ pub(super) fn draw(graph: &Graph) -> String {
     out + "}\n"
 }
 
-/// What stands directly in a group, or in no group, on one host; then the groups inside it.
-fn inside(
-    graph: &Graph,
-    marks: &Marks<'_>,
-    group: Option<&str>,
-    host: usize,
-    indent: &str,
-    out: &mut String,
-) {
-    let on = &graph.hosts[host].name;
-    for (at, component) in graph.components.iter().enumerate() {
-        if component.group.as_deref() != group || component.host != *on {
-            continue;
+/// The beginning or the end of a box.
+fn boxed(graph: &Graph, marks: &Marks<'_>, step: Step, indent: &mut String) -> String {
+    let outer = indent.clone();
+    let mut cluster = |name: String, label: &str, mark: Option<&Mark>| {
+        indent.push_str("  ");
+        let colour = mark.map(|m| format!("{indent}color={};\n", colour(m.level)));
+        format!(
+            "{outer}subgraph cluster_{name} {{\n{indent}label={};\n{}",
+            quoted(&marked(label, mark)),
+            colour.unwrap_or_default()
+        )
+    };
+    match step {
+        Step::Host(at) => {
+            let host = &graph.hosts[at];
+            cluster(format!("host{at}"), &host.title(), marks.host(&host.name))
         }
-        let mark = marks.component_with_slots(&component.name, at, component.slots.len());
-        let mut label = Graph::own_name(&component.name).to_owned();
-        let mut tooltip = component.name.clone();
-        if let Some(kind) = component.component.as_ref().filter(|k| **k != label) {
-            label += &format!("\n{kind}");
+        Step::Group(at, host) => {
+            let group = &graph.groups[at];
+            let name = Graph::own_name(&group.name);
+            cluster(
+                format!("host{host}_group{at}"),
+                name,
+                marks.group(&group.name),
+            )
         }
-        let mut more = String::new();
-        if let Some(mark) = mark {
-            label += &format!("\n{}", mark.text());
-            mark.numbers
-                .iter()
-                .for_each(|n| tooltip += &format!("\n{}", marks.line(*n)));
-            let colour = colour(mark.level);
-            more = format!(", color={colour}, fontcolor={colour}, penwidth=2");
+        Step::Component(at) => {
+            let component = &graph.components[at];
+            let mark = marks.component_with_slots(&component.name, at, component.slots.len());
+            let mut label = Graph::own_name(&component.name).to_owned();
+            let mut tooltip = component.name.clone();
+            label.extend(component.kind().map(|kind| format!("\n{kind}")));
+            let mut more = String::new();
+            if let Some(mark) = mark {
+                label += &format!("\n{}", mark.text());
+                let lines = mark.numbers.iter().map(|n| format!("\n{}", marks.line(*n)));
+                tooltip.extend(lines);
+                let colour = colour(mark.level);
+                more = format!(", color={colour}, fontcolor={colour}, penwidth=2");
+            }
+            format!(
+                "{outer}c{at} [label={}, tooltip={}{more}];\n",
+                quoted(&label),
+                quoted(&tooltip)
+            )
         }
-        *out += &format!(
-            "{indent}  c{at} [label={}, tooltip={}{more}];\n",
-            quoted(&label),
-            quoted(&tooltip)
-        );
-    }
-    for (number, inner) in graph.groups.iter().enumerate() {
-        let start = format!("{}.", inner.name);
-        let mut members = graph.components.iter();
-        let here = members.any(|c| c.host == *on && c.name.starts_with(&start));
-        if inner.parent.as_deref() != group || !here {
-            continue;
+        Step::End => {
+            indent.truncate(indent.len() - 2);
+            format!("{indent}}}\n")
         }
-        let mark = marks.group(&inner.name);
-        let name = Graph::own_name(&inner.name);
-        let label = mark.map_or(name.to_owned(), |m| format!("{name} {}", m.text()));
-        *out += &format!(
-            "{indent}  subgraph cluster_host{host}_group{number} {{\n{indent}    label={};\n",
-            quoted(&label)
-        );
-        if let Some(mark) = mark {
-            *out += &format!("{indent}    color={};\n", colour(mark.level));
-        }
-        inside(
-            graph,
-            marks,
-            Some(&inner.name),
-            host,
-            &format!("{indent}  "),
-            out,
-        );
-        *out += &format!("{indent}  }}\n");
     }
 }

@@ -36,6 +36,11 @@ impl Mark {
     }
 }
 
+/// A text with the numbers of what is wrong behind it.
+pub(crate) fn marked(name: &str, mark: Option<&Mark>) -> String {
+    mark.map_or_else(|| name.to_owned(), |m| format!("{name} {}", m.text()))
+}
+
 fn note<K: std::hash::Hash + Eq>(
     marks: &mut HashMap<K, Mark>,
     key: K,

@@ -1,6 +1,7 @@
 //! A picture as text for Mermaid.
 
-use super::marks::{Level, Marks};
+use super::marks::{Level, Mark, Marks, marked};
+use super::outline::{Step, outline};
 use super::{Graph, Kind};
 
 /// A text as Mermaid reads it between quotation marks: what could mean something is written by its number.
@@ -28,27 +29,13 @@ fn class(level: Level) -> &'static str {
 pub(super) fn draw(graph: &Graph) -> String {
     let marks = Marks::new(graph);
     let mut out = String::from("flowchart LR\n");
-    let several = graph.hosts.len() > 1 || graph.hosts.iter().any(|h| h.name != "localhost");
-    let indent = if several { "  " } else { "" };
-    for (number, host) in graph.hosts.iter().enumerate() {
-        if several {
-            let label = format!("host {} ({})", host.name, host.address);
-            let mark = marks.host(&host.name);
-            let label = mark.map_or(label.clone(), |m| format!("{label} {}", m.text()));
-            out += &format!("  subgraph h{number}[{}]\n", quoted(&label));
-        }
-        inside(graph, &marks, None, number, indent, &mut out);
-        if several {
-            out += "  end\n";
-        }
+    let mut indent = String::from("  ");
+    for step in outline(graph) {
+        out += &boxed(graph, &marks, step, &mut indent);
     }
     let mut styles = String::new();
     for (number, connection) in graph.connections.iter().enumerate() {
-        let name = match connection.from.slot == connection.to.slot {
-            true => connection.from.slot.clone(),
-            false => format!("{} → {}", connection.from.slot, connection.to.slot),
-        };
-        let mut label = format!("{name}\n{}", connection.middleware);
+        let mut label = format!("{}\n{}", connection.name(), connection.middleware);
         if let Some(mark) = marks.connection(number) {
             label += &format!("\n{}", mark.text());
             let colour = match mark.level {
@@ -82,50 +69,35 @@ pub(super) fn draw(graph: &Graph) -> String {
     out + &styles
 }
 
-/// What stands directly in a group, or in no group, on one host; then the groups inside it.
-fn inside(
-    graph: &Graph,
-    marks: &Marks<'_>,
-    group: Option<&str>,
-    host: usize,
-    indent: &str,
-    out: &mut String,
-) {
-    let on = &graph.hosts[host].name;
-    for (at, component) in graph.components.iter().enumerate() {
-        if component.group.as_deref() != group || component.host != *on {
-            continue;
+/// The beginning or the end of a box.
+fn boxed(graph: &Graph, marks: &Marks<'_>, step: Step, indent: &mut String) -> String {
+    let outer = indent.clone();
+    let mut cluster = |name: String, label: &str, mark: Option<&Mark>| {
+        indent.push_str("  ");
+        format!("{outer}subgraph {name}[{}]\n", quoted(&marked(label, mark)))
+    };
+    match step {
+        Step::Host(at) => {
+            let host = &graph.hosts[at];
+            cluster(format!("h{at}"), &host.title(), marks.host(&host.name))
         }
-        let mark = marks.component_with_slots(&component.name, at, component.slots.len());
-        let mut label = Graph::own_name(&component.name).to_owned();
-        if let Some(kind) = component.component.as_ref().filter(|k| **k != label) {
-            label += &format!("\n{kind}");
+        Step::Group(at, host) => {
+            let group = &graph.groups[at];
+            let name = Graph::own_name(&group.name);
+            cluster(format!("h{host}g{at}"), name, marks.group(&group.name))
         }
-        if let Some(mark) = &mark {
-            label += &format!("\n{}", mark.text());
+        Step::Component(at) => {
+            let component = &graph.components[at];
+            let mark = marks.component_with_slots(&component.name, at, component.slots.len());
+            let mut label = Graph::own_name(&component.name).to_owned();
+            label.extend(component.kind().map(|kind| format!("\n{kind}")));
+            label.extend(mark.as_ref().map(|mark| format!("\n{}", mark.text())));
+            let class = mark.map_or("", |m| class(m.level));
+            format!("{outer}c{at}[{}]{class}\n", quoted(&label))
         }
-        let class = mark.map_or("", |m| class(m.level));
-        *out += &format!("{indent}  c{at}[{}]{class}\n", quoted(&label));
-    }
-    for (number, inner) in graph.groups.iter().enumerate() {
-        let start = format!("{}.", inner.name);
-        let mut members = graph.components.iter();
-        let here = members.any(|c| c.host == *on && c.name.starts_with(&start));
-        if inner.parent.as_deref() != group || !here {
-            continue;
+        Step::End => {
+            indent.truncate(indent.len() - 2);
+            format!("{indent}end\n")
         }
-        let name = Graph::own_name(&inner.name);
-        let mark = marks.group(&inner.name);
-        let label = mark.map_or(name.to_owned(), |m| format!("{name} {}", m.text()));
-        *out += &format!("{indent}  subgraph h{host}g{number}[{}]\n", quoted(&label));
-        inside(
-            graph,
-            marks,
-            Some(&inner.name),
-            host,
-            &format!("{indent}  "),
-            out,
-        );
-        *out += &format!("{indent}  end\n");
     }
 }

@@ -149,6 +149,15 @@ pub struct Finding {
 }
 
 impl Connection {
+    /// What both ends call it.
+    pub(crate) fn name(&self) -> String {
+        if self.from.slot == self.to.slot {
+            self.from.slot.clone()
+        } else {
+            format!("{} → {}", self.from.slot, self.to.slot)
+        }
+    }
+
     /// The whole of it as a sentence.
     pub(crate) fn in_words(&self) -> String {
         let verb = match self.kind {
@@ -297,9 +306,10 @@ impl Network {
                 let component = &self.projects[pair.provider.instance].as_ref()?.component;
                 let instance = &self.deployment.instances[pair.consumer.instance];
                 let own = self.slot(pair.consumer)?.backend;
-                let kind = match slot.role.is_topic() {
-                    true => Kind::Topic,
-                    false => Kind::Call,
+                let kind = if slot.role.is_topic() {
+                    Kind::Topic
+                } else {
+                    Kind::Call
                 };
                 let (from, to) = match kind {
                     Kind::Topic => (pair.provider, pair.consumer),
@@ -416,12 +426,11 @@ impl Network {
                     .into_iter()
                     .find_map(|(consumer, provider)| numbers.get(&Pair { consumer, provider }))
             });
-            match drawn {
-                Some(number) => finding.connections.push(*number),
-                None => {
-                    let ends = ends.into_iter().flatten();
-                    finding.slots.extend(ends.map(|end| self.drawn_end(end)));
-                }
+            if let Some(number) = drawn {
+                finding.connections.push(*number);
+            } else {
+                let ends = ends.into_iter().flatten();
+                finding.slots.extend(ends.map(|end| self.drawn_end(end)));
             }
         }
         if !troubles.is_empty() {
@@ -450,6 +459,29 @@ impl Network {
             }
             Some((_, Owner::Network)) | None => {}
         }
+    }
+}
+
+impl Host {
+    /// `host robot (pi@10.0.0.2)`
+    pub(crate) fn title(&self) -> String {
+        let user = self
+            .user
+            .as_ref()
+            .map_or(String::new(), |u| format!("{u}@"));
+        if self.name == self.address && user.is_empty() {
+            format!("host {}", self.name)
+        } else {
+            format!("host {} ({user}{})", self.name, self.address)
+        }
+    }
+}
+
+impl Component {
+    /// What it is called in its `.cdsl`, where that is not its own name.
+    pub(crate) fn kind(&self) -> Option<&str> {
+        let own = Graph::own_name(&self.name);
+        self.component.as_deref().filter(|kind| *kind != own)
     }
 }
 

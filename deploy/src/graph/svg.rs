@@ -113,11 +113,6 @@ fn text(x: i32, y: i32, attributes: &str, text: &str) -> String {
     )
 }
 
-/// A text with the numbers of what is wrong behind it.
-fn marked(name: &str, mark: Option<&Mark>) -> String {
-    mark.map_or_else(|| name.to_owned(), |m| format!("{name} {}", m.text()))
-}
-
 /// The attributes of a text that may be marked.
 fn emphasis(mark: Option<&Mark>) -> String {
     mark.map_or_else(String::new, |m| {

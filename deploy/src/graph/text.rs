@@ -1,4 +1,4 @@
-//! How wide texts are, where no font can be asked: as in DejaVu Sans, which is wider than most.
+//! How wide texts are, where no font can be asked: as in `DejaVu Sans`, which is wider than most.
 
 /// The width of a text of this size, rounded up.
 pub(crate) fn width(text: &str, size: f64, bold: bool) -> i32 {

@@ -1,9 +1,10 @@
 //! Components, groups and hosts as boxes: how large they are, and what stands in them.
 
-use super::super::marks::{Mark, Marks};
+use super::super::marks::{Mark, Marks, marked};
+use super::super::outline::{Step, outline};
 use super::super::text::width;
-use super::{INK, NAME, PORT, SMALL, emphasis, interface, marked, port, rounded, text, title};
-use crate::graph::{Component, Graph, Host, Slot};
+use super::{INK, NAME, PORT, SMALL, emphasis, interface, port, rounded, text, title};
+use crate::graph::{Component, Graph, Slot};
 use rc_layout::{Node, Port, Rect, Shape};
 use std::collections::HashMap;
 
@@ -43,26 +44,8 @@ fn slot_name(slot: &Slot) -> String {
     }
 }
 
-/// What a box says below its name.
-fn kind(component: &Component) -> Option<&str> {
-    let own = Graph::own_name(&component.name);
-    component.component.as_deref().filter(|kind| *kind != own)
-}
-
 fn head(component: &Component) -> i32 {
-    if kind(component).is_some() { 36 } else { 23 }
-}
-
-fn host_name(host: &Host) -> String {
-    let user = host
-        .user
-        .as_ref()
-        .map_or(String::new(), |u| format!("{u}@"));
-    if host.name == host.address && user.is_empty() {
-        format!("host {}", host.name)
-    } else {
-        format!("host {} ({user}{})", host.name, host.address)
-    }
+    if component.kind().is_some() { 36 } else { 23 }
 }
 
 impl Boxes {
@@ -70,57 +53,36 @@ impl Boxes {
         let mut boxes = Self {
             nodes: Vec::new(),
             clusters: Vec::new(),
-            components: Vec::new(),
+            components: vec![0; graph.components.len()],
             ports: HashMap::new(),
         };
-        // One machine that nobody names needs no box.
-        let several = graph.hosts.len() > 1 || graph.hosts.iter().any(|h| h.name != "localhost");
-        let mut hosts: HashMap<&str, usize> = HashMap::new();
-        if several {
-            for (number, host) in graph.hosts.iter().enumerate() {
-                let name = marked(&host_name(host), marks.host(&host.name));
-                let node = boxes.cluster(None, Cluster::Host(number), &name);
-                hosts.insert(&host.name, node);
+        let mut around: Vec<usize> = Vec::new();
+        for step in outline(graph) {
+            let parent = around.last().copied();
+            let node = boxes.nodes.len();
+            match step {
+                Step::Host(at) => {
+                    let host = &graph.hosts[at];
+                    let name = marked(&host.title(), marks.host(&host.name));
+                    boxes.cluster(parent, Cluster::Host(at), &name);
+                    around.push(node);
+                }
+                Step::Group(at, _) => {
+                    let group = &graph.groups[at];
+                    let name = marked(Graph::own_name(&group.name), marks.group(&group.name));
+                    boxes.cluster(parent, Cluster::Group(at), &name);
+                    around.push(node);
+                }
+                Step::Component(at) => {
+                    boxes.component(at, &graph.components[at], parent, marks);
+                }
+                Step::End => drop(around.pop()),
             }
-        }
-        // A group whose components run on several hosts has a box on each of them.
-        let mut groups: HashMap<(&str, Option<usize>), usize> = HashMap::new();
-        for (number, group) in graph.groups.iter().enumerate() {
-            let inside = |name: &str| {
-                let rest = name.strip_prefix(group.name.as_str());
-                rest.is_some_and(|rest| rest.starts_with('.'))
-            };
-            let members = graph.components.iter().filter(|c| inside(&c.name));
-            let mut on: Vec<Option<usize>> = members
-                .map(|c| hosts.get(c.host.as_str()).copied())
-                .collect();
-            on.sort_unstable();
-            on.dedup();
-            if on.is_empty() {
-                let parent = group.parent.as_deref();
-                let around = groups.iter().find(|((name, _), _)| Some(*name) == parent);
-                on.push(around.and_then(|((_, host), _)| *host));
-            }
-            let name = marked(Graph::own_name(&group.name), marks.group(&group.name));
-            for host in on {
-                let parent = group.parent.as_deref();
-                let parent = parent
-                    .and_then(|p| groups.get(&(p, host)).copied())
-                    .or(host);
-                let node = boxes.cluster(parent, Cluster::Group(number), &name);
-                groups.insert((&group.name, host), node);
-            }
-        }
-        for (at, component) in graph.components.iter().enumerate() {
-            let host = hosts.get(component.host.as_str()).copied();
-            let group = component.group.as_deref();
-            let parent = group.and_then(|g| groups.get(&(g, host)).copied()).or(host);
-            boxes.component(at, component, parent, marks);
         }
         boxes
     }
 
-    fn cluster(&mut self, parent: Option<usize>, cluster: Cluster, name: &str) -> usize {
+    fn cluster(&mut self, parent: Option<usize>, cluster: Cluster, name: &str) {
         self.nodes.push(Node {
             parent,
             shape: Shape::Cluster {
@@ -129,7 +91,6 @@ impl Boxes {
             },
         });
         self.clusters.push((self.nodes.len() - 1, cluster));
-        self.nodes.len() - 1
     }
 
     fn component(
@@ -158,13 +119,13 @@ impl Boxes {
         let [ours, theirs] = names.map(|names| names.into_iter().max().unwrap_or(0));
         let mark = marks.component(&component.name);
         let name = marked(Graph::own_name(&component.name), mark);
-        let kind = kind(component).map_or(0, |kind| width(kind, SMALL, false));
+        let kind = component.kind().map_or(0, |kind| width(kind, SMALL, false));
         let wide = (ours + theirs + 2 * SIDE + 14)
             .max(width(&name, NAME, true) + 2 * SIDE)
             .max(kind + 2 * SIDE)
             .max(70);
         let rows = left.len().max(right.len()) as i32;
-        self.components.push(node);
+        self.components[at] = node;
         self.nodes.push(Node {
             parent,
             shape: Shape::Leaf {
@@ -191,7 +152,7 @@ impl Boxes {
                     let host = &graph.hosts[*at];
                     let mark = marks.host(&host.name);
                     let style = "fill=\"#ffffff\" stroke-width=\"1.6\"";
-                    (host_name(host), host_name(host), mark, style)
+                    (host.title(), host.title(), mark, style)
                 }
                 Cluster::Group(at) => {
                     let group = &graph.groups[*at];
@@ -246,7 +207,7 @@ impl Boxes {
             let fill = own.map_or(String::new(), |m| format!(" fill=\"{}\"", m.level.colour()));
             let name = marked(Graph::own_name(&component.name), own);
             out += &text(middle, rect.y + 16, &(bold + &fill), &name);
-            if let Some(kind) = kind(component) {
+            if let Some(kind) = component.kind() {
                 let italic = " font-style=\"italic\" fill=\"#444444\" text-anchor=\"middle\"";
                 out += &text(middle, rect.y + 29, italic, kind);
             }
