@@ -10,7 +10,8 @@ use rc_ddsl::Endpoint as End;
 use rc_iceoryx2::Holder;
 use rc_idsl::canonical::{interface_hash, operation_hash};
 use rc_middleware::{
-    Address, Durability, Endpoint, Environment, Interrupt, Qos, RunDirectory, TypeIdentity,
+    Address, Durability, Endpoint, Environment, Interrupt, Qos, RunDirectory, Settings,
+    TypeIdentity,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -88,6 +89,7 @@ pub fn hold(network: &str, services: &str) -> Option<Holder> {
             .inspect_err(|e| complain(e))
             .ok()?,
         interrupt: Interrupt::new().inspect_err(|e| complain(e)).ok()?,
+        settings: Settings::default(),
     };
     let mut holder = Holder::new(&environment)
         .inspect_err(|e| complain(e))

@@ -253,6 +253,11 @@ impl<'a> Reader<'a> {
         T::decode(self)
     }
 
+    /// What was not read yet.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
+    }
+
     /// The next `count` bytes, not aligned.
     pub fn raw(&mut self, count: usize) -> Result<&'a [u8], DecodeError> {
         if self.image {

@@ -1,6 +1,6 @@
 //! The network that a process belongs to, and the folder where its processes find each other.
 
-use crate::Interrupt;
+use crate::{Interrupt, Settings};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
@@ -16,6 +16,8 @@ pub struct Environment {
     pub directory: RunDirectory,
     /// Ends waiting calls when the component stops.
     pub interrupt: Interrupt,
+    /// What its configuration and its network say of the middlewares.
+    pub settings: Settings,
 }
 
 /// The run directory of one network: private to its user, in memory where the system has such a place.

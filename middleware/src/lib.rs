@@ -7,6 +7,7 @@
 //! - [`typed`]: the layer between both, which generated code uses.
 //! - [`gaps`]: what a receiver never saw.
 //! - [`environment`]: the network that a process belongs to, and its run directory.
+//! - [`settings`]: what a configuration says of a middleware.
 //!
 //! No backend is named here.
 
@@ -20,6 +21,7 @@ pub mod in_place;
 pub mod interrupt;
 pub mod qos;
 pub mod rpc;
+pub mod settings;
 pub mod typed;
 pub mod wait;
 
@@ -35,4 +37,5 @@ pub use gaps::Gaps;
 pub use in_place::InPlace;
 pub use interrupt::Interrupt;
 pub use qos::{Durability, Qos, Reliability};
+pub use settings::Settings;
 pub use wait::wait;

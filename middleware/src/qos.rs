@@ -29,6 +29,12 @@ pub struct Qos {
     pub durability: Durability,
     /// How many values are kept.
     pub depth: u32,
+    /// The longest time between two values; without, there is none.
+    pub deadline: Option<Duration>,
+    /// How long a value is worth anything after it was sent; without, for ever.
+    pub lifespan: Option<Duration>,
+    /// After how long of silence a publisher counts as dead; without, the middleware decides.
+    pub liveliness: Option<Duration>,
     /// How long a call may take.
     pub timeout: Duration,
     /// How long one who waits stays awake before it sleeps: a client for its answer, a server and a subscriber after a
@@ -42,6 +48,9 @@ impl Qos {
         reliability: Reliability::Reliable,
         durability: Durability::Volatile,
         depth: 10,
+        deadline: None,
+        lifespan: None,
+        liveliness: None,
         timeout: Duration::from_secs(1),
         spin: Duration::ZERO,
     };

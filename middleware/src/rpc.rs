@@ -50,6 +50,11 @@ pub fn open_request(reader: &mut Reader<'_>) -> Result<(RequestId, i32), DecodeE
     Ok((id, reader.get()?))
 }
 
+/// What a request or a reply is or answers, without the rest of its envelope; none where the bytes are too few.
+pub fn request_id(envelope: &[u8]) -> Option<RequestId> {
+    open_identity(&mut Reader::new(envelope)).ok()
+}
+
 /// Begins a reply; `case` is 0 for a result, else the hash of an exception.
 pub fn begin_reply(writer: &mut Writer, id: RequestId, operation: i32, case: i32) {
     identity(writer, id);

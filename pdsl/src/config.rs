@@ -5,6 +5,7 @@
 mod block;
 mod document;
 mod live;
+mod middleware;
 mod parameters;
 mod path;
 mod rules;
@@ -18,6 +19,7 @@ mod values;
 
 pub use document::argument;
 pub use live::{Accepted, Live, ParamChange, ParameterStatus};
+pub use middleware::Settings;
 pub use save::Unsaved;
 #[cfg(feature = "language")]
 pub use schema::{Slot, schema};
@@ -50,8 +52,8 @@ pub struct Configuration {
     pub log: Option<String>,
     /// `[bindings]`: the address of the other end, by slot.
     pub bindings: BTreeMap<String, String>,
-    /// `[middleware.NAME]`, unread, by the name of the middleware; a date is a text.
-    pub middleware: BTreeMap<String, serde_json::Value>,
+    /// `[middleware.NAME]`.
+    pub middleware: Settings,
     /// `[parameters]`.
     pub parameters: Values,
 }
@@ -175,13 +177,7 @@ impl Checker {
             }
         }
         if let Some((table, at)) = self.table(root, "middleware") {
-            for (name, item) in table.iter() {
-                if item.is_table_like() {
-                    out.middleware.insert(name.to_owned(), document::json(item));
-                } else {
-                    self.wrong_type(item, &format!("middleware.{name}"), at, "a table");
-                }
-            }
+            out.middleware = self.middlewares(table, at);
         }
         let given = self.table(root, "parameters");
         if given.is_none() && root.contains_key("parameters") {

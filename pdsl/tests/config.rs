@@ -60,8 +60,12 @@ period = "20ms"
 log = "debug"
 [bindings]
 laser = "robot/laser"
-[middleware.iceoryx2]
-segment = { size = 4096, names = ["a", "b"] }
+[middleware.dds]
+domain = 7
+interfaces = ["eth0", "10.0.0.2"]
+peers = []
+multicast = false
+lease = 0x200
 [parameters]
 gain = 2
 timeout = 100
@@ -109,7 +113,7 @@ tags = ["x"]
         (0, 0)
     );
     expect![[r#"
-        {"iceoryx2": Object {"segment": Object {"names": Array [String("a"), String("b")], "size": Number(4096)}}}
+        {"dds": {"domain": ["7"], "interfaces": ["eth0", "10.0.0.2"], "lease": ["512ms"], "multicast": ["false"], "peers": []}}
         {"device":"/dev/x","gain":2.0,"log":{"keep":3,"path":"/tmp"},"mode":"fast","motors":[{"id":1,"max":1.5,"name":"left","tags":[]},{"id":2,"max":3.5,"name":"right","tags":["x"]}],"offsets":[0.0,0.5],"pin":"***","rate":115200,"timeout":"100ms","token":"***","verbose":false}
     "#]].assert_eq(&format!("{:?}\n{:?}\n", configuration.middleware, values));
 }
@@ -226,12 +230,12 @@ fn tables_and_values_are_not_confused() {
     "#]],
     );
     check(
-        "parameters = 3\ncomponent = []\nbindings = 'x'\nmiddleware = { a = 1 }",
+        "parameters = 3\ncomponent = []\nbindings = 'x'\nmiddleware = { dds = 1 }",
         &expect![[r#"
             config.toml:1:14: error[wrong-type]: `parameters` cannot be this number (allowed is a table)
             config.toml:2:13: error[wrong-type]: `component` cannot be an array (allowed is a table)
             config.toml:3:12: error[wrong-type]: `bindings` cannot be this text (allowed is a table)
-            config.toml:4:20: error[wrong-type]: `middleware.a` cannot be this number (allowed is a table)
+            config.toml:4:22: error[wrong-type]: `middleware.dds` cannot be this number (allowed is a table)
         "#]],
     );
     check(
@@ -247,6 +251,30 @@ fn tables_and_values_are_not_confused() {
         config.toml:1:1: error[wrong-length]: `motors` has length 4 (allowed are 1 to 3 elements)
     "#]],
     );
+}
+
+#[test]
+fn settings_of_middlewares() {
+    let text = "[middleware.dds]\ndomian = 3\ndomain = 233\ninterfaces = \"eth0\"\npeers = [\"10.0.0.2\", 5, \"a:0\"]\n\
+                multicast = \"on\"\nlease = \"50ms\"\nqos = 1\n[middleware.iceoryx2]\nsegment = 5\n[middleware.ddss]\nx = 1\n";
+    let (configuration, _, rendered) = read(text, None);
+    expect![[r#"
+        config.toml:2:1: error[unknown-key]: unknown key `middleware.dds.domian` (did you mean `domain`?)
+        config.toml:3:10: error[out-of-range]: `middleware.dds.domain` cannot be the number 233 (allowed is a whole number from 0 to 232)
+        config.toml:4:14: error[wrong-type]: `middleware.dds.interfaces` cannot be the text "eth0" (allowed is an array, each element the name or the address of a network interface, such as "eth0" or "10.0.0.2")
+        config.toml:5:22: error[wrong-type]: `middleware.dds.peers[1]` cannot be the number 5 (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
+        config.toml:5:25: error[bad-setting]: `middleware.dds.peers[2]` cannot be the text "a:0" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
+        config.toml:6:13: error[wrong-type]: `middleware.dds.multicast` cannot be the text "on" (allowed is a choice, true or false)
+        config.toml:7:9: error[out-of-range]: `middleware.dds.lease` cannot be the text "50ms" (allowed is a time of at least 100ms, at most a day)
+        config.toml:8:1: error[unknown-key]: unknown key `middleware.dds.qos` (there are domain, interfaces, peers, multicast, lease)
+        config.toml:10:1: error[unknown-key]: unknown key `middleware.iceoryx2.segment` (there is nothing yet that can be set of iceoryx2)
+        config.toml:11:13: error[unknown-middleware]: unknown middleware `ddss` (did you mean `dds`?)
+    "#]].assert_eq(&rendered);
+    assert_eq!(configuration.middleware["dds"].len(), 0);
+    let (_, _, rendered) = read("middleware.dds.lease = \"soon\"", None);
+    expect![[r#"
+        config.toml:1:24: error[wrong-type]: `middleware.dds.lease` cannot be the text "soon" (allowed is a time of at least 100ms, at most a day)
+    "#]].assert_eq(&rendered);
 }
 
 #[test]

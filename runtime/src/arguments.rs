@@ -2,7 +2,7 @@
 
 use crate::component::Description;
 use lexopt::prelude::{Long, Short, ValueExt};
-use rc_middleware::Address;
+use rc_middleware::{Address, Settings};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -22,6 +22,7 @@ pub(crate) struct Arguments {
     pub(crate) config: Option<PathBuf>,
     pub(crate) bindings: BTreeMap<String, Address>,
     pub(crate) log: Option<String>,
+    pub(crate) settings: Settings,
 }
 
 /// Reads the command line; an error says what is allowed.
@@ -37,6 +38,7 @@ pub(crate) fn parse(
         config: None,
         bindings: BTreeMap::new(),
         log: None,
+        settings: Settings::default(),
     };
     while let Some(arg) = parser.next()? {
         match arg {
@@ -48,6 +50,7 @@ pub(crate) fn parse(
                 let (slot, address) = binding(description, &parser.value()?.string()?)?;
                 out.bindings.insert(slot, address);
             }
+            Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("check") => check = true,
             Long("help") | Short('h') => return Ok(Task::Print(help(description))),
             Long("version") | Short('V') => return Ok(Task::Print(version(description))),
@@ -79,6 +82,48 @@ fn binding(description: &Description, text: &str) -> Result<(String, Address), l
     };
     let slot = check_slot(description, slot)?;
     Ok((slot, Address::parse(address)?))
+}
+
+/// Reads `dds.domain=7`; of a key that is given twice the last one counts.
+fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
+    let parts = text
+        .split_once('=')
+        .and_then(|(path, value)| Some((path.split_once('.')?, value)));
+    let Some(((middleware, name), value)) = parts else {
+        return Err(format!(
+            "--set-middleware takes MIDDLEWARE.KEY=VALUE, as in `--set-middleware dds.domain=7`, not `{text}`"
+        )
+        .into());
+    };
+    if rc_settings::keys(middleware).is_none() {
+        let names = rc_settings::MIDDLEWARES.map(|(name, _)| name);
+        let hint = match rc_diagnostics::nearest(middleware, names) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", names.join(", ")),
+        };
+        return Err(format!("--set-middleware: `{middleware}` is not a middleware; {hint}").into());
+    }
+    let Some(key) = rc_settings::key(middleware, name) else {
+        return Err(format!(
+            "--set-middleware: `{name}` cannot be set of {middleware}; {}",
+            rc_settings::instead(middleware, name)
+        )
+        .into());
+    };
+    let values = key.kind.accept_text(value).map_err(|_| {
+        let each = if key.kind.is_list() { ", each " } else { "" };
+        let list = if key.kind.is_list() {
+            "a list with commas"
+        } else {
+            ""
+        };
+        format!(
+            "--set-middleware: {middleware}.{name} cannot be `{value}`; allowed is {list}{each}{}",
+            key.kind.allowed()
+        )
+    })?;
+    settings.set(middleware, name, values);
+    Ok(())
 }
 
 /// The slot of that name, or which ones there are.
@@ -116,6 +161,8 @@ fn help(description: &Description) -> String {
          --network NAME        the network it belongs to (default: default)\n  \
          --name NAME           its name in the network (default: {name})\n  \
          --bind SLOT=ADDRESS   where a slot meets its other end (default: NETWORK/Interface)\n  \
+         --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
+         a setting of [middleware.MIDDLEWARE], as in dds.domain=7; a list has commas\n  \
          --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
          --check               checks the configuration and ends\n  \
          --help, --version\n\nExit codes: 0 done, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
@@ -131,6 +178,21 @@ fn help(description: &Description) -> String {
             slot.type_name,
             slot.backend
         ));
+    }
+    let backends = description.backends.iter().map(|(name, _)| *name);
+    let settings = backends.flat_map(|name| {
+        let keys = rc_settings::keys(name).unwrap_or_default();
+        keys.iter()
+            .map(move |key| (format!("{name}.{}", key.name), key))
+    });
+    for (at, (path, key)) in settings.enumerate() {
+        if at == 0 {
+            out.push_str("\nSettings:\n");
+        }
+        let default = key
+            .default
+            .map_or(String::new(), |d| format!(" (default: {d})"));
+        out.push_str(&format!("  {path:<24} {}{default}\n", key.doc));
     }
     out
 }

@@ -8,7 +8,7 @@ use crate::management::Management;
 use crate::ports::Ports;
 use crate::status::Shared;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory};
+use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory, Settings};
 use rc_pdsl::config::{self, Configuration, Values};
 use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
@@ -150,8 +150,9 @@ pub fn embed<C: Component + 'static>(
     start: Start<C>,
     args: &[&str],
 ) -> Result<Embedded, StartError> {
-    let task = arguments::parse(description, args.iter().map(OsString::from));
-    let Ok(Task::Run(arguments)) = task else {
+    let task = arguments::parse(description, args.iter().map(OsString::from))
+        .map_err(|error| StartError::Usage(error.to_string()))?;
+    let Task::Run(arguments) = task else {
         return Err(StartError::Usage(format!(
             "{args:?} is not the command line of a run"
         )));
@@ -224,6 +225,7 @@ fn live<C: Component>(
         instance: arguments.name.clone(),
         directory,
         interrupt,
+        settings: settings(configuration, arguments),
     };
     let management = Management::start(
         description,
@@ -367,6 +369,18 @@ fn bindings(
     }
     all.extend(arguments.bindings.clone());
     Ok(all)
+}
+
+/// What the configuration says of middlewares, and the command line in its place.
+fn settings(configuration: &Configuration, arguments: &Arguments) -> Settings {
+    let mut settings = Settings::default();
+    for (middleware, keys) in &configuration.middleware {
+        for (key, values) in keys {
+            settings.set(middleware, key, values.clone());
+        }
+    }
+    settings.extend(&arguments.settings);
+    settings
 }
 
 fn log(level: &str) -> Result<(), StartError> {

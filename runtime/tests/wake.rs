@@ -3,7 +3,7 @@
 use rc_middleware::qos::Qos;
 use rc_middleware::typed::{Caller, HandlerError, Operation, Request};
 use rc_middleware::{
-    Address, Endpoint, Environment, Interrupt, Reader, RunDirectory, TypeIdentity,
+    Address, Endpoint, Environment, Interrupt, Reader, RunDirectory, Settings, TypeIdentity,
 };
 use rc_runtime::{
     Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
@@ -120,6 +120,7 @@ fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
         instance: "caller".to_owned(),
         directory: RunDirectory::of(&network),
         interrupt: Interrupt::new().expect("an interrupt"),
+        settings: Settings::default(),
     });
     let backend = backend.expect("the network");
     let endpoint = Endpoint {

@@ -5,8 +5,8 @@
 use bench_protocol::slots::{Failure, Role, SIZE, each, hold};
 use rc_middleware::typed::{Caller, Operation, Request, Topic};
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Interrupt, Qos, RunDirectory, Server, Subscriber,
-    TypeIdentity,
+    Address, Backend, Endpoint, Environment, Interrupt, Qos, RunDirectory, Server, Settings,
+    Subscriber, TypeIdentity,
 };
 use std::process::ExitCode;
 
@@ -48,6 +48,7 @@ fn run(role: &str, count: &str, network: &str) -> Result<(), Failure> {
         instance: role.to_string(),
         directory: RunDirectory::open(network)?,
         interrupt: Interrupt::new()?,
+        settings: Settings::default(),
     };
     let backend = rc_iceoryx2::connect(&environment)?;
     let mut ports = open(backend.as_ref(), role, count.parse()?, network)?;

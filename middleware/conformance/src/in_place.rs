@@ -92,7 +92,7 @@ fn take(subscriber: &mut dyn Subscriber) -> Vec<i16> {
 pub fn topics_carry_values_in_place(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser/scan");
-    let backend = network.join("both");
+    let backend = network.join_bare("both");
     let mut subscribers: Vec<_> = (0..3)
         .map(|_| backend.subscriber(&address).expect("a subscriber"))
         .collect();
@@ -169,8 +169,8 @@ pub fn answers_may_be_in_place(subject: &dyn Subject) {
         }
         request.close();
     };
-    network.serving_replies(&address, answer, || {
-        let backend = network.join("client");
+    network.serving_bare(&address, answer, || {
+        let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
         let mut caller = Caller::new(port, LIMIT);
         let begin = |caller: &mut Caller, length: i32, placed: bool| {

@@ -20,6 +20,7 @@
 )]
 
 pub mod calls;
+mod envelope;
 pub mod failures;
 pub mod in_place;
 pub mod limits;
@@ -38,6 +39,16 @@ pub trait Subject: Sync {
     /// What the network has left on the system although all its ends were closed; this fails a test.
     fn leftovers(&self, _directory: &RunDirectory) -> Vec<PathBuf> {
         Vec::new()
+    }
+
+    /// Whether the hash of its types travels with every message, or is compared once for a connection.
+    fn compares_each_message(&self) -> bool {
+        true
+    }
+
+    /// Whether a subscriber that asks for kept values hears no publisher that keeps none.
+    fn keeps_or_refuses(&self) -> bool {
+        false
     }
 
     /// Removes what the network may leave.

@@ -1,9 +1,10 @@
 //! A network for one test, its components, and waiting for what happens in it.
 
 use crate::Subject;
+use crate::envelope::Enveloping;
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, Server,
-    Subscriber, TypeIdentity, wait,
+    Settings, Subscriber, TypeIdentity, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -47,20 +48,28 @@ impl<'a> Network<'a> {
             instance: instance.to_owned(),
             directory: self.directory.clone(),
             interrupt: Interrupt::new().expect("an interrupt"),
+            settings: Settings::default(),
         }
     }
 
-    /// A component called `instance`, for the calling thread.
+    /// A component called `instance`, for the calling thread; requests and replies may be any bytes.
     pub fn join(&self, instance: &str) -> Box<dyn Backend> {
         self.join_as(&self.environment(instance))
     }
 
     /// The component of `environment`, for the calling thread.
     pub fn join_as(&self, environment: &Environment) -> Box<dyn Backend> {
-        self.subject.connect(environment).expect("the network")
+        let backend = self.subject.connect(environment).expect("the network");
+        Box::new(Enveloping(backend))
     }
 
-    /// Runs `body` while a component called `server` serves `endpoint` with `answer`.
+    /// The same without help: requests and replies have their envelopes.
+    pub fn join_bare(&self, instance: &str) -> Box<dyn Backend> {
+        let environment = self.environment(instance);
+        self.subject.connect(&environment).expect("the network")
+    }
+
+    /// Runs `body` while a component called `server` serves `endpoint` with `answer`, of any bytes.
     pub fn serving<R>(
         &self,
         endpoint: &Endpoint,
@@ -70,12 +79,22 @@ impl<'a> Network<'a> {
         let answer = |header: Header, request: &[u8], reply: &mut dyn Reply| {
             answer(header, request, reply.body());
         };
-        self.serving_replies(endpoint, answer, body)
+        self.serving_on(&|| self.join("server"), endpoint, answer, body)
     }
 
-    /// The same, with a server that may answer in place.
-    pub fn serving_replies<R>(
+    /// The same without help: requests and replies have their envelopes.
+    pub fn serving_bare<R>(
         &self,
+        endpoint: &Endpoint,
+        answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
+        body: impl FnOnce() -> R,
+    ) -> R {
+        self.serving_on(&|| self.join_bare("server"), endpoint, answer, body)
+    }
+
+    fn serving_on<R>(
+        &self,
+        join: &(dyn Fn() -> Box<dyn Backend> + Sync),
         endpoint: &Endpoint,
         answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
         body: impl FnOnce() -> R,
@@ -85,7 +104,7 @@ impl<'a> Network<'a> {
             let (ready, is_ready) = channel();
             let (stop, answer) = (&stop, &answer);
             scope.spawn(move || {
-                let backend = self.join("server");
+                let backend = join();
                 let mut server = backend.server(endpoint).expect("a server");
                 ready.send(()).expect("a test that waits");
                 serve_replies_until(&mut *server, stop, answer);
@@ -206,8 +225,9 @@ pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Ve
     while values.len() < count {
         assert!(
             Instant::now() < end,
-            "{} of {count} values came",
-            values.len()
+            "{} of {count} values came: {:?}",
+            values.len(),
+            values.iter().map(|(header, _)| header).collect::<Vec<_>>()
         );
         let woken = wait(&[subscriber.descriptor()], CYCLE) != 0;
         subscriber.acknowledge(woken);

@@ -3,7 +3,7 @@
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
 use rc_middleware::typed::{Caller, Operation, Request, Topic};
-use rc_middleware::{CallError, Cdr, Header, Reader};
+use rc_middleware::{CallError, Cdr, Header, Reader, Reply};
 
 /// `int32 divide(int32 a, int32 b)`, which throws where b is 0.
 const DIVIDE: Operation = Operation {
@@ -31,7 +31,7 @@ const BY_ZERO: i32 = 13;
 pub fn topics_carry_values(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser/scan");
-    let backend = network.join("both");
+    let backend = network.join_bare("both");
     let mut subscriber = backend.subscriber(&address).expect("a subscriber");
     let port = backend.publisher(&address).expect("a publisher");
     let mut topic = Topic::new(port, DIVIDE);
@@ -52,7 +52,7 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Calculator");
     let notes = std::sync::Mutex::new(Vec::new());
-    let answer = |header: Header, body: &[u8], reply: &mut Vec<u8>| {
+    let answer = |header: Header, body: &[u8], reply: &mut dyn Reply| {
         let mut request = Request::open(header, body, reply).expect("an envelope");
         if request.operation == DIVIDE.id {
             let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
@@ -71,8 +71,8 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
         }
         request.close();
     };
-    network.serving(&address, answer, || {
-        let backend = network.join("client");
+    network.serving_bare(&address, answer, || {
+        let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
         let mut caller = Caller::new(port, LIMIT);
         caller.begin(&NOTE).put(&"begin".to_owned());
@@ -86,11 +86,13 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
         };
         assert_eq!(divide(&DIVIDE, 42, 6), Ok((0, 7)));
         assert_eq!(divide(&DIVIDE, 42, 0), Ok((BY_ZERO, 42)));
-        let refused = divide(&OTHER_DIVIDE, 42, 6);
-        assert!(
-            matches!(&refused, Err(CallError::Refused(why)) if why.contains("divide")),
-            "{refused:?}"
-        );
+        if subject.compares_each_message() {
+            let refused = divide(&OTHER_DIVIDE, 42, 6);
+            assert!(
+                matches!(&refused, Err(CallError::Refused(why)) if why.contains("divide")),
+                "{refused:?}"
+            );
+        }
         assert_eq!(divide(&DIVIDE, 9, 3), Ok((0, 3)));
     });
     assert_eq!(notes.into_inner().expect("the notes"), ["begin"]);

@@ -1,14 +1,57 @@
-//! The three patterns over DDS.
+//! The three patterns over DDS, by the C library Cyclone DDS. How addresses and types are called there, and what
+//! strangers have to know, is in `README.md`.
 
-use rc_middleware::{Backend, Environment, OpenError};
+mod board;
+mod client;
+mod config;
+mod ear;
+mod hello;
+mod inbox;
+mod publisher;
+mod report;
+mod server;
+mod session;
+mod subscriber;
+
+use rc_middleware::{
+    Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
+};
+use session::Session;
+use std::rc::Rc;
+use std::time::Duration;
 
 /// The name of this middleware in the languages and on command lines.
 pub const NAME: &str = "dds";
 
-/// Joins the network of `environment`.
+/// Joins the network of `environment`: its domain, by the settings of `[middleware.dds]`.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
-    Err(OpenError::Backend {
-        address: environment.network.clone(),
-        reason: "DDS is not there yet".to_owned(),
-    })
+    Ok(Box::new(Dds(Rc::new(Session::open(environment)?))))
+}
+
+struct Dds(Rc<Session>);
+
+impl Backend for Dds {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        Ok(Box::new(publisher::open(&self.0, endpoint)?))
+    }
+
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        Ok(Box::new(subscriber::open(&self.0, endpoint)?))
+    }
+
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        Ok(Box::new(client::open(&self.0, endpoint)?))
+    }
+
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        Ok(Box::new(server::open(&self.0, endpoint)?))
+    }
+
+    fn linger(&self, limit: Duration) {
+        self.0.linger(limit);
+    }
 }

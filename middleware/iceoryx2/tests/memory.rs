@@ -1,7 +1,7 @@
 //! Where bodies lie in shared memory, and how much of it is used.
 
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
-use rc_middleware::{Backend, Environment, Interrupt, RunDirectory};
+use rc_middleware::{Backend, Environment, Interrupt, RunDirectory, Settings};
 use std::os::unix::fs::MetadataExt;
 
 /// A network of this process; wiped when it goes.
@@ -29,6 +29,7 @@ fn join(directory: &RunDirectory) -> Box<dyn Backend> {
         instance: "both".to_owned(),
         directory: directory.clone(),
         interrupt: Interrupt::new().expect("an interrupt"),
+        settings: Settings::default(),
     };
     rc_iceoryx2::connect(&environment).expect("the network")
 }

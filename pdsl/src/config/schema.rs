@@ -6,6 +6,7 @@
 use super::{COMPONENT, LEVELS, SHORTEST_PERIOD};
 use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
 use rc_diagnostics::duration_text;
+use rc_settings::{Key, Kind as Takes, MIDDLEWARES};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
@@ -65,14 +66,14 @@ pub fn schema(
             );
             table
         }),
-        (
-            "middleware",
-            json!({
-                "description": "The settings of middlewares, a table each.",
-                "type": "object",
-                "additionalProperties": { "type": "object" },
-            }),
-        ),
+        ("middleware", {
+            let mut tables = object(MIDDLEWARES.map(|(name, keys)| (name, settings(name, keys))));
+            describe(
+                &mut tables,
+                "The settings of middlewares, a table each.".to_owned(),
+            );
+            tables
+        }),
         ("parameters", declared),
     ]);
     set(
@@ -90,6 +91,46 @@ pub fn schema(
     }
     // Only maps with keys that are no texts cannot be written, and there are none.
     serde_json::to_string_pretty(&root).unwrap_or_default() + "\n"
+}
+
+/// What can be set of a middleware.
+fn settings(middleware: &str, keys: &[Key]) -> Json {
+    let mut table = object(keys.iter().map(|key| (key.name, setting(key))));
+    describe(
+        &mut table,
+        if keys.is_empty() {
+            format!("There is nothing yet that can be set of {middleware}.")
+        } else {
+            format!("The settings of {middleware}.")
+        },
+    );
+    table
+}
+
+fn setting(key: &Key) -> Json {
+    let text = || key.default.map_or(Json::Null, Json::from);
+    let mut schema = match &key.kind {
+        Takes::Int(range) => {
+            json!({ "type": "integer", "minimum": range.start(), "maximum": range.end() })
+        }
+        Takes::Bool => json!({ "type": "boolean" }),
+        Takes::Time(range) => duration(
+            json!({ "minimum": *range.start() as f64 / 1e6, "maximum": *range.end() as f64 / 1e6 }),
+            text(),
+        ),
+        Takes::Interfaces | Takes::Peers => {
+            json!({ "type": "array", "items": { "type": "string" } })
+        }
+    };
+    let default = match &key.kind {
+        Takes::Int(_) | Takes::Bool => key.default.and_then(|text| serde_json::from_str(text).ok()),
+        _ => None,
+    };
+    if let Some(default) = default {
+        set(&mut schema, "default", default);
+    }
+    describe(&mut schema, key.doc.to_owned());
+    schema
 }
 
 /// A table that has these keys and no others.

@@ -6,7 +6,8 @@
 use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until, until};
 use rc_middleware::qos::Durability;
 use rc_middleware::{
-    Backend, CallError, Client, Endpoint, Environment, Header, Interrupt, Reply, RunDirectory, wait,
+    Backend, CallError, Client, Endpoint, Environment, Header, Interrupt, Reply, RunDirectory,
+    Settings, wait,
 };
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, setrlimit};
 use std::io::{BufRead, BufReader};
@@ -46,6 +47,7 @@ impl Network {
             instance: instance.to_owned(),
             directory: RunDirectory::open(&self.0).expect("a run directory"),
             interrupt: Interrupt::new().expect("an interrupt"),
+            settings: Settings::default(),
         }
     }
 

@@ -1,0 +1,129 @@
+//! Calls whose requests and replies are any bytes, for tests that care for no envelope: it is put around them here.
+
+use rc_middleware::rpc::{self, RequestId, ReplyKind};
+use rc_middleware::{
+    Backend, CallError, Client, Endpoint, Header, OpenError, Publisher, Reader, ReceiveError,
+    Reply, Server, Subscriber, Writer,
+};
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
+
+/// The operation of every call.
+const OPERATION: i32 = 5;
+
+/// A backend whose calls carry any bytes.
+pub(crate) struct Enveloping(pub(crate) Box<dyn Backend>);
+
+impl Backend for Enveloping {
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        self.0.publisher(endpoint)
+    }
+
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        self.0.subscriber(endpoint)
+    }
+
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        let port = self.0.client(endpoint)?;
+        let sequence = 0;
+        Ok(Box::new(Asking { port, sequence }))
+    }
+
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        Ok(Box::new(Answering(self.0.server(endpoint)?)))
+    }
+
+    fn linger(&self, limit: Duration) {
+        self.0.linger(limit);
+    }
+}
+
+struct Asking {
+    port: Box<dyn Client>,
+    sequence: u64,
+}
+
+impl Asking {
+    fn envelope(&mut self, request: &[u8]) -> Vec<u8> {
+        self.sequence += 1;
+        let id = RequestId {
+            writer: self.port.guid(),
+            sequence: self.sequence,
+        };
+        let mut writer = Writer::default();
+        rpc::begin_request(&mut writer, id, OPERATION);
+        writer.raw(request);
+        writer.into_bytes()
+    }
+}
+
+impl Client for Asking {
+    fn guid(&self) -> [u8; 16] {
+        self.port.guid()
+    }
+
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+        let request = self.envelope(request);
+        self.port.send(header, &request)
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let request = self.envelope(request);
+        let sequence = self.sequence;
+        self.port.call(header, &request, limit, &mut |header, reply| {
+            let mut reader = Reader::new(reply);
+            let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
+            assert_eq!(id.sequence, sequence, "the answer to another request");
+            assert_eq!(kind, ReplyKind::Case(0));
+            take(header, reader.rest());
+        })
+    }
+
+    fn peers(&self) -> usize {
+        self.port.peers()
+    }
+}
+
+struct Answering(Box<dyn Server>);
+
+impl Server for Answering {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.0.descriptor()
+    }
+
+    fn acknowledge(&mut self, woken: bool) {
+        self.0.acknowledge(woken);
+    }
+
+    fn serve(
+        &mut self,
+        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+    ) -> Result<bool, ReceiveError> {
+        self.0.serve(&mut |header, request, reply| {
+            let mut reader = Reader::new(request);
+            let (id, operation) = rpc::open_request(&mut reader).expect("an envelope");
+            let mut bytes = Vec::new();
+            answer(header, reader.rest(), &mut bytes);
+            if !bytes.is_empty() {
+                let mut writer = Writer::over(std::mem::take(reply.body()));
+                rpc::begin_reply(&mut writer, id, operation, 0);
+                writer.raw(&bytes);
+                *reply.body() = writer.into_bytes();
+            }
+        })
+    }
+
+    fn peers(&self) -> usize {
+        self.0.peers()
+    }
+}

@@ -1,0 +1,498 @@
+//! Cyclone DDS, built by a C compiler alone, and what the DDS backend needs of it, behind safe types.
+//!
+//! A topic carries bytes here, see `shim.c`: a type is a name. This is the one place where the backend is `unsafe`;
+//! what C is given lives at least as long as C may use it, which is what each block argues.
+
+mod raw;
+
+use raw::{CListener, CQos, CSample};
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::fmt;
+use std::ops::Deref;
+use std::time::Duration;
+
+/// What the library refused: its code and its words for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Error(i32);
+
+impl Error {
+    /// A limit of time was reached.
+    pub fn is_timeout(self) -> bool {
+        self.0 == -10
+    }
+
+    /// What was wanted is there already.
+    pub fn is_precondition(self) -> bool {
+        self.0 == -4
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // SAFETY: the function takes any number and returns a constant of the library.
+        let text = unsafe { CStr::from_ptr(raw::rc_error(self.0)) };
+        write!(f, "{} ({})", text.to_string_lossy(), self.0)
+    }
+}
+
+impl std::error::Error for Error {}
+
+fn checked(code: i32) -> Result<i32, Error> {
+    if code < 0 { Err(Error(code)) } else { Ok(code) }
+}
+
+fn c_string(text: &str) -> Result<CString, Error> {
+    /// `DDS_RETCODE_BAD_PARAMETER`
+    const BAD_PARAMETER: i32 = -3;
+    CString::new(text).map_err(|_| Error(BAD_PARAMETER))
+}
+
+/// The global identity of an entity (RTPS 2.5, 8.2.4): 12 bytes of its participant, 4 of its own.
+pub type Guid = [u8; 16];
+
+/// An entity of the library, deleted when it goes, with all that was made in it.
+#[derive(Debug)]
+struct Entity(i32);
+
+impl Entity {
+    fn guid(&self) -> Result<Guid, Error> {
+        let mut guid = [0; 16];
+        // SAFETY: `guid` has the 16 bytes that are written.
+        checked(unsafe { raw::rc_guid(self.0, guid.as_mut_ptr()) })?;
+        Ok(guid)
+    }
+}
+
+impl Drop for Entity {
+    fn drop(&mut self) {
+        // SAFETY: handles are numbers that the library checks. It returns when no callback of the entity runs any more.
+        unsafe { raw::rc_delete(self.0) };
+    }
+}
+
+/// The library's part of one domain in this process: its sockets and threads.
+#[derive(Debug)]
+pub struct Domain {
+    entity: Entity,
+    id: u32,
+}
+
+impl Domain {
+    /// The domain of this process called `id`, which there must not be yet. `config`: fragments of Cyclone's XML and
+    /// addresses of such files, separated by commas; later ones win.
+    pub fn new(id: u32, config: &str) -> Result<Self, Error> {
+        let config = c_string(config)?;
+        // SAFETY: `config` is a C string; it is read before the function returns.
+        let entity = checked(unsafe { raw::rc_domain(id, config.as_ptr()) })?;
+        Ok(Self {
+            entity: Entity(entity),
+            id,
+        })
+    }
+
+    /// Joins the domain.
+    pub fn participant(&self) -> Result<Participant, Error> {
+        let _ = &self.entity;
+        // SAFETY: takes a number.
+        let entity = checked(unsafe { raw::rc_participant(self.id) })?;
+        Ok(Participant(Entity(entity)))
+    }
+}
+
+/// One member of a domain.
+#[derive(Debug)]
+pub struct Participant(Entity);
+
+impl Participant {
+    /// Its identity.
+    pub fn guid(&self) -> Result<Guid, Error> {
+        self.0.guid()
+    }
+
+    /// A topic of bytes, with the name of its type.
+    pub fn topic(&self, name: &str, type_name: &str) -> Result<Topic, Error> {
+        let (name, type_name) = (c_string(name)?, c_string(type_name)?);
+        // SAFETY: both are C strings, which are copied.
+        let entity =
+            checked(unsafe { raw::rc_topic(self.0.0, name.as_ptr(), type_name.as_ptr()) })?;
+        Ok(Topic(Entity(entity)))
+    }
+
+    /// The sending end of a topic.
+    pub fn writer(
+        &self,
+        topic: &Topic,
+        qos: &Qos<'_>,
+        listener: Box<dyn Listener>,
+    ) -> Result<Writer, Error> {
+        Attached::new(listener, |listener| {
+            let qos = CQos::of(qos);
+            // SAFETY: `qos` is read before the function returns; `listener` is deleted after the entity, see `Attached`.
+            unsafe { raw::rc_writer(self.0.0, topic.0.0, &raw const qos, listener) }
+        })
+        .map(Writer)
+    }
+
+    /// The receiving end of a topic.
+    pub fn reader(
+        &self,
+        topic: &Topic,
+        qos: &Qos<'_>,
+        listener: Box<dyn Listener>,
+    ) -> Result<Reader, Error> {
+        Attached::new(listener, |listener| {
+            let qos = CQos::of(qos);
+            // SAFETY: as for a writer.
+            unsafe { raw::rc_reader(self.0.0, topic.0.0, &raw const qos, listener) }
+        })
+        .map(Reader)
+    }
+
+    /// What there is in the domain: all writers, or all readers.
+    pub fn discovery(
+        &self,
+        writers: bool,
+        listener: Box<dyn Listener>,
+    ) -> Result<Discovery, Error> {
+        Attached::new(listener, |listener| {
+            // SAFETY: `listener` is deleted after the entity, see `Attached`.
+            unsafe { raw::rc_discovery(self.0.0, i32::from(writers), listener) }
+        })
+        .map(Discovery)
+    }
+}
+
+/// A name and a type.
+#[derive(Debug)]
+pub struct Topic(Entity);
+
+/// What an end offers or asks for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Qos<'a> {
+    /// Reliable, or best effort.
+    pub reliable: bool,
+    /// Late readers get what was kept, or nothing.
+    pub transient_local: bool,
+    /// How many samples are kept; 0: all.
+    pub depth: i32,
+    /// Longest time between two samples.
+    pub deadline: Option<Duration>,
+    /// How long a sample is worth anything.
+    pub lifespan: Option<Duration>,
+    /// After how long a silence a writer counts as dead.
+    pub liveliness: Option<Duration>,
+    /// What the other end is told.
+    pub user_data: &'a [u8],
+}
+
+/// Hears what happens to an end, on a thread of the library; it must not block, and not delete the end.
+pub trait Listener: Send + Sync {
+    /// Something happened.
+    fn event(&self, event: Event);
+}
+
+/// What happened to an end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// Something can be taken.
+    Data,
+    /// An other end was found; its handle.
+    Matched(u64),
+    /// It has gone.
+    Unmatched(u64),
+    /// An other end does not fit: the number of a policy (DDS 1.4, 2.3.3).
+    Incompatible(i32),
+    /// No sample came in time, so many times.
+    Deadline(u32),
+    /// A writer that was found is alive or not any more.
+    Alive(u64, bool),
+}
+
+/// An end and its listener, which is given up after the end.
+struct Attached {
+    entity: Option<Entity>,
+    listener: *mut CListener,
+}
+
+// SAFETY: the listener is `Send` and `Sync`, the library's functions may be called from every thread, and `Attached`
+// touches the pointer only when it is made and when it goes.
+unsafe impl Send for Attached {}
+// SAFETY: as above.
+unsafe impl Sync for Attached {}
+
+impl fmt::Debug for Attached {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.entity.fmt(f)
+    }
+}
+
+impl Attached {
+    fn new(
+        listener: Box<dyn Listener>,
+        open: impl FnOnce(*mut CListener) -> i32,
+    ) -> Result<Self, Error> {
+        let argument = Box::into_raw(Box::new(listener)).cast::<c_void>();
+        let listener = Box::into_raw(Box::new(CListener {
+            callback: heard,
+            argument,
+        }));
+        let mut attached = Self {
+            entity: None,
+            listener,
+        };
+        attached.entity = Some(Entity(checked(open(listener))?));
+        Ok(attached)
+    }
+
+    fn id(&self) -> i32 {
+        self.entity.as_ref().map_or(0, |entity| entity.0)
+    }
+
+    fn guid(&self) -> Result<Guid, Error> {
+        Entity::guid(self.entity.as_ref().ok_or(Error(-3))?)
+    }
+
+    /// What is known of the other end with this handle, while it is there.
+    fn matched(&self, handle: u64, is_reader: bool) -> Option<End> {
+        let mut found = None;
+        let mut take = |end: Option<End>, _: Guid| found = end;
+        let (call, argument) = trampoline(&mut take);
+        // SAFETY: the callback is called before the function returns, with the closure that it was made for.
+        unsafe { raw::rc_matched(self.id(), handle, i32::from(is_reader), call, argument) };
+        found
+    }
+}
+
+impl Drop for Attached {
+    fn drop(&mut self) {
+        // When this returns the library calls the listener no more.
+        drop(self.entity.take());
+        // SAFETY: both come from `Box::into_raw` in `new`, and nobody has them any more.
+        unsafe {
+            let listener = Box::from_raw(self.listener);
+            drop(Box::from_raw(
+                listener.argument.cast::<Box<dyn Listener>>(),
+            ));
+        }
+    }
+}
+
+extern "C" fn heard(argument: *mut c_void, event: i32, handle: u64, number: i32) {
+    // SAFETY: the argument is the boxed listener of `Attached::new`, which outlives the entity that calls.
+    let listener = unsafe { &*argument.cast::<Box<dyn Listener>>() };
+    let count = number.max(0).unsigned_abs();
+    listener.event(match event {
+        0 => Event::Data,
+        1 if number > 0 => Event::Matched(handle),
+        1 => Event::Unmatched(handle),
+        2 => Event::Incompatible(number),
+        3 => Event::Deadline(count),
+        _ => Event::Alive(handle, number > 0),
+    });
+}
+
+/// The sending end of a topic.
+#[derive(Debug)]
+pub struct Writer(Attached);
+
+impl Writer {
+    /// Its identity.
+    pub fn guid(&self) -> Result<Guid, Error> {
+        self.0.guid()
+    }
+
+    /// Sends a body of CDR, little endian. `sequence`: its number, from 1, for readers in this process; others count the
+    /// samples of this writer. `stamp`: nanoseconds since 1970.
+    pub fn write(&self, sequence: u64, stamp: i64, body: &[u8]) -> Result<(), Error> {
+        self.send(sequence, stamp, body, false)
+    }
+
+    /// Sends these very bytes, in which the encapsulation comes first: for tests that send what is wrong.
+    pub fn write_raw(&self, sequence: u64, stamp: i64, bytes: &[u8]) -> Result<(), Error> {
+        self.send(sequence, stamp, bytes, true)
+    }
+
+    fn send(&self, sequence: u64, stamp: i64, bytes: &[u8], raw: bool) -> Result<(), Error> {
+        let (id, raw) = (self.0.id(), i32::from(raw));
+        // SAFETY: the bytes are copied before the function returns.
+        checked(unsafe {
+            raw::rc_write(id, sequence, stamp, bytes.as_ptr(), bytes.len(), raw)
+        })?;
+        Ok(())
+    }
+
+    /// Waits until every reliable reader has what was sent, at most `limit`.
+    pub fn wait_for_acks(&self, limit: Duration) -> Result<(), Error> {
+        let limit = i64::try_from(limit.as_nanos()).unwrap_or(i64::MAX);
+        // SAFETY: takes numbers.
+        checked(unsafe { raw::rc_wait_for_acks(self.0.id(), limit) })?;
+        Ok(())
+    }
+
+    /// What is known of the reader with this handle, while it is there.
+    pub fn matched(&self, handle: u64) -> Option<End> {
+        self.0.matched(handle, false)
+    }
+}
+
+/// The receiving end of a topic.
+#[derive(Debug)]
+pub struct Reader(Attached);
+
+impl Reader {
+    /// Its identity.
+    pub fn guid(&self) -> Result<Guid, Error> {
+        self.0.guid()
+    }
+
+    /// Takes what is there, at most 64 samples; says how many there were.
+    pub fn take(&self, mut each: impl FnMut(Sample)) -> Result<usize, Error> {
+        const LIMIT: u32 = 64;
+        let mut samples = [CSample::NONE; LIMIT as usize];
+        // SAFETY: there is room for `LIMIT` samples.
+        let count = checked(unsafe { raw::rc_take(self.0.id(), samples.as_mut_ptr(), LIMIT) })?;
+        let count = count.max(0).unsigned_abs() as usize;
+        for sample in samples.into_iter().take(count) {
+            each(Sample(sample));
+        }
+        Ok(count)
+    }
+
+    /// What is known of the writer with this handle, while it is there.
+    pub fn matched(&self, handle: u64) -> Option<End> {
+        self.0.matched(handle, true)
+    }
+}
+
+/// What came, encapsulation included; where it is the library's memory, until it is dropped.
+pub struct Sample(CSample);
+
+// SAFETY: the memory is counted atomically by the library and never written after the sample was made.
+unsafe impl Send for Sample {}
+
+impl Sample {
+    /// Counts the samples of its writer from 1.
+    pub fn sequence(&self) -> u64 {
+        self.0.sequence
+    }
+
+    /// The handle of its writer.
+    pub fn writer(&self) -> u64 {
+        self.0.writer
+    }
+
+    /// When it was sent, in nanoseconds since 1970.
+    pub fn stamp(&self) -> i64 {
+        self.0.stamp
+    }
+}
+
+impl Deref for Sample {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        // SAFETY: `rc_take` gave the address and the size of memory that lives until `rc_release`.
+        unsafe { std::slice::from_raw_parts(self.0.bytes, self.0.size) }
+    }
+}
+
+impl fmt::Debug for Sample {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Sample {} of {} bytes", self.sequence(), self.len())
+    }
+}
+
+impl Drop for Sample {
+    fn drop(&mut self) {
+        // SAFETY: `rc_take` gave this reference to us alone, and it is given back once.
+        unsafe { raw::rc_release(self.0.data) };
+    }
+}
+
+/// Hears of the ends in the domain.
+#[derive(Debug)]
+pub struct Discovery(Attached);
+
+impl Discovery {
+    /// Tells what has changed: an end as it is now, or that the one with this identity has gone.
+    pub fn take(&self, mut each: impl FnMut(Option<End>, Guid)) -> Result<(), Error> {
+        let (call, argument) = trampoline(&mut each);
+        // SAFETY: the callback is called before the function returns, with the closure that it was made for.
+        checked(unsafe { raw::rc_take_discovered(self.0.id(), call, argument) })?;
+        Ok(())
+    }
+}
+
+/// What is known of an end somewhere in the domain.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct End {
+    /// Its identity.
+    pub guid: Guid,
+    /// The participant that it is of.
+    pub participant: Guid,
+    /// Its topic.
+    pub topic: String,
+    /// The name of its type.
+    pub type_name: String,
+    /// Reliable, or best effort.
+    pub reliable: bool,
+    /// Transient local or more, or volatile.
+    pub transient_local: bool,
+    /// Longest time between two samples.
+    pub deadline: Option<Duration>,
+    /// How long a sample is worth anything.
+    pub lifespan: Option<Duration>,
+    /// After how long a silence a writer counts as dead.
+    pub liveliness: Option<Duration>,
+    /// What it tells of itself.
+    pub user_data: Vec<u8>,
+}
+
+type EndFunction = extern "C" fn(*mut c_void, *const raw::CEnd, i32);
+
+/// A C function that calls `each`, and its argument.
+fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c_void) {
+    extern "C" fn call<F: FnMut(Option<End>, Guid)>(
+        argument: *mut c_void,
+        end: *const raw::CEnd,
+        alive: i32,
+    ) {
+        // SAFETY: the argument is the closure beside this function, borrowed by nobody else while C calls; `end` is
+        // valid during the call.
+        let (each, end) = unsafe { (&mut *argument.cast::<F>(), &*end) };
+        each((alive != 0).then(|| end.read()), end.guid);
+    }
+    (call::<F>, (&raw mut *each).cast())
+}
+
+/// The names of this machine's network interfaces.
+pub fn interfaces() -> Vec<String> {
+    extern "C" fn push(argument: *mut c_void, name: *const c_char) {
+        // SAFETY: the argument is the vector below, the name a C string that is valid during the call.
+        let (names, name) = unsafe { (&mut *argument.cast::<Vec<String>>(), CStr::from_ptr(name)) };
+        names.push(name.to_string_lossy().into_owned());
+    }
+    let mut names: Vec<String> = Vec::new();
+    // SAFETY: the callback is called before the function returns.
+    unsafe { raw::rc_interfaces(push, (&raw mut names).cast()) };
+    names.sort();
+    names.dedup();
+    names
+}
+
+/// Hands what the library has to say to `log`, instead of writing it to standard error; of the whole process. `true`: an
+/// error, else a warning.
+pub fn set_log(log: fn(bool, &str)) {
+    static LOG: std::sync::OnceLock<fn(bool, &str)> = std::sync::OnceLock::new();
+    extern "C" fn hear(priority: i32, message: *const c_char, size: usize) {
+        if let Some(log) = LOG.get() {
+            // SAFETY: the library gives the address and the size of a text that is valid during the call.
+            let bytes = unsafe { std::slice::from_raw_parts(message.cast::<u8>(), size) };
+            log(priority > 1, String::from_utf8_lossy(bytes).trim_end());
+        }
+    }
+    if LOG.set(log).is_ok() {
+        // SAFETY: the function lives for ever.
+        unsafe { raw::rc_log(hear) };
+    }
+}

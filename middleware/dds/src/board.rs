@@ -1,0 +1,234 @@
+//! The notice board of a network on this machine.
+//!
+//! Discovery over a network takes its time, and nobody can say when it has found all: a component that publishes or
+//! calls as soon as it runs would not be heard. On one machine the run directory knows who is there. Each end hangs out
+//! a notice, a file that is locked as long as its owner lives: who it is, and whom it has found. Who opens an end reads
+//! the notices of the others, refuses what does not fit, and waits until both have found each other.
+
+use crate::hello::{Hello, Promise, hex};
+use rc_ddsc::Guid;
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{DirBuilder, File};
+use std::io::{self, Read, Write};
+use std::os::unix::fs::DirBuilderExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Longest notice that is read: the owner, and as many peers as there can be.
+const LONGEST: u64 = 64 * 1024;
+/// How long another opening of the same topic is waited for.
+const LOCK_LIMIT: Duration = Duration::from_secs(2);
+const LOCK_PAUSE: Duration = Duration::from_millis(2);
+
+/// The notices of one domain.
+#[derive(Clone, Debug)]
+pub(crate) struct Board {
+    directory: PathBuf,
+}
+
+/// A notice of somebody who is alive.
+#[derive(Clone, Debug)]
+pub(crate) struct Notice {
+    pub(crate) guid: Guid,
+    pub(crate) hello: Hello,
+    /// What it offers or asks for.
+    pub(crate) promise: Promise,
+    /// Whom it has found.
+    pub(crate) found: Vec<Guid>,
+}
+
+/// An own notice; it goes when this does.
+#[derive(Debug)]
+pub(crate) struct Posted {
+    file: File,
+    path: PathBuf,
+}
+
+/// Held while an end is opened, so that of two servers one is first.
+#[derive(Debug)]
+pub(crate) struct Turn {
+    _file: File,
+}
+
+impl Board {
+    /// The board of `domain` in the folder of this backend.
+    pub(crate) fn open(folder: &Path, domain: u32) -> io::Result<Self> {
+        let directory = folder.join(domain.to_string());
+        DirBuilder::new()
+            .recursive(true)
+            .mode(0o700)
+            .create(&directory)?;
+        Ok(Self { directory })
+    }
+
+    /// Waits for its turn to open an end.
+    pub(crate) fn turn(&self) -> io::Result<Turn> {
+        let path = self.directory.join("turn");
+        let file = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(path)?;
+        let deadline = Instant::now() + LOCK_LIMIT;
+        while flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() {
+            if Instant::now() >= deadline {
+                return Err(io::Error::new(
+                    io::ErrorKind::TimedOut,
+                    "another component has been opening a connection for too long",
+                ));
+            }
+            std::thread::sleep(LOCK_PAUSE);
+        }
+        Ok(Turn { _file: file })
+    }
+
+    /// Hangs out the notice of an end. `key` names the topic; `Turn` has to be held.
+    pub(crate) fn post(
+        &self,
+        key: &str,
+        guid: &Guid,
+        sends: bool,
+        hello: &Hello,
+        promise: &Promise,
+    ) -> io::Result<Posted> {
+        let name = format!("{}.{}", notice_prefix(key, sends), hex(guid));
+        let path = self.directory.join(&name);
+        let hidden = self.directory.join(format!("new.{name}"));
+        let mut file = File::options()
+            .create(true)
+            .truncate(true)
+            .write(true)
+            .open(&hidden)?;
+        let posted = flock(&file, FlockOperation::NonBlockingLockExclusive)
+            .map_err(io::Error::from)
+            .and_then(|()| file.write_all(format!("{hello}\n{promise}\n").as_bytes()))
+            .and_then(|()| std::fs::rename(&hidden, &path));
+        if let Err(error) = posted {
+            let _ = std::fs::remove_file(&hidden);
+            return Err(error);
+        }
+        Ok(Posted { file, path })
+    }
+
+    /// The notices at a topic of those who are alive: of those who send, and of those who receive. What the dead left is
+    /// taken down.
+    pub(crate) fn notices(&self, key: &str, sending: bool, receiving: bool) -> Vec<Notice> {
+        let entries = std::fs::read_dir(&self.directory)
+            .into_iter()
+            .flatten()
+            .flatten();
+        let mut prefixes = vec![(true, sending), (false, receiving)];
+        prefixes.retain(|(_, wanted)| *wanted);
+        let prefixes: Vec<_> = prefixes
+            .iter()
+            .map(|(sends, _)| notice_prefix(key, *sends))
+            .collect();
+        let mut notices = Vec::new();
+        for entry in entries {
+            let name = entry.file_name();
+            let Some(name) = name.to_str() else { continue };
+            for prefix in &prefixes {
+                let rest = name.strip_prefix(prefix);
+                if let Some(guid) = rest.and_then(|rest| parse_guid(rest.strip_prefix('.')?)) {
+                    notices.extend(read(&entry.path(), guid));
+                }
+            }
+        }
+        notices
+    }
+}
+
+impl Posted {
+    /// Notes that this end has found another one.
+    pub(crate) fn found(&self, other: &Guid) -> io::Result<()> {
+        (&self.file).write_all(format!("{}\n", hex(other)).as_bytes())
+    }
+}
+
+impl Drop for Posted {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// A topic can be longer than the name of a file.
+fn notice_prefix(key: &str, sends: bool) -> String {
+    let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{hash:016x}.{}", if sends { 'w' } else { 'r' })
+}
+
+fn read(path: &Path, guid: Guid) -> Option<Notice> {
+    let file = File::open(path).ok()?;
+    if flock(&file, FlockOperation::NonBlockingLockShared).is_ok() {
+        // Its owner has ended.
+        let _ = std::fs::remove_file(path);
+        return None;
+    }
+    let mut text = String::new();
+    file.take(LONGEST).read_to_string(&mut text).ok()?;
+    let mut lines = text.lines();
+    let hello = Hello::parse(lines.next()?.as_bytes())?;
+    let promise = Promise::parse(lines.next()?)?;
+    let found = lines.filter_map(parse_guid).collect();
+    Some(Notice {
+        guid,
+        hello,
+        promise,
+        found,
+    })
+}
+
+fn parse_guid(text: &str) -> Option<Guid> {
+    let number = u128::from_str_radix(text, 16).ok()?;
+    (text.len() == 32).then(|| number.to_be_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hello::Role;
+    use rc_middleware::TypeIdentity;
+
+    #[test]
+    fn a_notice_hangs_as_long_as_its_owner_lives() {
+        let folder = std::env::temp_dir().join(format!("rc-board-{}", std::process::id()));
+        let board = Board::open(&folder, 7).expect("a board");
+        let hello = Hello {
+            role: Role::Publisher,
+            types: TypeIdentity {
+                name: "A::B".to_owned(),
+                hash: 1,
+            },
+            instance: "one".to_owned(),
+            pid: 2,
+            host: "here".to_owned(),
+        };
+        let promise = Promise::from(&rc_ddsc::Qos {
+            reliable: true,
+            deadline: Some(Duration::from_millis(20)),
+            ..rc_ddsc::Qos::default()
+        });
+        let turn = board.turn().expect("a turn");
+        let posted = board.post("a/b", &[1; 16], true, &hello, &promise);
+        let posted = posted.expect("to post");
+        drop(turn);
+        posted.found(&[2; 16]).expect("to note");
+        let notices = board.notices("a/b", true, true);
+        assert_eq!(notices.len(), 1);
+        assert_eq!(notices[0].hello, hello);
+        assert_eq!(notices[0].guid, [1; 16]);
+        assert_eq!(notices[0].promise, promise);
+        assert_eq!(notices[0].found, [[2; 16]]);
+        assert!(board.notices("a/c", true, true).is_empty());
+        // As a process that was killed leaves it.
+        let left = posted.path.with_extension("00000000000000000000000000000009");
+        std::fs::copy(&posted.path, &left).expect("to copy");
+        assert_eq!(board.notices("a/b", true, true).len(), 1);
+        assert!(!left.exists());
+        drop(posted);
+        assert!(board.notices("a/b", true, true).is_empty());
+        std::fs::remove_dir_all(&folder).expect("to remove");
+    }
+}

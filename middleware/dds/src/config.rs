@@ -1,0 +1,117 @@
+//! The settings of `[middleware.dds]` as Cyclone's configuration.
+
+use rc_middleware::{Environment, OpenError};
+
+/// How large a packet may be, and a fragment in it: the largest of UDP. Samples of a megabyte take half the time that
+/// they take with the library's own 14,720 and 1,344.
+const PACKET: &str = "65500B";
+const FRAGMENT: &str = "65000B";
+/// No writer blocks for what its readers have not confirmed; the depth of a topic and the windows of clients bound it.
+const UNCONFIRMED: &str = "1GiB";
+/// A sample that is larger is refused on both sides.
+const LARGEST: &str = "128MiB";
+
+/// After how many milliseconds of silence a process counts as dead, and how often it is heard in that time: of what is
+/// sent by multicast some is lost, and a process may have to wait for a processor.
+const LEASE: u64 = 1000;
+const ANNOUNCEMENTS: u64 = 4;
+
+/// What the backend has to know beside the XML.
+pub(crate) struct Config {
+    pub(crate) domain: u32,
+    pub(crate) xml: String,
+}
+
+/// Reads the settings. A wrong interface is told with the ones that there are.
+pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
+    let values = |key: &str| environment.settings.values(crate::NAME, key);
+    let one = |key: &str| values(key).first().map(String::as_str);
+    let domain = one("domain").map_or(Ok(0), str::parse);
+    let domain: u32 = domain.map_err(|_| refused(environment, "`domain` is no number".to_owned()))?;
+    let known = rc_ddsc::interfaces();
+    let mut interfaces = String::new();
+    for wanted in values("interfaces") {
+        let kind = match wanted.parse::<std::net::IpAddr>() {
+            Ok(_) => "address",
+            Err(_) if known.contains(wanted) => "name",
+            Err(_) => {
+                let reason = format!(
+                    "there is no network interface `{wanted}`; there are {}",
+                    known.join(", ")
+                );
+                return Err(refused(environment, reason));
+            }
+        };
+        interfaces += &format!("<NetworkInterface {kind}=\"{}\"/>", escaped(wanted));
+    }
+    if !interfaces.is_empty() {
+        interfaces = format!("<Interfaces>{interfaces}</Interfaces>");
+    }
+    let multicast = match one("multicast") {
+        Some("false") => "<AllowMulticast>false</AllowMulticast>",
+        _ => "",
+    };
+    let peers: String = values("peers")
+        .iter()
+        .map(|peer| format!("<Peer Address=\"{}\"/>", escaped(peer)))
+        .collect();
+    let lease = one("lease").map_or(Some(LEASE), milliseconds);
+    let lease = lease.ok_or_else(|| refused(environment, "`lease` is no time".to_owned()))?;
+    let announce = lease / ANNOUNCEMENTS;
+    let xml = format!(
+        "<CycloneDDS><Domain Id=\"any\">\
+         <General>{interfaces}{multicast}<MaxMessageSize>{PACKET}</MaxMessageSize>\
+         <FragmentSize>{FRAGMENT}</FragmentSize></General>\
+         <Discovery><ExternalDomainId>{domain}</ExternalDomainId><LeaseDuration>{lease}ms</LeaseDuration>\
+         <SPDPInterval>{announce}ms</SPDPInterval>\
+         <Peers>{peers}</Peers></Discovery>\
+         <Internal><Watermarks><WhcHigh>{UNCONFIRMED}</WhcHigh></Watermarks>\
+         <MaxSampleSize>{LARGEST}</MaxSampleSize></Internal></Domain></CycloneDDS>"
+    );
+    // What somebody sets for a single start wins.
+    let xml = match std::env::var("CYCLONEDDS_URI") {
+        Ok(uri) if !uri.trim().is_empty() => format!("{xml},{uri}"),
+        _ => xml,
+    };
+    Ok(Config { domain, xml })
+}
+
+pub(crate) fn refused(environment: &Environment, reason: String) -> OpenError {
+    OpenError::Backend {
+        address: environment.network.clone(),
+        reason,
+    }
+}
+
+/// A time such as `500ms`, as the checker of settings writes it.
+fn milliseconds(text: &str) -> Option<u64> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic())?;
+    let number: u64 = text[..split].parse().ok()?;
+    match &text[split..] {
+        "ns" => Some(number / 1_000_000),
+        "us" => Some(number / 1000),
+        "ms" => Some(number),
+        "s" => number.checked_mul(1000),
+        "min" => number.checked_mul(60_000),
+        _ => None,
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_those_of_the_checker() {
+        assert_eq!(milliseconds("500ms"), Some(500));
+        assert_eq!(milliseconds("2s"), Some(2000));
+        assert_eq!(milliseconds("150000us"), Some(150));
+        assert_eq!(milliseconds("soon"), None);
+    }
+}

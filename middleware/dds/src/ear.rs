@@ -1,0 +1,261 @@
+//! What an end of ours knows of the other ends, and what it has heard.
+
+use crate::board::Posted;
+use crate::hello::{Hello, Promise, Role};
+use crate::report::Seldom;
+use crate::session::lock;
+use rc_ddsc::{End, Guid, Reader, Sample, Writer};
+use rc_middleware::{Interrupt, TypeIdentity};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, OnceLock, Weak};
+use std::time::Duration;
+
+/// How many ends that have gone are remembered: what they sent may still be unread.
+const REMEMBERED: usize = 256;
+
+/// The two kinds of ends that the library has.
+pub(crate) enum Entity {
+    Writer(Writer),
+    Reader(Reader),
+}
+
+impl Entity {
+    fn matched(&self, handle: u64) -> Option<End> {
+        match self {
+            Self::Writer(writer) => writer.matched(handle),
+            Self::Reader(reader) => reader.matched(handle),
+        }
+    }
+
+    pub(crate) fn guid(&self) -> Result<Guid, rc_ddsc::Error> {
+        match self {
+            Self::Writer(writer) => writer.guid(),
+            Self::Reader(reader) => reader.guid(),
+        }
+    }
+}
+
+/// Where a reader puts what it hears, on a thread of the library.
+pub(crate) trait Inbox: Send + Sync {
+    /// Keeps a sample, or does not.
+    fn put(&self, sample: Sample);
+
+    /// Whether something in it may be read now that the other ends have changed.
+    fn waits(&self) -> bool {
+        false
+    }
+}
+
+/// What nobody sends to.
+impl Inbox for () {
+    fn put(&self, _sample: Sample) {}
+}
+
+/// Another end that was found.
+#[derive(Clone, Debug)]
+pub(crate) struct Peer {
+    pub(crate) guid: Guid,
+    /// The participant that it is of, its first 12 bytes.
+    pub(crate) member: [u8; 12],
+    /// None of a stranger.
+    pub(crate) hello: Option<Hello>,
+    /// Whether its types are the same, as far as it tells.
+    pub(crate) fits: bool,
+    /// Whether it is still there.
+    pub(crate) here: bool,
+}
+
+/// What is shared between an end, the library's threads and the watcher.
+pub(crate) struct Ear {
+    /// The name of the topic in DDS.
+    pub(crate) topic: String,
+    pub(crate) role: Role,
+    pub(crate) types: TypeIdentity,
+    /// Whether it sends, or else receives.
+    pub(crate) sends: bool,
+    pub(crate) promise: Promise,
+    pub(crate) deadline: Option<Duration>,
+    /// Rings when something was heard or the other ends have changed.
+    pub(crate) signal: Interrupt,
+    inbox: Arc<dyn Inbox>,
+    /// Set when the end was made; nothing in it when that failed.
+    entity: OnceLock<Weak<Entity>>,
+    /// Serializes taking, so that samples keep their order.
+    taking: Mutex<()>,
+    peers: Mutex<Peers>,
+    changed: Condvar,
+    pub(crate) seldom: Seldom,
+}
+
+#[derive(Default)]
+struct Peers {
+    by_handle: BTreeMap<u64, Peer>,
+    gone: usize,
+    posted: Option<Posted>,
+}
+
+impl Ear {
+    pub(crate) fn new(
+        topic: String,
+        role: Role,
+        types: TypeIdentity,
+        sends: bool,
+        qos: &rc_ddsc::Qos<'_>,
+        signal: Interrupt,
+        inbox: Arc<dyn Inbox>,
+    ) -> Self {
+        Self {
+            topic,
+            role,
+            types,
+            sends,
+            promise: Promise::from(qos),
+            deadline: qos.deadline,
+            signal,
+            inbox,
+            entity: OnceLock::new(),
+            taking: Mutex::default(),
+            peers: Mutex::default(),
+            changed: Condvar::new(),
+            seldom: Seldom::default(),
+        }
+    }
+
+    /// From now on the end is there; or it never will be.
+    pub(crate) fn attach(&self, entity: Weak<Entity>) {
+        let _ = self.entity.set(entity);
+        self.listen();
+    }
+
+    /// Puts what has come into the inbox.
+    pub(crate) fn listen(&self) {
+        let Some(entity) = self.entity.get().and_then(Weak::upgrade) else {
+            // What comes before the end is known to us is taken when it is.
+            return;
+        };
+        let Entity::Reader(reader) = &*entity else {
+            return;
+        };
+        let mut some = false;
+        let _turn = lock(&self.taking);
+        while matches!(reader.take(|sample| self.inbox.put(sample)), Ok(1..)) {
+            some = true;
+        }
+        if some {
+            self.signal.wake();
+        }
+    }
+
+    fn look_up(&self, handle: u64) -> Option<Peer> {
+        let entity = self.entity.wait().upgrade()?;
+        let end = entity.matched(handle)?;
+        let hello = Hello::parse(&end.user_data);
+        let fits = hello.as_ref().is_none_or(|hello| hello.types == self.types);
+        let mut member = [0; 12];
+        member.copy_from_slice(&end.guid[..12]);
+        Some(Peer {
+            guid: end.guid,
+            member,
+            hello,
+            fits,
+            here: true,
+        })
+    }
+
+    /// Another end was found. Gives it where its types differ.
+    pub(crate) fn matched(&self, handle: u64) -> Option<Peer> {
+        let peer = self.look_up(handle)?;
+        let mut peers = lock(&self.peers);
+        if let Some(posted) = &peers.posted {
+            // The notice only helps others to start; they wait for a bounded time.
+            let _ = posted.found(&peer.guid);
+        }
+        peers.by_handle.insert(handle, peer.clone());
+        drop(peers);
+        self.tell();
+        (!peer.fits).then_some(peer)
+    }
+
+    /// It has gone.
+    pub(crate) fn unmatched(&self, handle: u64) {
+        let mut peers = lock(&self.peers);
+        if let Some(peer) = peers.by_handle.get_mut(&handle) {
+            peer.here = false;
+            peers.gone += 1;
+        }
+        if peers.gone > REMEMBERED {
+            peers.by_handle.retain(|_, peer| peer.here);
+            peers.gone = 0;
+        }
+        drop(peers);
+        self.tell();
+    }
+
+    fn tell(&self) {
+        self.changed.notify_all();
+        // A call that waits may wait in vain now, and a request that was held may be served.
+        if self.role == Role::Client || self.inbox.waits() {
+            self.signal.wake();
+        }
+    }
+
+    /// The notice of this end; whom it has found already is written on it.
+    pub(crate) fn post(&self, posted: Posted) {
+        let mut peers = lock(&self.peers);
+        for peer in peers.by_handle.values() {
+            let _ = posted.found(&peer.guid);
+        }
+        peers.posted = Some(posted);
+    }
+
+    /// Takes the notice down.
+    pub(crate) fn withdraw(&self) {
+        lock(&self.peers).posted = None;
+    }
+
+    /// The other ends that are there and fit.
+    pub(crate) fn here<R>(&self, each: impl FnMut(&Peer) -> Option<R>) -> Vec<R> {
+        let peers = lock(&self.peers);
+        let here = peers.by_handle.values().filter(|p| p.here && p.fits);
+        here.filter_map(each).collect()
+    }
+
+    /// How many other ends there are.
+    pub(crate) fn count(&self) -> usize {
+        self.here(|_| Some(())).len()
+    }
+
+    /// Whether this end has been found.
+    pub(crate) fn has_found(&self, guid: &Guid) -> bool {
+        let peers = lock(&self.peers);
+        peers.by_handle.values().any(|peer| peer.guid == *guid)
+    }
+
+    /// Waits until the other ends have changed, at most `limit`.
+    pub(crate) fn wait(&self, limit: Duration) {
+        let peers = lock(&self.peers);
+        // Whether it was a change or the limit, the caller looks again.
+        let _ = self.changed.wait_timeout(peers, limit);
+    }
+
+    /// The sender of a sample: the hash of its types (0 for a stranger), or `None` if they are not ours.
+    pub(crate) fn sender(&self, handle: u64) -> Option<u64> {
+        let peers = lock(&self.peers);
+        let known = peers.by_handle.get(&handle).cloned();
+        drop(peers);
+        // The watcher may be on its way.
+        match known.or_else(|| self.look_up(handle)) {
+            Some(peer) if !peer.fits => None,
+            Some(peer) => Some(peer.hello.map_or(0, |hello| hello.types.hash)),
+            None => Some(0),
+        }
+    }
+
+    /// The participant of the sender of a sample.
+    pub(crate) fn member(&self, handle: u64) -> Option<[u8; 12]> {
+        let peers = lock(&self.peers);
+        let known = peers.by_handle.get(&handle).map(|peer| peer.member);
+        drop(peers);
+        known.or_else(|| Some(self.look_up(handle)?.member))
+    }
+}

@@ -1,0 +1,269 @@
+//! What an end of ours tells the others of itself: in its user data on the network, and on the notice board of its
+//! network on this machine.
+
+use rc_ddsc::{End, Guid, Qos};
+use rc_middleware::{TypeIdentity, qos};
+use std::fmt;
+use std::time::Duration;
+
+/// What comes first, so that nobody else's user data is taken for ours.
+const BEGIN: &str = "robocomp/1";
+
+/// What an end is there for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    Publisher,
+    Subscriber,
+    /// The end on which a client sends, and the one on which it hears its answers.
+    Client,
+    /// The end on which a server hears, and the one on which it answers.
+    Server,
+}
+
+impl Role {
+    const ALL: [(Self, &str); 4] = [
+        (Self::Publisher, "publisher"),
+        (Self::Subscriber, "subscriber"),
+        (Self::Client, "client"),
+        (Self::Server, "server"),
+    ];
+
+    pub(crate) fn word(self) -> &'static str {
+        Self::ALL
+            .iter()
+            .find(|(role, _)| *role == self)
+            .map_or("", |(_, word)| word)
+    }
+}
+
+/// Who an end is of, and what it says and hears.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Hello {
+    pub(crate) role: Role,
+    /// The types of the connection.
+    pub(crate) types: TypeIdentity,
+    /// The component.
+    pub(crate) instance: String,
+    pub(crate) pid: u32,
+    pub(crate) host: String,
+}
+
+impl Hello {
+    /// Reads one; `None` for a stranger.
+    pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
+        let text = std::str::from_utf8(bytes).ok()?;
+        let mut words = text.split(' ');
+        if words.next()? != BEGIN {
+            return None;
+        }
+        let role = words.next()?;
+        let (role, _) = Role::ALL.iter().find(|(_, word)| *word == role)?;
+        let hash = u64::from_str_radix(words.next()?, 16).ok()?;
+        let name = words.next()?.to_owned();
+        let pid = words.next()?.parse().ok()?;
+        let instance = words.next()?.to_owned();
+        let host = words.next()?.to_owned();
+        Some(Self {
+            role: *role,
+            types: TypeIdentity { name, hash },
+            instance,
+            pid,
+            host,
+        })
+    }
+
+    /// Who it is, for people on `host`.
+    pub(crate) fn who(&self, host: &str) -> String {
+        let Self { pid, instance, .. } = self;
+        if self.host == host {
+            format!("pid {pid} ({instance})")
+        } else {
+            format!("pid {pid} ({instance}) on {}", self.host)
+        }
+    }
+}
+
+impl fmt::Display for Hello {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let TypeIdentity { name, hash } = &self.types;
+        let (role, pid) = (self.role.word(), self.pid);
+        let (instance, host) = (&self.instance, &self.host);
+        write!(f, "{BEGIN} {role} {hash:x} {name} {pid} {instance} {host}")
+    }
+}
+
+/// The name of this machine.
+pub(crate) fn host() -> String {
+    let name = rustix::system::uname();
+    let name = name.nodename().to_string_lossy();
+    // It becomes a word among others.
+    name.split_whitespace().collect::<Vec<_>>().join("-")
+}
+
+/// A GUID as people write it.
+pub(crate) fn hex(guid: &Guid) -> String {
+    guid.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// How the QoS of an end of a topic is written for the library.
+pub(crate) fn topic_qos<'a>(wanted: &rc_middleware::Qos, user_data: &'a [u8]) -> Qos<'a> {
+    Qos {
+        reliable: wanted.reliability == qos::Reliability::Reliable,
+        transient_local: wanted.durability == qos::Durability::TransientLocal,
+        depth: i32::try_from(wanted.depth.max(1)).unwrap_or(i32::MAX),
+        deadline: wanted.deadline,
+        lifespan: wanted.lifespan,
+        liveliness: wanted.liveliness,
+        user_data,
+    }
+}
+
+/// Calls lose nothing; how much may wait is counted by the ends themselves.
+pub(crate) fn call_qos(user_data: &[u8]) -> Qos<'_> {
+    Qos {
+        reliable: true,
+        depth: 0,
+        user_data,
+        ..Qos::default()
+    }
+}
+
+/// What a writer offers too little of for a reader, each with both values (DDS 1.4, 2.2.3: requested and offered).
+pub(crate) fn differences(offered: &Promise, requested: &Promise) -> Vec<String> {
+    let time = |time: Option<Duration>| time.map_or("none".to_owned(), |t| format!("{t:?}"));
+    let word = |yes: bool, one: &str, other: &str| if yes { one } else { other }.to_owned();
+    let mut found = Vec::new();
+    let mut differ = |policy: &str, offered: String, requested: String| {
+        found.push(format!(
+            "{policy}: offered {offered}, requested {requested}"
+        ));
+    };
+    if requested.reliable && !offered.reliable {
+        let reliability = |yes| word(yes, "reliable", "best_effort");
+        differ("reliability", reliability(false), reliability(true));
+    }
+    if requested.transient_local && !offered.transient_local {
+        let durability = |yes| word(yes, "transient_local", "volatile");
+        differ("durability", durability(false), durability(true));
+    }
+    let longer = |offered: Option<Duration>, requested: Option<Duration>| {
+        requested.is_some_and(|r| offered.is_none_or(|o| o > r))
+    };
+    if longer(offered.deadline, requested.deadline) {
+        differ("deadline", time(offered.deadline), time(requested.deadline));
+    }
+    if longer(offered.liveliness, requested.liveliness) {
+        let times = (time(offered.liveliness), time(requested.liveliness));
+        differ("liveliness", times.0, times.1);
+    }
+    found
+}
+
+/// What of a QoS has to fit that of the other end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Promise {
+    reliable: bool,
+    transient_local: bool,
+    deadline: Option<Duration>,
+    liveliness: Option<Duration>,
+}
+
+impl Promise {
+    /// Reads what `Display` writes.
+    pub(crate) fn parse(text: &str) -> Option<Self> {
+        let mut words = text.split(' ');
+        let time = |word: &str| match word {
+            "-" => Some(None),
+            _ => Some(Some(Duration::from_nanos(word.parse().ok()?))),
+        };
+        Some(Self {
+            reliable: words.next()? == "true",
+            transient_local: words.next()? == "true",
+            deadline: time(words.next()?)?,
+            liveliness: time(words.next()?)?,
+        })
+    }
+}
+
+impl fmt::Display for Promise {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let time = |time: Option<Duration>| time.map_or("-".to_owned(), |t| t.as_nanos().to_string());
+        let (deadline, liveliness) = (time(self.deadline), time(self.liveliness));
+        let (reliable, kept) = (self.reliable, self.transient_local);
+        write!(f, "{reliable} {kept} {deadline} {liveliness}")
+    }
+}
+
+impl From<&Qos<'_>> for Promise {
+    fn from(qos: &Qos<'_>) -> Self {
+        Self {
+            reliable: qos.reliable,
+            transient_local: qos.transient_local,
+            deadline: qos.deadline,
+            liveliness: qos.liveliness,
+        }
+    }
+}
+
+impl From<&End> for Promise {
+    fn from(end: &End) -> Self {
+        Self {
+            reliable: end.reliable,
+            transient_local: end.transient_local,
+            deadline: end.deadline,
+            liveliness: end.liveliness,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hello_comes_back_and_a_stranger_is_none() {
+        let hello = Hello {
+            role: Role::Server,
+            types: TypeIdentity {
+                name: "Test::Types".to_owned(),
+                hash: 7,
+            },
+            instance: "lidar".to_owned(),
+            pid: 4711,
+            host: "robot".to_owned(),
+        };
+        assert_eq!(
+            Hello::parse(hello.to_string().as_bytes()),
+            Some(hello.clone())
+        );
+        assert_eq!(hello.who("robot"), "pid 4711 (lidar)");
+        assert_eq!(hello.who("desk"), "pid 4711 (lidar) on robot");
+        for stranger in [&b""[..], b"typehash=RIHS01", b"robocomp/1 server", &[255]] {
+            assert_eq!(Hello::parse(stranger), None);
+        }
+    }
+
+    #[test]
+    fn what_is_offered_has_to_be_enough() {
+        let offered = Promise::from(&Qos {
+            reliable: false,
+            liveliness: Some(Duration::from_secs(2)),
+            ..Qos::default()
+        });
+        let requested = Promise::from(&Qos {
+            reliable: true,
+            deadline: Some(Duration::from_millis(100)),
+            liveliness: Some(Duration::from_secs(1)),
+            ..Qos::default()
+        });
+        assert_eq!(
+            differences(&offered, &requested),
+            [
+                "reliability: offered best_effort, requested reliable",
+                "deadline: offered none, requested 100ms",
+                "liveliness: offered 2s, requested 1s",
+            ]
+        );
+        assert!(differences(&requested, &offered).is_empty());
+    }
+}

@@ -1,0 +1,458 @@
+//! One component's part in a domain: the participant, what is known of the domain, and the thread that learns it.
+
+use crate::board::Board;
+use crate::config;
+use crate::ear::{Ear, Entity, Inbox};
+use crate::hello::{self, Hello, Promise, Role};
+use crate::report;
+use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
+use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::rc::Rc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How long a component waits, in all, for ends on this machine that it does not find over the network.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// How long after its start a client that finds no server waits for one on another machine.
+const GRACE: Duration = Duration::from_millis(300);
+/// How often the notices of others are looked at while they are waited for.
+const LOOK: Duration = Duration::from_millis(2);
+/// The library's ids for a part of this process in a domain in which it has a part already.
+const FURTHER_PARTS: std::ops::Range<u32> = 1000..10_000;
+
+/// What the ends of one component share.
+pub(crate) struct Session {
+    pub(crate) environment: Environment,
+    pub(crate) host: String,
+    board: Board,
+    known: Arc<Known>,
+    patience: Cell<Duration>,
+    start: Instant,
+    notes: Sender<Note>,
+    watcher: Option<JoinHandle<()>>,
+    /// The writers, for who lingers.
+    writers: RefCell<Vec<Weak<Entity>>>,
+    // In the order in which they go.
+    _discoveries: Arc<[Discovery; 2]>,
+    participant: Participant,
+    _domain: Domain,
+}
+
+/// What is known of the domain: writers, and readers.
+#[derive(Default)]
+struct Known([Mutex<HashMap<Guid, End>>; 2]);
+
+/// What the watcher is told, in the order in which it happened.
+enum Note {
+    /// Something was discovered: a writer, or else a reader.
+    Discovered(bool),
+    /// Something happened to an end.
+    Event(Arc<Ear>, Event),
+    /// The component ends.
+    End,
+}
+
+/// One end of a topic of DDS. It leaves the domain when it goes.
+pub(crate) struct Port {
+    pub(crate) entity: Arc<Entity>,
+    pub(crate) ear: Arc<Ear>,
+    pub(crate) guid: Guid,
+    pub(crate) session: Rc<Session>,
+}
+
+/// What an end is to be.
+pub(crate) struct Wanted<'a> {
+    /// What people call it.
+    pub(crate) address: &'a str,
+    /// The name of the topic in DDS, and of its type.
+    pub(crate) topic: String,
+    pub(crate) type_name: String,
+    pub(crate) role: Role,
+    pub(crate) types: &'a TypeIdentity,
+    pub(crate) sends: bool,
+    pub(crate) qos: Qos<'static>,
+    pub(crate) signal: Interrupt,
+    pub(crate) inbox: Arc<dyn Inbox>,
+}
+
+/// Locks also what a thread that panicked held: no state of ours is left half written.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Session {
+    pub(crate) fn open(environment: &Environment) -> Result<Self, OpenError> {
+        rc_ddsc::set_log(report::library);
+        let failed = |what: &str, error: &dyn std::fmt::Display| {
+            config::refused(environment, format!("{what}: {error}"))
+        };
+        let config = config::of(environment)?;
+        let folder = environment.directory.middleware(crate::NAME);
+        let board = Board::open(&folder, config.domain)
+            .map_err(|error| failed(&folder.display().to_string(), &error))?;
+        let domain = part_of(config.domain, &config.xml).map_err(|error| {
+            let help = "the log says why; look at `interfaces` and `peers`, and at CYCLONEDDS_URI";
+            failed("Cyclone DDS does not start", &format!("{error}; {help}"))
+        })?;
+        let participant = domain
+            .participant()
+            .map_err(|error| failed("the domain cannot be joined", &error))?;
+        let (notes, heard) = channel();
+        let discover = |writers| {
+            let listener = Box::new(Discovering(writers, notes.clone()));
+            participant
+                .discovery(writers, listener)
+                .map_err(|error| failed("others cannot be discovered", &error))
+        };
+        let discoveries = Arc::new([discover(false)?, discover(true)?]);
+        let known = Arc::new(Known::default());
+        let watching = Watcher {
+            host: hello::host(),
+            known: Arc::clone(&known),
+            discoveries: Arc::clone(&discoveries),
+        };
+        let watcher = std::thread::Builder::new()
+            .name("rc-dds".to_owned())
+            .spawn(move || watching.run(&heard))
+            .map_err(|error| failed("a thread cannot be started", &error))?;
+        Ok(Self {
+            environment: environment.clone(),
+            host: hello::host(),
+            board,
+            known,
+            patience: Cell::new(PATIENCE),
+            start: Instant::now(),
+            notes,
+            watcher: Some(watcher),
+            writers: RefCell::default(),
+            _discoveries: discoveries,
+            participant,
+            _domain: domain,
+        })
+    }
+
+    /// Refuses what does not fit those who are at `topic` already.
+    fn check(&self, wanted: &Wanted<'_>) -> Result<(), OpenError> {
+        let own = self.participant.guid().unwrap_or_default();
+        let here = self.board.notices(&wanted.topic, true, true);
+        let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
+        for ends in &self.known.0 {
+            let ends = lock(ends);
+            let there = ends
+                .values()
+                .filter(|end| end.topic == wanted.topic && end.participant != own);
+            let there = there.filter_map(|end| Hello::parse(&end.user_data));
+            // Of this machine the notices are certain; one that was killed is discovered for a while.
+            hellos.extend(there.filter(|hello| hello.host != self.host));
+        }
+        for hello in hellos {
+            if hello.types != *wanted.types {
+                return Err(OpenError::TypeMismatch {
+                    address: wanted.address.to_owned(),
+                    ours: wanted.types.to_string(),
+                    theirs: hello.types.to_string(),
+                });
+            }
+            if (wanted.role, hello.role) == (Role::Server, Role::Server) {
+                return Err(OpenError::AddressTaken {
+                    address: wanted.address.to_owned(),
+                    holder: hello.who(&self.host),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Opens ends, all or none, and waits until they and those on this machine have found each other.
+    pub(crate) fn ports<const N: usize>(
+        self: &Rc<Self>,
+        wanted: [Wanted<'_>; N],
+    ) -> Result<[Port; N], OpenError> {
+        let address = wanted.first().map_or("", |wanted| wanted.address).to_owned();
+        let backend = |error: &dyn std::fmt::Display| OpenError::Backend {
+            address: address.clone(),
+            reason: error.to_string(),
+        };
+        let turn = self.board.turn().map_err(|error| backend(&error))?;
+        for wanted in &wanted {
+            self.check(wanted)?;
+        }
+        let mut ports = Vec::new();
+        for wanted in wanted {
+            ports.push(self.port(wanted, &backend)?);
+        }
+        drop(turn);
+        self.meet(&ports);
+        ports
+            .try_into()
+            .map_err(|_| backend(&"an end is missing"))
+    }
+
+    fn port(
+        self: &Rc<Self>,
+        wanted: Wanted<'_>,
+        backend: &dyn Fn(&dyn std::fmt::Display) -> OpenError,
+    ) -> Result<Port, OpenError> {
+        let hello = Hello {
+            role: wanted.role,
+            types: wanted.types.clone(),
+            instance: self.environment.instance.clone(),
+            pid: std::process::id(),
+            host: self.host.clone(),
+        };
+        let user_data = hello.to_string();
+        let qos = Qos {
+            user_data: user_data.as_bytes(),
+            ..wanted.qos
+        };
+        let topic = self
+            .participant
+            .topic(&wanted.topic, &wanted.type_name)
+            .map_err(|error| backend(&error))?;
+        let ear = Arc::new(Ear::new(
+            wanted.topic,
+            wanted.role,
+            hello.types.clone(),
+            wanted.sends,
+            &qos,
+            wanted.signal,
+            wanted.inbox,
+        ));
+        let listener = Box::new(Listening(Arc::clone(&ear), self.notes.clone()));
+        let entity = if wanted.sends {
+            self.participant
+                .writer(&topic, &qos, listener)
+                .map(Entity::Writer)
+        } else {
+            self.participant
+                .reader(&topic, &qos, listener)
+                .map(Entity::Reader)
+        };
+        let opened = entity.and_then(|entity| Ok((entity.guid()?, Arc::new(entity))));
+        let (guid, entity) = match opened {
+            Ok(opened) => opened,
+            Err(error) => {
+                // The watcher does not wait for it any more.
+                ear.attach(Weak::new());
+                return Err(backend(&error));
+            }
+        };
+        ear.attach(Arc::downgrade(&entity));
+        if wanted.sends {
+            let mut writers = self.writers.borrow_mut();
+            writers.retain(|writer| writer.strong_count() > 0);
+            writers.push(Arc::downgrade(&entity));
+        }
+        let posted = self
+            .board
+            .post(&ear.topic, &guid, wanted.sends, &hello, &ear.promise)
+            .map_err(|error| backend(&error))?;
+        ear.post(posted);
+        Ok(Port {
+            entity,
+            ear,
+            guid,
+            session: Rc::clone(self),
+        })
+    }
+
+    /// Waits until new ends and those on this machine have found each other. Who cannot be reached costs a component a
+    /// few seconds once.
+    fn meet(&self, ports: &[Port]) {
+        let begin = Instant::now();
+        for port in ports {
+            while !self.has_met(port) && begin.elapsed() < self.patience.get() {
+                port.ear.wait(LOOK);
+            }
+        }
+        if ports.iter().any(|port| !self.has_met(port)) {
+            let left = self.patience.get().saturating_sub(begin.elapsed());
+            self.patience.set(left);
+        }
+    }
+
+    fn has_met(&self, port: &Port) -> bool {
+        let ear = &port.ear;
+        let others = self.board.notices(&ear.topic, !ear.sends, ear.sends);
+        others.iter().all(|notice| {
+            let (offered, requested) = if ear.sends {
+                (&ear.promise, &notice.promise)
+            } else {
+                (&notice.promise, &ear.promise)
+            };
+            !hello::differences(offered, requested).is_empty()
+                || (ear.has_found(&notice.guid) && notice.found.contains(&port.guid))
+        })
+    }
+
+    /// Gives those on other machines a moment, once, until `found`.
+    pub(crate) fn grace(&self, ear: &Ear, found: impl Fn() -> bool) {
+        while !found() && self.start.elapsed() < GRACE && !self.environment.interrupt.is_stopping()
+        {
+            ear.wait(LOOK);
+        }
+    }
+
+    /// Waits until what was sent has arrived.
+    pub(crate) fn linger(&self, limit: Duration) {
+        let begin = Instant::now();
+        for writer in self.writers.borrow().iter().filter_map(Weak::upgrade) {
+            if let Entity::Writer(writer) = &*writer {
+                // Who does not confirm in time loses it; there is nobody to tell.
+                let _ = writer.wait_for_acks(limit.saturating_sub(begin.elapsed()));
+            }
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        let _ = self.notes.send(Note::End);
+        if let Some(watcher) = self.watcher.take() {
+            let _ = watcher.join();
+        }
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        self.ear.withdraw();
+    }
+}
+
+/// A part of this process in a domain of DDS. The library knows one for each id, and several components may be in one
+/// process: each has its own.
+fn part_of(domain: u32, xml: &str) -> Result<Domain, rc_ddsc::Error> {
+    match Domain::new(domain, xml) {
+        Err(error) if error.is_precondition() => {}
+        result => return result,
+    }
+    let mut last = None;
+    for id in FURTHER_PARTS {
+        match Domain::new(id, xml) {
+            Err(error) if error.is_precondition() => last = Some(error),
+            result => return result,
+        }
+    }
+    last.map_or_else(|| Domain::new(domain, xml), Err)
+}
+
+struct Discovering(bool, Sender<Note>);
+
+impl Listener for Discovering {
+    fn event(&self, _event: Event) {
+        let _ = self.1.send(Note::Discovered(self.0));
+    }
+}
+
+struct Listening(Arc<Ear>, Sender<Note>);
+
+impl Listener for Listening {
+    fn event(&self, event: Event) {
+        if event == Event::Data {
+            self.0.listen();
+        } else {
+            let _ = self.1.send(Note::Event(Arc::clone(&self.0), event));
+        }
+    }
+}
+
+/// The thread that asks the library about what it announces, which its own threads must not.
+struct Watcher {
+    host: String,
+    known: Arc<Known>,
+    discoveries: Arc<[Discovery; 2]>,
+}
+
+impl Watcher {
+    fn run(&self, heard: &Receiver<Note>) {
+        while let Ok(note) = heard.recv() {
+            match note {
+                Note::Discovered(writers) => self.discover(writers),
+                Note::Event(ear, event) => self.happened(&ear, event),
+                Note::End => return,
+            }
+        }
+    }
+
+    fn discover(&self, writers: bool) {
+        let at = usize::from(writers);
+        let mut known = lock(&self.known.0[at]);
+        // What cannot be read now is read at the next announcement.
+        let _ = self.discoveries[at].take(|end, guid| match end {
+            Some(end) => {
+                known.insert(guid, end);
+            }
+            None => {
+                known.remove(&guid);
+            }
+        });
+    }
+
+    fn happened(&self, ear: &Ear, event: Event) {
+        match event {
+            Event::Data => {}
+            Event::Matched(handle) => {
+                if let Some(other) = ear.matched(handle) {
+                    self.differ(ear, &other);
+                }
+            }
+            Event::Unmatched(handle) => ear.unmatched(handle),
+            Event::Incompatible(_) => self.incompatible(ear),
+            Event::Deadline(count) => {
+                if let (Some(passed), Some(limit)) = (ear.seldom.now(), ear.deadline) {
+                    let count = u64::from(count) + passed;
+                    tracing::warn!(
+                        "no value on `{}` within its deadline of {limit:?} ({count} times)",
+                        ear.topic
+                    );
+                }
+            }
+            Event::Alive(_, true) => tracing::info!("a publisher of `{}` is back", ear.topic),
+            Event::Alive(_, false) => {
+                tracing::warn!("a publisher of `{}` has been silent for longer than its liveliness", ear.topic);
+            }
+        }
+    }
+
+    fn differ(&self, ear: &Ear, other: &crate::ear::Peer) {
+        if let Some(hello) = &other.hello {
+            let (topic, who) = (&ear.topic, hello.who(&self.host));
+            let (ours, theirs) = (&ear.types, &hello.types);
+            tracing::error!(
+                "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
+            );
+        }
+    }
+
+    /// Says what of the others does not fit; the library does not say whom it means.
+    fn incompatible(&self, ear: &Ear) {
+        self.discover(!ear.sends);
+        let known = lock(&self.known.0[usize::from(!ear.sends)]);
+        for end in known.values().filter(|end| end.topic == ear.topic) {
+            let theirs = Promise::from(end);
+            let (offered, requested) = if ear.sends {
+                (&ear.promise, &theirs)
+            } else {
+                (&theirs, &ear.promise)
+            };
+            let differences = hello::differences(offered, requested);
+            if differences.is_empty() {
+                continue;
+            }
+            let who = match Hello::parse(&end.user_data) {
+                Some(hello) => format!("the {} {}", hello.role.word(), hello.who(&self.host)),
+                None => format!("the end {}", hello::hex(&end.guid)),
+            };
+            tracing::warn!(
+                "`{}` does not reach {who}, or the other way round: {}",
+                ear.topic,
+                differences.join("; ")
+            );
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! The receiving end of a topic.
+
+use crate::hello::{Role, topic_qos};
+use crate::inbox::{self, Values};
+use crate::publisher::{signal, type_name};
+use crate::session::{Port, Session, Wanted};
+use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::rc::Rc;
+use std::sync::Arc;
+
+pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubscriber, OpenError> {
+    let address = endpoint.address.to_string();
+    let values = Arc::new(Values::new(endpoint.qos.depth));
+    let [port] = session.ports([Wanted {
+        address: &address,
+        topic: address.clone(),
+        type_name: type_name(endpoint),
+        role: Role::Subscriber,
+        types: &endpoint.types,
+        sends: false,
+        qos: topic_qos(&endpoint.qos, &[]),
+        signal: signal(&address)?,
+        inbox: Arc::clone(&values) as _,
+    }])?;
+    Ok(DdsSubscriber {
+        port,
+        values,
+        address,
+    })
+}
+
+pub(crate) struct DdsSubscriber {
+    port: Port,
+    values: Arc<Values>,
+    address: String,
+}
+
+impl Subscriber for DdsSubscriber {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.port.ear.signal.as_fd()
+    }
+
+    fn acknowledge(&mut self, _woken: bool) {
+        self.port.ear.signal.clear();
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+        while let Some(sample) = self.values.next() {
+            // Who has other types was told so when it was found.
+            let Some(type_hash) = self.port.ear.sender(sample.writer()) else {
+                continue;
+            };
+            return match inbox::body(&sample) {
+                Ok(body) => {
+                    take(inbox::header(&sample, type_hash), body);
+                    Ok(true)
+                }
+                Err(reason) => Err(ReceiveError {
+                    address: self.address.clone(),
+                    reason,
+                }),
+            };
+        }
+        Ok(false)
+    }
+
+    fn peers(&self) -> usize {
+        self.port.ear.count()
+    }
+}

@@ -1,0 +1,40 @@
+//! The suite that every backend passes. Each component is in the domain by sockets of its own, as if it were a process
+//! of its own, and each network has a domain of its own.
+
+use rc_middleware::{Backend, Environment, OpenError};
+
+struct Dds;
+
+/// A domain for each network of these tests; those of other files have others.
+fn domain(network: &str) -> String {
+    let number = network.trim_start_matches('t').split('-').next();
+    let number: u32 = number.and_then(|n| n.parse().ok()).unwrap_or_default();
+    (20 + number % 100).to_string()
+}
+
+impl rc_conformance::Subject for Dds {
+    fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+        let mut environment = environment.clone();
+        let domain = domain(&environment.network);
+        environment.settings.set("dds", "domain", vec![domain]);
+        environment
+            .settings
+            .set("dds", "interfaces", vec!["lo".to_owned()]);
+        // Sixty-four components in one process are slow to say that they live.
+        let lease = vec!["10s".to_owned()];
+        environment.settings.set("dds", "lease", lease);
+        rc_dds::connect(&environment)
+    }
+
+    /// The types of a connection are compared when its ends find each other, not with every message.
+    fn compares_each_message(&self) -> bool {
+        false
+    }
+
+    /// What is requested has to be offered.
+    fn keeps_or_refuses(&self) -> bool {
+        true
+    }
+}
+
+rc_conformance::suite!(Dds);

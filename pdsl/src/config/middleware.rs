@@ -1,0 +1,102 @@
+//! `[middleware.NAME]`: what is set of the middlewares.
+
+use super::{Checker, document};
+use crate::model::Value as Given;
+use rc_diagnostics::{Diagnostic, Span};
+use rc_settings::{Key, MIDDLEWARES, Misfit, Value, instead, key, keys};
+use std::collections::BTreeMap;
+use toml_edit::{Item, TableLike};
+
+/// What keys are set to, by the name of the middleware and that of the key; each value in its usual form.
+pub type Settings = BTreeMap<String, BTreeMap<String, Vec<String>>>;
+
+impl Checker {
+    pub(super) fn middlewares(&mut self, table: &dyn TableLike, at: Span) -> Settings {
+        let mut settings = Settings::new();
+        for (name, item) in table.iter() {
+            let place = self
+                .place
+                .of(table.key(name).and_then(toml_edit::Key::span), at);
+            if keys(name).is_none() {
+                self.misplaced(item);
+                let message = format!("unknown middleware `{name}`");
+                let names = MIDDLEWARES.iter().map(|(name, _)| *name);
+                let error = Diagnostic::error("unknown-middleware", place, message);
+                self.found.push(error.suggest(name, names));
+                continue;
+            }
+            let Some(inner) = item.as_table_like() else {
+                self.wrong_type(item, &format!("middleware.{name}"), at, "a table");
+                continue;
+            };
+            let inside = self.place.of(item.span(), place);
+            let set = settings.entry(name.to_owned()).or_default();
+            for (word, item) in inner.iter() {
+                let Some(key) = key(name, word) else {
+                    self.misplaced(item);
+                    let at = inner.key(word).and_then(toml_edit::Key::span);
+                    let message = format!("unknown key `middleware.{name}.{word}`");
+                    let error =
+                        Diagnostic::error("unknown-key", self.place.of(at, inside), message);
+                    self.found.push(error.help(instead(name, word)));
+                    continue;
+                };
+                let path = format!("middleware.{name}.{word}");
+                if let Some(values) = self.setting(key, item, &path, inside) {
+                    set.insert(word.to_owned(), values);
+                }
+            }
+        }
+        settings
+    }
+
+    /// What one key is set to; none where something is wrong with it, which is then reported.
+    fn setting(&mut self, key: &Key, item: &Item, path: &str, at: Span) -> Option<Vec<String>> {
+        let place = self.place.of(item.span(), at);
+        if !key.kind.is_list() {
+            let value = self.single(key, item, path, place)?;
+            return Some(vec![value]);
+        }
+        let Some(array) = item.as_array() else {
+            let allowed = format!("an array, each element {}", key.kind.allowed());
+            self.refuse("wrong-type", item, path, place, allowed);
+            return None;
+        };
+        let elements = array.iter().enumerate();
+        let values: Vec<Option<String>> = elements
+            .map(|(index, value)| {
+                let item = Item::Value(value.clone());
+                let place = self.place.of(value.span(), place);
+                self.single(key, &item, &format!("{path}[{index}]"), place)
+            })
+            .collect();
+        values.into_iter().collect()
+    }
+
+    fn single(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<String> {
+        let given = document::value(item);
+        let value = match &given {
+            Some(Given::Int(number)) => Value::Int(*number),
+            Some(Given::Bool(choice)) => Value::Bool(*choice),
+            Some(Given::Text(text)) => Value::Text(text),
+            _ => Value::Other,
+        };
+        let code = match key.kind.accept(value) {
+            Ok(value) => return Some(value),
+            Err(Misfit::Type) => "wrong-type",
+            Err(Misfit::Range) => "out-of-range",
+            Err(Misfit::Form) => "bad-setting",
+        };
+        self.refuse(code, item, path, place, key.kind.allowed());
+        None
+    }
+
+    /// No setting is a secret.
+    fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: String) {
+        let what = document::described(item, false);
+        let message = format!("`{path}` cannot be {what}");
+        let help = format!("allowed is {allowed}");
+        self.found
+            .push(Diagnostic::error(code, at, message).help(help));
+    }
+}

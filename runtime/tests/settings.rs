@@ -1,0 +1,116 @@
+//! What a configuration and a command line set of a middleware reaches its backend.
+
+use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Backend, Environment, OpenError, Reader, Settings};
+use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
+use std::sync::Mutex;
+use std::time::Duration;
+
+static DESCRIPTION: Description = Description {
+    name: "set",
+    model_hash: 1,
+    middleware: "recorder",
+    period: Duration::from_millis(2),
+    parameters: None,
+    folder: "/nowhere",
+    slots: &[],
+    backends: &[("recorder", connect)],
+    note: b"",
+};
+
+static SEEN: Mutex<Option<Settings>> = Mutex::new(None);
+
+fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+    *SEEN.lock().expect("the settings") = Some(environment.settings.clone());
+    rc_local::connect(environment)
+}
+
+struct Worker(Core);
+
+impl Worker {
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
+        Ok(Self(core))
+    }
+}
+
+impl Component for Worker {
+    fn core(&mut self) -> &mut Core {
+        &mut self.0
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn emergency(&mut self) {}
+
+    fn restore(&mut self) {}
+
+    fn finalize(&mut self) {}
+
+    fn sending_peers(&self, _: &mut [usize]) {}
+
+    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        request.unknown()
+    }
+
+    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn the_command_line_comes_before_the_configuration() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("config.toml");
+    let text = "[middleware.dds]\ndomain = 3\nlease = \"0.5s\"\npeers = [\"a\"]\n";
+    std::fs::write(&file, text).expect("to write");
+    let network = format!("settings_{}", std::process::id());
+    let args = [
+        "--network",
+        &network,
+        "--config",
+        &file.to_string_lossy(),
+        "--set-middleware",
+        "dds.domain=5",
+        "--set-middleware",
+        "dds.peers=b:7,c",
+    ];
+    let component = embed(&DESCRIPTION, Worker::start, &args).expect("a component");
+    component.stop();
+    component.join().expect("a good end");
+    let settings = SEEN.lock().expect("the settings").take();
+    let settings = settings.expect("a backend that was asked");
+    assert_eq!(settings.values("dds", "domain"), ["5"]);
+    assert_eq!(settings.values("dds", "lease"), ["500ms"]);
+    assert_eq!(settings.values("dds", "peers"), ["b:7", "c"]);
+    assert!(settings.values("dds", "interfaces").is_empty());
+    assert!(settings.values("iceoryx2", "domain").is_empty());
+}
+
+#[test]
+fn the_command_line_says_what_can_be_set() {
+    let message = |text: &str| {
+        let network = format!("settings_wrong_{}", std::process::id());
+        let args = ["--network", &network, "--set-middleware", text];
+        let error = embed(&DESCRIPTION, Worker::start, &args).expect_err(text);
+        assert!(matches!(error, StartError::Usage(_)), "{error}");
+        error.to_string()
+    };
+    for (text, said) in [
+        ("dds.domain", "takes MIDDLEWARE.KEY=VALUE"),
+        ("ddds.domain=1", "did you mean `dds`?"),
+        ("dds.domian=1", "did you mean `domain`?"),
+        ("iceoryx2.x=1", "nothing yet that can be set of iceoryx2"),
+        ("dds.domain=233", "a whole number from 0 to 232"),
+        ("dds.lease=10ms", "at least 100ms"),
+        (
+            "dds.peers=a b",
+            "a list with commas, each the name or the address",
+        ),
+    ] {
+        let message = message(text);
+        assert!(message.contains(said), "{text}: {message}");
+    }
+}
