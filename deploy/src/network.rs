@@ -156,32 +156,20 @@ fn configuration(
     let (configuration, more) =
         rc_pdsl::config::check(sources, source, project.parameters.as_ref());
     found.extend(more);
-    let addresses = configuration.bindings.values();
-    for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
-        let message = format!("[bindings]: {reason}");
-        found.push(Diagnostic::error(
-            "bad-address",
-            Span::new(source, 0, 0),
-            message,
-        ));
-    }
-    let slots: Vec<&str> = project
-        .component
-        .slots
-        .iter()
-        .map(|s| s.name.as_str())
-        .collect();
-    for slot in configuration
-        .bindings
-        .keys()
-        .filter(|slot| !slots.contains(&slot.as_str()))
-    {
-        let message = format!(
-            "[bindings]: `{slot}` is not a slot of {}",
-            project.component.name.text
-        );
-        let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
-        found.push(diagnostic.suggest(slot, slots.iter().copied()));
+    let slots = project.component.slots.iter();
+    let slots: Vec<&str> = slots.map(|s| s.name.as_str()).collect();
+    let place = |slot: &str| rc_pdsl::config::binding_place(sources, source, slot);
+    for (slot, address) in &configuration.bindings {
+        if let Err(reason) = rc_middleware::Address::parse(address) {
+            let message = format!("[bindings]: {reason}");
+            found.push(Diagnostic::error("bad-address", place(slot), message));
+        }
+        if !slots.contains(&slot.as_str()) {
+            let name = &project.component.name.text;
+            let message = format!("[bindings]: `{slot}` is not a slot of {name}");
+            let diagnostic = Diagnostic::error("unknown-slot", place(slot), message);
+            found.push(diagnostic.suggest(slot, slots.iter().copied()));
+        }
     }
 }
 

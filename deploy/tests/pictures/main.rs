@@ -1,5 +1,6 @@
 //! What `rcdeploy plan` and `rcdeploy graph` print.
 
+mod fleet;
 mod goldens;
 #[path = "../outside/mod.rs"]
 mod outside;

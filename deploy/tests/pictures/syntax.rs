@@ -1,15 +1,17 @@
 //! Mermaid and Graphviz themselves read what is written for them.
 
+use crate::fleet::fleet;
 use crate::goldens::{NETWORKS, draw};
 use crate::outside::{run, skipped};
 use crate::wrong::broken;
 use rc_deploy::graph::GraphFormat;
 use std::path::{Path, PathBuf};
 
-/// Pictures of all networks and of a wrong one, as files.
+/// Pictures of all networks, of a wrong and of a large one, as files.
 fn files(folder: &Path, format: GraphFormat) -> Vec<String> {
     let mut texts: Vec<String> = NETWORKS.iter().map(|name| draw(name, format)).collect();
     texts.push(broken(folder).draw(format).expect("a picture"));
+    texts.push(fleet(folder).draw(format).expect("a picture"));
     let write = |(number, text): (usize, &String)| {
         let path = folder.join(number.to_string());
         std::fs::write(&path, text).expect("a file");

@@ -1,6 +1,6 @@
 //! Calls whose requests and replies are any bytes, for tests that care for no envelope: it is put around them here.
 
-use rc_middleware::rpc::{self, RequestId, ReplyKind};
+use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{
     Backend, CallError, Client, Endpoint, Header, OpenError, Publisher, Reader, ReceiveError,
     Reply, Server, Subscriber, Writer,
@@ -80,13 +80,14 @@ impl Client for Asking {
     ) -> Result<(), CallError> {
         let request = self.envelope(request);
         let sequence = self.sequence;
-        self.port.call(header, &request, limit, &mut |header, reply| {
-            let mut reader = Reader::new(reply);
-            let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
-            assert_eq!(id.sequence, sequence, "the answer to another request");
-            assert_eq!(kind, ReplyKind::Case(0));
-            take(header, reader.rest());
-        })
+        self.port
+            .call(header, &request, limit, &mut |header, reply| {
+                let mut reader = Reader::new(reply);
+                let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
+                assert_eq!(id.sequence, sequence, "the answer to another request");
+                assert_eq!(kind, ReplyKind::Case(0));
+                take(header, reader.rest());
+            })
     }
 
     fn peers(&self) -> usize {

@@ -319,9 +319,7 @@ pub fn publishers_come_and_go(subject: &dyn Subject) {
             scope.spawn(move || {
                 let backend = network.join("publisher");
                 let mut publisher = backend.publisher(topic).expect("a publisher");
-                publisher
-                    .publish(header(1), &[round])
-                    .expect("to publish");
+                publisher.publish(header(1), &[round]).expect("to publish");
                 backend.linger(LIMIT);
             });
             let (header, body) = receive(&mut *subscriber, 1).remove(0);

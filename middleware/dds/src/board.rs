@@ -223,7 +223,9 @@ mod tests {
         assert_eq!(notices[0].found, [[2; 16]]);
         assert!(board.notices("a/c", true, true).is_empty());
         // As a process that was killed leaves it.
-        let left = posted.path.with_extension("00000000000000000000000000000009");
+        let left = posted
+            .path
+            .with_extension("00000000000000000000000000000009");
         std::fs::copy(&posted.path, &left).expect("to copy");
         assert_eq!(board.notices("a/b", true, true).len(), 1);
         assert!(!left.exists());

@@ -81,8 +81,7 @@ impl DdsClient {
             (hello.is_none_or(|hello| hello.role == Role::Server)).then_some(peer.member)
         };
         let answering = self.replies.ear.here(is_server);
-        let mut hearing: BTreeSet<Member> =
-            self.requests.ear.here(is_server).into_iter().collect();
+        let mut hearing: BTreeSet<Member> = self.requests.ear.here(is_server).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
     }
@@ -120,7 +119,8 @@ impl DdsClient {
             address: self.address.clone(),
             reason,
         };
-        let id = rpc::request_id(request).ok_or_else(|| failed("a request has no envelope".to_owned()))?;
+        let id = rpc::request_id(request)
+            .ok_or_else(|| failed("a request has no envelope".to_owned()))?;
         if let Entity::Writer(writer) = &*self.requests.entity {
             writer
                 .write(header.sequence, stamp(header.sent), request)

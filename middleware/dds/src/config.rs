@@ -27,7 +27,8 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
     let values = |key: &str| environment.settings.values(crate::NAME, key);
     let one = |key: &str| values(key).first().map(String::as_str);
     let domain = one("domain").map_or(Ok(0), str::parse);
-    let domain: u32 = domain.map_err(|_| refused(environment, "`domain` is no number".to_owned()))?;
+    let domain: u32 =
+        domain.map_err(|_| refused(environment, "`domain` is no number".to_owned()))?;
     let known = rc_ddsc::interfaces();
     let mut interfaces = String::new();
     for wanted in values("interfaces") {

@@ -187,7 +187,8 @@ impl Promise {
 
 impl fmt::Display for Promise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let time = |time: Option<Duration>| time.map_or("-".to_owned(), |t| t.as_nanos().to_string());
+        let time =
+            |time: Option<Duration>| time.map_or("-".to_owned(), |t| t.as_nanos().to_string());
         let (deadline, liveliness) = (time(self.deadline), time(self.liveliness));
         let (reliable, kept) = (self.reliable, self.transient_local);
         write!(f, "{reliable} {kept} {deadline} {liveliness}")

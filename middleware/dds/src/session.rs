@@ -172,7 +172,10 @@ impl Session {
         self: &Rc<Self>,
         wanted: [Wanted<'_>; N],
     ) -> Result<[Port; N], OpenError> {
-        let address = wanted.first().map_or("", |wanted| wanted.address).to_owned();
+        let address = wanted
+            .first()
+            .map_or("", |wanted| wanted.address)
+            .to_owned();
         let backend = |error: &dyn std::fmt::Display| OpenError::Backend {
             address: address.clone(),
             reason: error.to_string(),
@@ -187,9 +190,7 @@ impl Session {
         }
         drop(turn);
         self.meet(&ports);
-        ports
-            .try_into()
-            .map_err(|_| backend(&"an end is missing"))
+        ports.try_into().map_err(|_| backend(&"an end is missing"))
     }
 
     fn port(
@@ -414,7 +415,10 @@ impl Watcher {
             }
             Event::Alive(_, true) => tracing::info!("a publisher of `{}` is back", ear.topic),
             Event::Alive(_, false) => {
-                tracing::warn!("a publisher of `{}` has been silent for longer than its liveliness", ear.topic);
+                tracing::warn!(
+                    "a publisher of `{}` has been silent for longer than its liveliness",
+                    ear.topic
+                );
             }
         }
     }

@@ -270,9 +270,7 @@ impl Drop for Attached {
         // SAFETY: both come from `Box::into_raw` in `new`, and nobody has them any more.
         unsafe {
             let listener = Box::from_raw(self.listener);
-            drop(Box::from_raw(
-                listener.argument.cast::<Box<dyn Listener>>(),
-            ));
+            drop(Box::from_raw(listener.argument.cast::<Box<dyn Listener>>()));
         }
     }
 }
@@ -315,9 +313,7 @@ impl Writer {
     fn send(&self, sequence: u64, stamp: i64, bytes: &[u8], raw: bool) -> Result<(), Error> {
         let (id, raw) = (self.0.id(), i32::from(raw));
         // SAFETY: the bytes are copied before the function returns.
-        checked(unsafe {
-            raw::rc_write(id, sequence, stamp, bytes.as_ptr(), bytes.len(), raw)
-        })?;
+        checked(unsafe { raw::rc_write(id, sequence, stamp, bytes.as_ptr(), bytes.len(), raw) })?;
         Ok(())
     }
 

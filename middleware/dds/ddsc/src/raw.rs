@@ -121,11 +121,7 @@ impl CEnd {
 unsafe extern "C" {
     pub(crate) fn rc_domain(id: u32, config: *const c_char) -> i32;
     pub(crate) fn rc_participant(domain: u32) -> i32;
-    pub(crate) fn rc_topic(
-        participant: i32,
-        name: *const c_char,
-        type_name: *const c_char,
-    ) -> i32;
+    pub(crate) fn rc_topic(participant: i32, name: *const c_char, type_name: *const c_char) -> i32;
     pub(crate) fn rc_delete(entity: i32) -> i32;
     pub(crate) fn rc_guid(entity: i32, guid: *mut u8) -> i32;
     pub(crate) fn rc_error(code: i32) -> *const c_char;
