@@ -7,6 +7,9 @@ const BOXES: i32 = 22;
 const BOX_AND_LINE: i32 = 14;
 const LINES: i32 = 10;
 
+/// No element is moved further than this for the sake of a straight line.
+const FAR: i32 = 40;
+
 /// A line to another element: where that is if it is straight, and how much that counts.
 struct Pull {
     element: usize,
@@ -164,8 +167,10 @@ fn straighten(layers: &mut Layers, at: usize, before: &[Vec<Pull>], behind: &[Ve
         let mut best = (straight(own), 0, own);
         for pull in lines() {
             let place = y(pull.element) + pull.shift;
-            let fits =
-                lowest.is_none_or(|low| place >= low) && highest.is_none_or(|high| place <= high);
+            let near = (place - own).abs() <= FAR;
+            let fits = near
+                && lowest.is_none_or(|low| place >= low)
+                && highest.is_none_or(|high| place <= high);
             let rated = (straight(place), -(place - own).abs(), place);
             if fits && rated > best {
                 best = rated;

@@ -30,9 +30,15 @@ pub(crate) struct Marks<'a> {
 }
 
 impl Mark {
-    /// `[2][5]`
+    /// `[2][5–8]`
     pub(crate) fn text(&self) -> String {
-        self.numbers.iter().map(|n| format!("[{n}]")).collect()
+        let rows = self.numbers.chunk_by(|one, next| one + 1 == *next);
+        rows.map(|row| match row {
+            [one] => format!("[{one}]"),
+            [first, .., last] => format!("[{first}–{last}]"),
+            [] => String::new(),
+        })
+        .collect()
     }
 }
 

@@ -73,11 +73,15 @@ fn text() -> String {
 
 /// The network as a picture; its files are left in the folder.
 pub(crate) fn fleet(folder: &Path) -> Graph {
-    let interfaces = std::fs::read_dir("../components/interfaces").expect("interfaces");
-    let imports: String = interfaces
-        .map(|entry| format!("import {:?};\n", entry.expect("an entry").file_name()))
-        .collect();
     for (name, clauses) in KINDS {
+        let words = clauses.split([' ', ',', ';']);
+        let used = words.filter(|word| word.starts_with(char::is_uppercase));
+        let imports: String = used
+            .map(|interface| match interface {
+                "CameraPub" => "import \"Camera.idsl\";\n".to_owned(),
+                interface => format!("import \"{interface}.idsl\";\n"),
+            })
+            .collect();
         let cdsl = format!(
             "{imports}Component {name} {{ Communications {{ {clauses} }}; language rust; }};\n"
         );
