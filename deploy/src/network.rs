@@ -388,8 +388,10 @@ impl Network {
         let instances = &self.deployment.instances;
         let mut out = Vec::new();
         for (at, instance) in instances.iter().enumerate() {
-            let executable = self.executable(at, profile).unwrap_or_default();
-            let executable = std::path::absolute(executable)?;
+            // Where there is none, that was an error, or nobody asked.
+            let executable = self.executable(at, profile);
+            let executable = executable.map(std::path::absolute).transpose()?;
+            let executable = executable.unwrap_or_default();
             let directory = match instance.folder.as_path() {
                 here if here.as_os_str().is_empty() => Path::new(".").canonicalize()?,
                 folder => folder.canonicalize()?,

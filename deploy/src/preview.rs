@@ -50,8 +50,8 @@ pub struct Process {
     pub wave: usize,
     /// What has to be ready before it starts.
     pub starts_after: Vec<String>,
-    /// What is run, an absolute path.
-    pub executable: PathBuf,
+    /// What is run, an absolute path; none for a component that is in no cargo workspace.
+    pub executable: Option<PathBuf>,
     /// Its configuration, an absolute path; none where all parameters have their defaults.
     pub configuration: Option<PathBuf>,
     /// The folder in which it runs.
@@ -126,7 +126,7 @@ impl Network {
                 middleware: planned.middleware,
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
-                executable: planned.executable,
+                executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
                 configuration: self
                     .config(at)
                     .map(|path| path.canonicalize())
@@ -339,12 +339,13 @@ impl Preview {
         for c in &self.components {
             writeln!(f, "\n{}", c.name)?;
             let mut row = |what: &str, text: &str| writeln!(f, "    {what:13}  {text}");
-            row("executable", &short(&c.executable))?;
-            let configuration = c.configuration.as_deref().map(short);
+            let path =
+                |path: &Option<PathBuf>, none: &str| path.as_deref().map_or(none.to_owned(), short);
             row(
-                "configuration",
-                configuration.as_deref().unwrap_or("defaults"),
+                "executable",
+                &path(&c.executable, "none: it is in no cargo workspace"),
             )?;
+            row("configuration", &path(&c.configuration, "defaults"))?;
             row("management", &short(&c.management))?;
             if let Some(endpoint) = c.endpoint {
                 row("endpoint", &endpoint.to_string())?;
