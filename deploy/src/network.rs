@@ -23,7 +23,7 @@ pub struct Network {
     pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
-    /// For each file that a component is made of, also its configuration, the instances that it belongs to.
+    /// For each file that components are made of, these components.
     pub(crate) texts: HashMap<PathBuf, Vec<usize>>,
 }
 
@@ -88,7 +88,7 @@ pub fn load(
         .collect();
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
-    let mut network = Network {
+    let network = Network {
         path: path.to_path_buf(),
         deployment,
         projects,
@@ -156,20 +156,32 @@ fn configuration(
     let (configuration, more) =
         rc_pdsl::config::check(sources, source, project.parameters.as_ref());
     found.extend(more);
-    let slots = project.component.slots.iter();
-    let slots: Vec<&str> = slots.map(|s| s.name.as_str()).collect();
-    let place = |slot: &str| rc_pdsl::config::binding_place(sources, source, slot);
-    for (slot, address) in &configuration.bindings {
-        if let Err(reason) = rc_middleware::Address::parse(address) {
-            let message = format!("[bindings]: {reason}");
-            found.push(Diagnostic::error("bad-address", place(slot), message));
-        }
-        if !slots.contains(&slot.as_str()) {
-            let name = &project.component.name.text;
-            let message = format!("[bindings]: `{slot}` is not a slot of {name}");
-            let diagnostic = Diagnostic::error("unknown-slot", place(slot), message);
-            found.push(diagnostic.suggest(slot, slots.iter().copied()));
-        }
+    let addresses = configuration.bindings.values();
+    for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
+        let message = format!("[bindings]: {reason}");
+        found.push(Diagnostic::error(
+            "bad-address",
+            Span::new(source, 0, 0),
+            message,
+        ));
+    }
+    let slots: Vec<&str> = project
+        .component
+        .slots
+        .iter()
+        .map(|s| s.name.as_str())
+        .collect();
+    for slot in configuration
+        .bindings
+        .keys()
+        .filter(|slot| !slots.contains(&slot.as_str()))
+    {
+        let message = format!(
+            "[bindings]: `{slot}` is not a slot of {}",
+            project.component.name.text
+        );
+        let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
+        found.push(diagnostic.suggest(slot, slots.iter().copied()));
     }
 }
 
@@ -183,13 +195,7 @@ fn check_executable(
     found: &mut Diagnostics,
 ) {
     let name = &instance.path;
-    let build = match &instance.executable {
-        // Nobody builds what a file names.
-        Some(_) => {
-            "name the program that cargo builds of this component, or leave `executable` out"
-        }
-        None => "build it: `rcdeploy up --build`",
-    };
+    let build = "build it: `rcdeploy up --build`";
     let (code, message) = match note {
         Err(error) if error.kind() == io::ErrorKind::NotFound => (
             "missing-executable",
@@ -258,7 +264,7 @@ impl Network {
     }
 
     /// The configuration of an instance, if it has one.
-    pub(crate) fn config(&self, at: usize) -> Option<PathBuf> {
+    fn config(&self, at: usize) -> Option<PathBuf> {
         let instance = &self.deployment.instances[at];
         if let Some(config) = &instance.config {
             return Some(instance.folder.join(&config.text));
@@ -267,7 +273,7 @@ impl Network {
         Some(project.folder().join("etc/config.toml")).filter(|path| path.exists())
     }
 
-    fn configurations(&mut self, sources: &mut SourceMap, found: &mut Diagnostics) {
+    fn configurations(&self, sources: &mut SourceMap, found: &mut Diagnostics) {
         let mut checked: HashSet<(PathBuf, u64)> = HashSet::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(Some(project)) = self.projects.get(at) else {
@@ -288,7 +294,6 @@ impl Network {
                 }
                 continue;
             };
-            self.texts.entry(path.clone()).or_default().push(at);
             if !checked.insert((path.clone(), project.hash)) {
                 continue;
             }

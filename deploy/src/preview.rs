@@ -74,8 +74,6 @@ pub struct Process {
     pub cpu: Vec<u16>,
     /// Its real-time priority.
     pub priority: Option<u8>,
-    /// The domain of middlewares that have domains.
-    pub domain: Option<u8>,
 }
 
 /// Whether a component is started again when it has ended by itself.
@@ -118,6 +116,9 @@ impl Network {
         for (at, planned) in plan.components.into_iter().enumerate() {
             let instance = &self.deployment.instances[at];
             let project = self.projects[at].as_ref();
+            let mut options = planned.args.windows(2);
+            let configuration = options.find(|option| option[0] == "--config");
+            let configuration = configuration.map(|option| Path::new(&option[1]));
             let needed = needs[at].iter();
             let needed = needed.map(|other| self.deployment.instances[*other].path.clone());
             components.push(Process {
@@ -127,10 +128,7 @@ impl Network {
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
                 executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
-                configuration: self
-                    .config(at)
-                    .map(|path| path.canonicalize())
-                    .transpose()?,
+                configuration: configuration.map(|path| path.canonicalize()).transpose()?,
                 directory: planned.directory,
                 arguments: planned.args,
                 environment: planned.env,
@@ -141,7 +139,6 @@ impl Network {
                 restart: RestartRule::from(&instance.restart),
                 cpu: instance.cpu.clone(),
                 priority: instance.priority.map(|(priority, _)| priority),
-                domain: instance.domain,
                 name: planned.name,
             });
         }
@@ -363,7 +360,6 @@ impl Preview {
             let numbers = [
                 ("cpu", Some(cpu.join(", ")).filter(|cpu| !cpu.is_empty())),
                 ("priority", c.priority.map(|p| p.to_string())),
-                ("domain", c.domain.map(|d| d.to_string())),
             ];
             for (what, number) in numbers {
                 if let Some(number) = number {

@@ -69,17 +69,6 @@ pub fn check(
     (configuration, found)
 }
 
-/// Where a configuration names a slot in `[bindings]`; its beginning where it does not.
-pub fn binding_place(sources: &SourceMap, source: SourceId, slot: &str) -> Span {
-    let place = Place { source };
-    let document = Document::parse(sources.text(source)).ok();
-    let key = document.as_ref().and_then(|document| {
-        let table = document.as_table().get("bindings")?.as_table_like()?;
-        table.key(slot)?.span()
-    });
-    place.of(key, place.start())
-}
-
 /// The configuration of a component that has no file; or the paths of the parameters that need one.
 pub fn defaults(parameters: Option<&Parameters>) -> Result<Configuration, Vec<String>> {
     let mut sources = SourceMap::new();

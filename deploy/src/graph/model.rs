@@ -7,7 +7,7 @@ use rc_ddsl::{Connection as Pair, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A network as a picture.
 #[derive(Clone, Debug, Serialize)]
@@ -340,12 +340,6 @@ impl Network {
         };
         let at = |span: rc_diagnostics::Span| (span.source, span.start);
         let mut owners = BTreeMap::from([(at(deployment.name.span), Owner::Network)]);
-        owners.extend(
-            deployment
-                .domains
-                .iter()
-                .map(|(_, span)| (at(*span), Owner::Network)),
-        );
         let hosts = deployment.hosts.iter().enumerate();
         owners.extend(hosts.map(|(n, host)| (at(host.name.span), Owner::Host(n))));
         for (n, group) in deployment.groups.iter().enumerate() {
@@ -408,6 +402,16 @@ impl Network {
         findings
     }
 
+    /// Whether a file is the configuration of an instance.
+    fn is_configured_by(&self, at: usize, file: &Path) -> bool {
+        let instance = &self.deployment.instances[at];
+        match (&instance.config, &self.projects[at]) {
+            (Some(named), _) => instance.folder.join(&named.text) == file,
+            (None, Some(project)) => project.folder().join("etc/config.toml") == file,
+            (None, None) => false,
+        }
+    }
+
     /// Notes what a finding is about: slots and connections where it says so, else what stands at its place.
     fn blame(
         &self,
@@ -444,7 +448,11 @@ impl Network {
                 components.push(name.clone());
             }
         };
-        if let Some(instances) = self.texts.get(&finding.file) {
+        let made_of = self.texts.get(&finding.file).into_iter().flatten().copied();
+        let configured =
+            (0..self.projects.len()).filter(|at| self.is_configured_by(*at, &finding.file));
+        let instances: BTreeSet<usize> = made_of.chain(configured).collect();
+        if !instances.is_empty() {
             instances.iter().for_each(&mut name);
             return;
         }

@@ -4,10 +4,9 @@ mod camera;
 mod groups;
 mod joints;
 mod late;
-#[path = "../outside/mod.rs"]
-mod outside;
 mod params;
 mod patrol;
+mod pictures;
 mod python;
 mod site;
 mod strangers;

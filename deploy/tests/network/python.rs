@@ -1,10 +1,14 @@
 //! Programs in Python with the package `iceoryx2`, which know of this project what its documents say.
 
-use crate::outside::{run, skipped};
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 const PACKAGE: &str = "iceoryx2==0.10.0";
+/// For each step of the installation.
+const LIMIT: Duration = Duration::from_secs(120);
 
 /// An interpreter that has the package, in an environment below the target folder which is made once; without Python,
 /// or without a way to the package, `test` is listed as skipped.
@@ -16,6 +20,21 @@ pub(crate) fn interpreter(test: &str) -> Option<&'static Path> {
             skipped(test, reason);
             None
         }
+    }
+}
+
+/// Says that a test could not be run; `cargo xtask test` repeats it at its end.
+pub(crate) fn skipped(test: &str, reason: &str) {
+    let line = format!("skipped: {test}: {reason}\n");
+    // Past the test harness, which keeps what successful tests print to itself.
+    let _ = std::io::stderr().write_all(line.as_bytes());
+    if let Some(list) = std::env::var_os("RC_TEST_SKIPPED") {
+        let list = std::fs::File::options()
+            .append(true)
+            .create(true)
+            .open(list);
+        list.and_then(|mut list| list.write_all(line.as_bytes()))
+            .expect("the list of skipped tests");
     }
 }
 
@@ -41,4 +60,39 @@ fn install() -> Result<PathBuf, String> {
     }
     let _ = std::fs::remove_dir_all(&new);
     made.map(|()| python)
+}
+
+/// Runs one step; an error says what it was and the last that it printed.
+pub(crate) fn run(program: &Path, args: &[&str]) -> Result<(), String> {
+    let what = format!("{} {}", program.display(), args.join(" "));
+    let mut child = Command::new(program)
+        .args(args)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("`{what}`: {error}"))?;
+    let end = Instant::now() + LIMIT;
+    while child
+        .try_wait()
+        .map_err(|e| format!("`{what}`: {e}"))?
+        .is_none()
+    {
+        if Instant::now() > end {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(format!("`{what}` took more than {LIMIT:?}"));
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let output = child
+        .wait_with_output()
+        .map_err(|e| format!("`{what}`: {e}"))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = said.trim_end().lines().last().unwrap_or("it failed");
+    if output.status.success() {
+        Ok(())
+    } else {
+        Err(format!("`{what}`: {last}"))
+    }
 }

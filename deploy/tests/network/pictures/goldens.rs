@@ -1,26 +1,22 @@
 //! The networks that come with the project, as they were printed when somebody last looked at them.
 
+use super::load;
 use expect_test::expect_file;
-use rc_codegen::FileLoader;
 use rc_deploy::graph::GraphFormat;
-use rc_deploy::network::{self, Network, Profile};
+use rc_deploy::network::{Network, Profile};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_middleware::RunDirectory;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-pub(crate) const NETWORKS: [&str; 4] = ["patrol", "camera", "joints", "speech"];
+pub(super) const NETWORKS: [&str; 4] = ["patrol", "camera", "joints", "speech"];
 
 /// A network of the project; tests run in the folder of this crate.
-pub(crate) fn load(name: &str) -> (Network, SourceMap, Diagnostics) {
-    let file = PathBuf::from(format!("../components/networks/{name}.ddsl"));
-    let mut sources = SourceMap::new();
-    let (network, found) =
-        network::load(&file, &mut sources, &FileLoader::new(&[])).expect("the network is there");
-    (network.expect("it can be read"), sources, found)
+fn shipped(name: &str) -> (Network, SourceMap, Diagnostics) {
+    load(Path::new(&format!("../components/networks/{name}.ddsl")))
 }
 
-pub(crate) fn draw(name: &str, format: GraphFormat) -> String {
-    let (network, sources, found) = load(name);
+pub(super) fn draw(name: &str, format: GraphFormat) -> String {
+    let (network, sources, found) = shipped(name);
     let graph = network.graph(&sources, &found);
     assert!(!graph.has_errors());
     graph.draw(format).expect("a picture")
@@ -29,10 +25,11 @@ pub(crate) fn draw(name: &str, format: GraphFormat) -> String {
 #[test]
 fn pictures_of_the_shipped_networks() {
     for name in NETWORKS {
-        expect_file![format!("../golden/{name}.svg")].assert_eq(&draw(name, GraphFormat::Svg));
-        expect_file![format!("../golden/{name}.mmd")].assert_eq(&draw(name, GraphFormat::Mermaid));
-        expect_file![format!("../golden/{name}.dot")].assert_eq(&draw(name, GraphFormat::Dot));
-        expect_file![format!("../golden/{name}.json")].assert_eq(&draw(name, GraphFormat::Json));
+        expect_file![format!("../../golden/{name}.svg")].assert_eq(&draw(name, GraphFormat::Svg));
+        expect_file![format!("../../golden/{name}.mmd")]
+            .assert_eq(&draw(name, GraphFormat::Mermaid));
+        expect_file![format!("../../golden/{name}.dot")].assert_eq(&draw(name, GraphFormat::Dot));
+        expect_file![format!("../../golden/{name}.json")].assert_eq(&draw(name, GraphFormat::Json));
     }
 }
 
@@ -56,13 +53,13 @@ fn stable(text: &str, network: &Network) -> String {
 #[test]
 fn plans_of_the_shipped_networks() {
     for name in NETWORKS {
-        let (network, _, _) = load(name);
+        let (network, _, _) = shipped(name);
         let preview = network.preview(Profile::Release).expect("a plan");
         let text = stable(&preview.to_string(), &network);
-        expect_file![format!("../golden/{name}.plan.txt")].assert_eq(&text);
+        expect_file![format!("../../golden/{name}.plan.txt")].assert_eq(&text);
         let json = serde_json::to_string_pretty(&preview).expect("JSON");
         let json = stable(&json, &network) + "\n";
-        expect_file![format!("../golden/{name}.plan.json")].assert_eq(&json);
+        expect_file![format!("../../golden/{name}.plan.json")].assert_eq(&json);
         // Only paths, which are somebody's, may be longer.
         let long = text.lines().filter(|l| l.chars().count() > 100);
         assert_eq!(long.collect::<Vec<_>>(), Vec::<&str>::new());

@@ -1,9 +1,8 @@
 //! Forty components on two hosts, in groups in groups, over two middlewares.
 
-use rc_codegen::FileLoader;
+use super::load;
 use rc_deploy::graph::{Graph, GraphFormat};
-use rc_deploy::network;
-use rc_diagnostics::{Format, SourceMap, render};
+use rc_diagnostics::{Format, render};
 use std::path::Path;
 
 /// What each kind of component communicates.
@@ -72,7 +71,7 @@ fn text() -> String {
 }
 
 /// The network as a picture; its files are left in the folder.
-pub(crate) fn fleet(folder: &Path) -> Graph {
+pub(super) fn fleet(folder: &Path) -> Graph {
     for (name, clauses) in KINDS {
         let words = clauses.split([' ', ',', ';']);
         let used = words.filter(|word| word.starts_with(char::is_uppercase));
@@ -89,10 +88,8 @@ pub(crate) fn fleet(folder: &Path) -> Graph {
     }
     let file = folder.join("fleet.ddsl");
     std::fs::write(&file, text()).expect("a file");
-    let mut sources = SourceMap::new();
-    let (network, found) =
-        network::load(&file, &mut sources, &FileLoader::new(&[])).expect("the network is there");
-    let graph = network.expect("it can be read").graph(&sources, &found);
+    let (network, sources, found) = load(&file);
+    let graph = network.graph(&sources, &found);
     assert!(
         !graph.has_errors(),
         "{}",

@@ -1,9 +1,7 @@
 //! Networks in which something is wrong: it is drawn all the same, and what is wrong is said where it is.
 
-use rc_codegen::FileLoader;
+use super::load;
 use rc_deploy::graph::{Finding, Graph};
-use rc_deploy::network;
-use rc_diagnostics::SourceMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -37,12 +35,10 @@ fn write(folder: &Path, text: &str) -> std::path::PathBuf {
 }
 
 /// The wrong network as a picture.
-pub(crate) fn broken(folder: &Path) -> Graph {
+pub(super) fn broken(folder: &Path) -> Graph {
     let file = write(folder, BROKEN);
-    let mut sources = SourceMap::new();
-    let (network, found) =
-        network::load(&file, &mut sources, &FileLoader::new(&[])).expect("the network is there");
-    network.expect("it can be read").graph(&sources, &found)
+    let (network, sources, found) = load(&file);
+    network.graph(&sources, &found)
 }
 
 fn finding<'a>(graph: &'a Graph, code: &str) -> &'a Finding {

@@ -1,9 +1,9 @@
 //! Mermaid and Graphviz themselves read what is written for them.
 
-use crate::fleet::fleet;
-use crate::goldens::{NETWORKS, draw};
-use crate::outside::{run, skipped};
-use crate::wrong::broken;
+use super::fleet::fleet;
+use super::goldens::{NETWORKS, draw};
+use super::wrong::broken;
+use crate::python::{run, skipped};
 use rc_deploy::graph::GraphFormat;
 use std::path::{Path, PathBuf};
 
