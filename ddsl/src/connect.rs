@@ -456,7 +456,7 @@ impl Connector<'_> {
                 let (message, _) = circle_in_words(self.deployment, &circle);
                 let error = Diagnostic::error("after-cycle", *span, message);
                 self.found.push(error.help(
-                    "what is required starts first; without this `after`, those that require each other start together",
+                    "leave this `after` out: what is required starts first, and those that require each other start together",
                 ));
             }
         }

@@ -128,7 +128,7 @@ impl Network {
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
                 executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
-                configuration: configuration.map(|path| path.canonicalize()).transpose()?,
+                configuration: configuration.map(Path::canonicalize).transpose()?,
                 directory: planned.directory,
                 arguments: planned.args,
                 environment: planned.env,
