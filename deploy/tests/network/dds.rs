@@ -133,6 +133,12 @@ impl Stranger {
         while self.line() != text {}
     }
 
+    /// Whether it says just this, in a moment.
+    pub(crate) fn has_said(&self, text: &str) -> bool {
+        let line = self.lines.recv_timeout(Duration::from_millis(20));
+        line.is_ok_and(|line| line == text)
+    }
+
     /// Tells it something.
     pub(crate) fn write(&mut self, text: &str) {
         let input = self.input.as_mut().expect("its input");

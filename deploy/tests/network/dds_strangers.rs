@@ -185,12 +185,15 @@ fn a_call_ends_with_its_server() {
     };
     let domain = Domain::new("dds_died", 220);
     let mut noticed = Vec::new();
-    for lease in ["1s", "200ms"] {
+    for (lease, announce) in [("1s", "250ms"), ("200ms", "50ms")] {
         let mut herald = domain.herald(&[&format!("dds.lease={lease}")]);
-        // It tells how long it may be silent, as components do.
-        let config = format!("<Discovery><LeaseDuration>{lease}</LeaseDuration></Discovery>");
-        // How long it takes from the kill until the question has its answer.
-        let time = |kill: &mut dyn FnMut(&mut Stranger), expected: &str| {
+        // It tells how long it may be silent, and is heard four times in that time, as components are.
+        let config = format!(
+            "<Discovery><LeaseDuration>{lease}</LeaseDuration><SPDPInterval>{announce}</SPDPInterval></Discovery>"
+        );
+        // How long it takes from the kill until the question has its answer; none where there was one before, because a
+        // process waited for a processor for longer than its lease.
+        let attempt = |kill: &mut dyn FnMut(&mut Stranger), expected: &str| {
             let mut oracle = domain.stranger_with(python, "oracle.py", &[], &config);
             oracle.says("ready");
             Site::until("the herald finds the oracle", || {
@@ -198,7 +201,11 @@ fn a_call_ends_with_its_server() {
             });
             std::thread::scope(|scope| {
                 let answer = scope.spawn(|| Herald::meet(&domain, "asker").consult("hold"));
-                oracle.says("asked hold");
+                while !oracle.has_said("asked hold") {
+                    if answer.is_finished() {
+                        return None;
+                    }
+                }
                 let killed = Instant::now();
                 kill(&mut oracle);
                 let answer = answer.join().expect("an answer");
@@ -206,8 +213,13 @@ fn a_call_ends_with_its_server() {
                 let answer = answer.unwrap_or_else(|error| format!("{error:?}"));
                 assert!(answer.starts_with(expected), "{answer}");
                 assert!(took < PATIENCE / 2, "{lease}: {took:?}");
-                took
+                Some(took)
             })
+        };
+        let time = |kill: &mut dyn FnMut(&mut Stranger), expected: &str| {
+            (0..5)
+                .find_map(|_| attempt(kill, expected))
+                .expect("a question that waits")
         };
         // The herald, which is generated, calls a stranger; then it is called, and killed.
         let stranger = time(&mut |oracle| oracle.kill(), "the server died");
