@@ -6,6 +6,7 @@ mod chaos;
 mod compare;
 mod ice;
 mod languages;
+mod networks;
 mod pair;
 mod parameters;
 mod programs;

@@ -9,6 +9,7 @@ mod joints;
 mod late;
 mod params;
 mod patrol;
+mod pictures;
 mod python;
 mod settings;
 mod site;
