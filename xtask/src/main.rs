@@ -17,7 +17,7 @@ mod usage;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 11] = [
+const COMPONENTS: [&str; 12] = [
     "simulator",
     "avoider",
     "pose_monitor",
@@ -29,6 +29,7 @@ const COMPONENTS: [&str; 11] = [
     "soak_sink",
     "motor_bus",
     "joint_controller",
+    "herald",
 ];
 
 fn main() -> ExitCode {

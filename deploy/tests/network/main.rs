@@ -1,6 +1,9 @@
 //! Whole networks of the components of this repository.
 
 mod camera;
+mod dds;
+mod dds_bytes;
+mod dds_strangers;
 mod groups;
 mod joints;
 mod late;

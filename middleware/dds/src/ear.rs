@@ -6,11 +6,12 @@ use crate::report::Seldom;
 use crate::session::lock;
 use rc_ddsc::{End, Guid, Reader, Sample, Writer};
 use rc_middleware::{Interrupt, TypeIdentity};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
-/// How many ends that have gone are remembered: what they sent may still be unread.
+/// How many ends that have gone are remembered, because what they sent may still be unread; and how many that do not fit,
+/// because they have been told of.
 const REMEMBERED: usize = 256;
 
 /// The two kinds of ends that the library has.
@@ -103,7 +104,20 @@ enum Attachment {
 struct Peers {
     by_handle: BTreeMap<u64, Peer>,
     gone: usize,
+    /// Those who do not fit and have been told of.
+    told_of: BTreeSet<Guid>,
     posted: Option<Posted>,
+}
+
+impl Peers {
+    /// Writes on the notice of this end whom it has found.
+    fn note(&mut self, guid: &Guid) {
+        if let Some(posted) = &mut self.posted {
+            let here = self.by_handle.values().filter(|peer| peer.here);
+            // The notice only helps others to start; they wait for a bounded time.
+            let _ = posted.found(guid, here.map(|peer| &peer.guid));
+        }
+    }
 }
 
 impl Ear {
@@ -203,11 +217,8 @@ impl Ear {
     pub(crate) fn matched(&self, handle: u64) -> Option<Peer> {
         let peer = self.look_up(handle)?;
         let mut peers = lock(&self.peers);
-        if let Some(posted) = &peers.posted {
-            // The notice only helps others to start; they wait for a bounded time.
-            let _ = posted.found(&peer.guid);
-        }
         peers.by_handle.insert(handle, peer.clone());
+        peers.note(&peer.guid);
         drop(peers);
         self.tell();
         (!peer.fits).then_some(peer)
@@ -239,10 +250,11 @@ impl Ear {
     /// The notice of this end; whom it has found already is written on it.
     pub(crate) fn post(&self, posted: Posted) {
         let mut peers = lock(&self.peers);
-        for peer in peers.by_handle.values() {
-            let _ = posted.found(&peer.guid);
-        }
         peers.posted = Some(posted);
+        let found: Vec<Guid> = peers.by_handle.values().map(|peer| peer.guid).collect();
+        for guid in &found {
+            peers.note(guid);
+        }
     }
 
     /// Takes the notice down.
@@ -260,6 +272,18 @@ impl Ear {
     /// How many other ends there are.
     pub(crate) fn count(&self) -> usize {
         self.here(|_| Some(())).len()
+    }
+
+    /// Whether to tell of an end that does not fit: once of each, and once a second at most where there are very many.
+    pub(crate) fn may_tell_of(&self, guid: &Guid) -> bool {
+        let mut peers = lock(&self.peers);
+        if peers.told_of.contains(guid) {
+            return false;
+        }
+        if peers.told_of.len() == REMEMBERED {
+            return self.seldom.now().is_some();
+        }
+        peers.told_of.insert(*guid)
     }
 
     /// Whether this end has been found.

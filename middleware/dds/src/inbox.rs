@@ -1,6 +1,7 @@
 //! What has come and was not read yet, and how a sample becomes a header and a body.
 
 use crate::ear::Inbox;
+use crate::report::Seldom;
 use crate::session::lock;
 use rc_ddsc::{Guid, Sample};
 use rc_middleware::rpc::{self, RequestId};
@@ -109,14 +110,25 @@ impl Inbox for Values {
 }
 
 /// The answers to one client.
-#[derive(Default)]
 pub(crate) struct Answers {
+    /// Whom it calls.
+    address: String,
     /// The client, as its requests name it.
     client: OnceLock<Guid>,
     samples: Mutex<VecDeque<(RequestId, Sample)>>,
+    seldom: Seldom,
 }
 
 impl Answers {
+    pub(crate) fn new(address: &str) -> Self {
+        Self {
+            address: address.to_owned(),
+            client: OnceLock::new(),
+            samples: Mutex::default(),
+            seldom: Seldom::default(),
+        }
+    }
+
     /// From now on, answers to this client are kept.
     pub(crate) fn of(&self, client: Guid) {
         let _ = self.client.set(client);
@@ -129,11 +141,21 @@ impl Answers {
 
 impl Inbox for Answers {
     fn put(&self, sample: Sample) {
-        // Every client hears the answers to all; what is no answer is none to this one, either.
-        let id = body(&sample).ok().and_then(rpc::request_id);
-        let Some(id) = id.filter(|id| Some(&id.writer) == self.client.get()) else {
-            return;
+        let envelope = |body| rpc::request_id(body).ok_or("it has no envelope".to_owned());
+        let id = match body(&sample).and_then(envelope) {
+            Ok(id) => id,
+            Err(reason) => {
+                if let Some(passed) = self.seldom.now() {
+                    let (count, address) = (passed + 1, &self.address);
+                    tracing::warn!("`{address}` sent what is no reply ({count} times): {reason}");
+                }
+                return;
+            }
         };
+        // Every client hears the answers to all.
+        if Some(&id.writer) != self.client.get() {
+            return;
+        }
         let mut samples = lock(&self.samples);
         if samples.len() >= MOST_ANSWERS {
             samples.pop_front();

@@ -4,7 +4,7 @@ use crate::hello::{Role, topic_qos};
 use crate::inbox::{self, Values};
 use crate::publisher::{signal, type_name};
 use crate::session::{Port, Session, Wanted};
-use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber};
+use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -26,6 +26,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
     Ok(DdsSubscriber {
         port,
         values,
+        unread: Unread::default(),
         address,
     })
 }
@@ -33,6 +34,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
 pub(crate) struct DdsSubscriber {
     port: Port,
     values: Arc<Values>,
+    unread: Unread,
     address: String,
 }
 
@@ -57,13 +59,18 @@ impl Subscriber for DdsSubscriber {
             }
             return match inbox::body(&sample) {
                 Ok(body) => {
-                    take(inbox::header(&sample, type_hash), body);
+                    let mut header = inbox::header(&sample, type_hash);
+                    self.unread.renumber(&mut header);
+                    take(header, body);
                     Ok(true)
                 }
-                Err(reason) => Err(ReceiveError {
-                    address: self.address.clone(),
-                    reason,
-                }),
+                Err(reason) => {
+                    self.unread.note(sample.writer().into());
+                    Err(ReceiveError {
+                        address: self.address.clone(),
+                        reason,
+                    })
+                }
             };
         }
         Ok(false)

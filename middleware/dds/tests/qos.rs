@@ -1,10 +1,12 @@
 //! Quality of service between two components, each with sockets of its own.
 
 use rc_middleware::backend::now;
+use rc_middleware::qos::Reliability;
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, Header, Interrupt, OpenError, Qos, RunDirectory,
     SendError, Subscriber, TypeIdentity, wait,
 };
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// No test waits longer for anything.
@@ -73,7 +75,7 @@ fn receive(subscriber: &mut dyn Subscriber) -> Option<u64> {
 #[test]
 fn what_has_outlived_its_lifespan_is_not_handed_on() {
     const LIFESPAN: Duration = Duration::from_millis(300);
-    let network = Network::new(110);
+    let network = Network::new(10);
     let (here, there) = (network.join(), network.join());
     let mut subscriber = there.subscriber(&topic(Qos::SUBSCRIBER)).expect("an end");
     let brief = Qos {
@@ -115,7 +117,7 @@ fn what_has_outlived_its_lifespan_is_not_handed_on() {
 
 #[test]
 fn what_is_too_large_is_refused_and_harms_nobody() {
-    let network = Network::new(111);
+    let network = Network::new(11);
     let (here, there) = (network.join(), network.join());
     let mut subscriber = there.subscriber(&topic(Qos::SUBSCRIBER)).expect("an end");
     let mut publisher = here.publisher(&topic(Qos::PUBLISHER)).expect("an end");
@@ -136,7 +138,7 @@ fn what_is_too_large_is_refused_and_harms_nobody() {
 
 #[test]
 fn a_wrong_interface_is_told_with_those_that_there_are() {
-    let mut network = Network::new(112);
+    let mut network = Network::new(12);
     let wrong = vec!["nosuch0".to_owned()];
     network.environment.settings.set("dds", "interfaces", wrong);
     let Err(OpenError::Backend { reason, .. }) = rc_dds::connect(&network.environment) else {
@@ -144,4 +146,67 @@ fn a_wrong_interface_is_told_with_those_that_there_are() {
     };
     assert!(reason.starts_with("there is no network interface `nosuch0`; there are "));
     assert!(reason.contains("lo"), "{reason}");
+}
+
+/// What everybody in this process has logged.
+fn log() -> &'static Mutex<String> {
+    static LOG: Mutex<String> = Mutex::new(String::new());
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    struct Lines;
+    impl std::io::Write for Lines {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            let mut log = LOG.lock().expect("nobody panics here");
+            log.push_str(&String::from_utf8_lossy(bytes));
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    ONCE.call_once(|| {
+        tracing_subscriber::fmt()
+            .with_ansi(false)
+            .with_writer(|| Lines)
+            .init();
+    });
+    &LOG
+}
+
+#[test]
+fn what_does_not_fit_is_told_on_both_sides() {
+    let log = log();
+    let network = Network::new(13);
+    let (here, there) = (network.join(), network.join());
+    let offered = Qos {
+        reliability: Reliability::BestEffort,
+        liveliness: Some(Duration::from_secs(2)),
+        ..Qos::PUBLISHER
+    };
+    let requested = Qos {
+        reliability: Reliability::Reliable,
+        deadline: Some(Duration::from_millis(100)),
+        liveliness: Some(Duration::from_secs(1)),
+        ..Qos::SUBSCRIBER
+    };
+    let publisher = here.publisher(&topic(offered)).expect("an end");
+    let subscriber = there.subscriber(&topic(requested)).expect("an end");
+    let values = "reliability: offered best_effort, requested reliable; \
+                  deadline: offered none, requested 100ms; liveliness: offered 2s, requested 1s";
+    let (address, pid) = ("default/Laser/scan", std::process::id());
+    let told = [
+        format!(
+            "what is sent on `{address}` does not reach the subscriber pid {pid} (test): {values}"
+        ),
+        format!("`{address}` hears nothing of the publisher pid {pid} (test): {values}"),
+    ];
+    let begin = Instant::now();
+    while !told
+        .iter()
+        .all(|told| log.lock().expect("a log").contains(told))
+    {
+        assert!(begin.elapsed() < LIMIT, "{}", log.lock().expect("a log"));
+        wait(&[], Duration::from_millis(5));
+    }
+    assert_eq!((publisher.peers(), subscriber.peers()), (0, 0));
 }
