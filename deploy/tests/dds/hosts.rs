@@ -165,7 +165,7 @@ impl Patrol {
                 .map(String::as_str)
                 .chain(more.iter().copied())
                 .collect();
-            site.start_program(&format!("{name}-dds"), name, &args)
+            site.start_program(&format!("{name}-dds"), name, &args, &[])
         };
         let simulator = start(&robot, 0, "simulator", &[]);
         let monitor = desk.monitor("trace", 0);

@@ -38,6 +38,12 @@ impl Running {
         Pid::from_child(&self.child)
     }
 
+    /// Kills it.
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().expect("to kill");
+        self.child.wait().expect("to reap");
+    }
+
     /// Waits until it ends by itself; gives its exit code.
     pub(crate) fn end(mut self) -> Option<i32> {
         let start = Instant::now();
@@ -166,7 +172,7 @@ impl Site {
     }
 
     /// Gives a command the folders of this test.
-    fn place(&self, command: &mut Command) {
+    pub(crate) fn place(&self, command: &mut Command) {
         command
             .current_dir(self.path("networks"))
             .env("XDG_RUNTIME_DIR", self.path("run"))
@@ -219,16 +225,33 @@ impl Site {
 
     /// Starts a component of this repository by hand, and waits until it is ready.
     pub(crate) fn start(&self, name: &str, args: &[&str]) -> Running {
-        self.start_program(name, name, args)
+        self.start_with(name, args, &[])
+    }
+
+    /// The same, with environment variables.
+    pub(crate) fn start_with(
+        &self,
+        name: &str,
+        args: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Running {
+        self.start_program(name, name, args, variables)
     }
 
     /// The same with a program that has another name than the component.
-    pub(crate) fn start_program(&self, program: &str, name: &str, args: &[&str]) -> Running {
+    pub(crate) fn start_program(
+        &self,
+        program: &str,
+        name: &str,
+        args: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Running {
         let log = self.path(&format!("{name}.log"));
         let output = std::fs::File::create(&log).expect("a log");
         let mut command = self.command(&Self::executable(program));
         command.args(["--network", &self.network]).args(args);
         command
+            .envs(variables.iter().copied())
             .stdout(output.try_clone().expect("a log"))
             .stderr(output);
         let running = Running {
