@@ -67,6 +67,8 @@ impl Drop for Running {
 pub(crate) struct Site {
     folder: tempfile::TempDir,
     pub(crate) network: String,
+    /// The command, with its first arguments, in which all programs of this place run; none where it is empty.
+    pub(crate) within: Vec<String>,
 }
 
 /// A network that a failed test has left takes itself down; what killed processes have left goes, too.
@@ -85,6 +87,7 @@ impl Site {
         let site = Self {
             folder,
             network: format!("{name}_{}", std::process::id()),
+            within: Vec::new(),
         };
         std::fs::create_dir_all(site.path("run")).expect("a folder");
         site.write_ddsl(PATROL);
@@ -95,7 +98,7 @@ impl Site {
         self.folder.path().join(name)
     }
 
-    fn components() -> PathBuf {
+    pub(crate) fn components() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../components")
             .canonicalize()
@@ -178,6 +181,20 @@ impl Site {
             .stdin(Stdio::null());
     }
 
+    /// A command that runs a program in this place.
+    pub(crate) fn command(&self, program: &Path) -> Command {
+        let mut command = match self.within.split_first() {
+            Some((first, rest)) => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(program);
+                command
+            }
+            None => Command::new(program),
+        };
+        self.place(&mut command);
+        command
+    }
+
     /// Runs a program in this place.
     pub(crate) fn run(&self, mut command: Command) -> Ran {
         self.place(&mut command);
@@ -201,7 +218,7 @@ impl Site {
 
     /// Runs a component of this repository.
     pub(crate) fn component(&self, name: &str, args: &[&str]) -> Ran {
-        let mut command = Command::new(Self::executable(name));
+        let mut command = self.command(&Self::executable(name));
         command.args(args);
         self.run(command)
     }
@@ -218,11 +235,21 @@ impl Site {
         args: &[&str],
         variables: &[(&str, &str)],
     ) -> Running {
+        self.start_program(name, name, args, variables)
+    }
+
+    /// The same with a program that has another name than the component.
+    pub(crate) fn start_program(
+        &self,
+        program: &str,
+        name: &str,
+        args: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Running {
         let log = self.path(&format!("{name}.log"));
         let output = std::fs::File::create(&log).expect("a log");
-        let mut command = Command::new(Self::executable(name));
+        let mut command = self.command(&Self::executable(program));
         command.args(["--network", &self.network]).args(args);
-        self.place(&mut command);
         command
             .envs(variables.iter().copied())
             .stdout(output.try_clone().expect("a log"))
@@ -241,13 +268,18 @@ impl Site {
 
     /// Starts a pose monitor that writes each pose to the file `trace`, and ends after so many where that is not 0.
     pub(crate) fn start_monitor(&self, trace: &str, samples: u32) -> Running {
+        let config = self.monitor(trace, samples);
+        self.start("pose_monitor", &["--config", &config])
+    }
+
+    /// The configuration of such a pose monitor.
+    pub(crate) fn monitor(&self, trace: &str, samples: u32) -> String {
         let config = format!(
             "[component]\nperiod = \"50ms\"\n[parameters]\nmap = \"{}\"\nsvg = \"\"\ntrace = \"{}\"\nsamples = {samples}\n",
             self.path("maps/house.map").display(),
             self.path(trace).display()
         );
-        let config = self.write("monitor.toml", &config);
-        self.start("pose_monitor", &["--config", &config.display().to_string()])
+        self.write("monitor.toml", &config).display().to_string()
     }
 
     pub(crate) fn status(&self) -> Value {

@@ -146,7 +146,7 @@ impl DdsClient {
             }
             return Some(match inbox::body(&sample) {
                 Ok(body) => {
-                    take(inbox::header(&sample, 0), body);
+                    take(inbox::header(&sample, sample.writer().into(), 0), body);
                     Ok(())
                 }
                 Err(reason) => Err(CallError::Backend {

@@ -68,6 +68,16 @@ pub(crate) struct Peer {
     pub(crate) here: bool,
 }
 
+/// Whom a sample is from.
+pub(crate) struct Sender {
+    /// It stays the same when the sender is lost and found again.
+    pub(crate) id: u128,
+    /// Of its types; 0 of a stranger.
+    pub(crate) type_hash: u64,
+    /// How long its samples are worth anything.
+    pub(crate) lifespan: Option<Duration>,
+}
+
 /// What is shared between an end, the library's threads and the watcher.
 pub(crate) struct Ear {
     /// The name of the topic in DDS.
@@ -299,21 +309,23 @@ impl Ear {
         let _ = self.changed.wait_timeout(peers, limit);
     }
 
-    /// The sender of a sample: the hash of its types (0 for a stranger), and how long its samples are worth anything; or
-    /// `None` if its types are not ours.
-    pub(crate) fn sender(&self, handle: u64) -> Option<(u64, Option<Duration>)> {
-        let peers = lock(&self.peers);
-        let known = peers.by_handle.get(&handle).cloned();
-        drop(peers);
+    /// The sender of a sample; `None` if its types are not ours.
+    pub(crate) fn sender(&self, handle: u64) -> Option<Sender> {
+        let of = |peer: &Peer| {
+            peer.fits.then_some(Sender {
+                id: u128::from_be_bytes(peer.guid),
+                type_hash: peer.hello.as_ref().map_or(0, |hello| hello.types.hash),
+                lifespan: peer.lifespan,
+            })
+        };
+        let known = lock(&self.peers).by_handle.get(&handle).map(of);
         // The watcher may be on its way.
-        match known.or_else(|| self.look_up(handle)) {
-            Some(peer) if !peer.fits => None,
-            Some(peer) => {
-                let hash = peer.hello.map_or(0, |hello| hello.types.hash);
-                Some((hash, peer.lifespan))
-            }
-            None => Some((0, None)),
-        }
+        let known = known.or_else(|| Some(of(&self.look_up(handle)?)));
+        known.unwrap_or(Some(Sender {
+            id: handle.into(),
+            type_hash: 0,
+            lifespan: None,
+        }))
     }
 
     /// The participant of the sender of a sample.

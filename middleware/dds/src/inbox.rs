@@ -16,6 +16,8 @@ const ENCAPSULATION: usize = 4;
 /// Of one client, how many requests wait here at most, and of all together how many bytes. Clients of ours stop long
 /// before that.
 const MOST_REQUESTS: usize = 256;
+/// Of how many senders of a topic it is known what they sent last.
+const MOST_SENDERS: usize = 256;
 const MOST_BYTES: usize = 256 << 20;
 /// How many answers to one client may be unread. There are as many as there are requests, unless somebody floods it.
 const MOST_ANSWERS: usize = 256;
@@ -43,13 +45,13 @@ pub(crate) fn body(sample: &[u8]) -> Result<&[u8], String> {
 }
 
 /// What travels beside the body of a sample. The hash is that of the sender's types, where it tells one.
-pub(crate) fn header(sample: &Sample, type_hash: u64) -> Header {
+pub(crate) fn header(sample: &Sample, sender: u128, type_hash: u64) -> Header {
     Header {
         type_hash,
         sequence: sample.sequence(),
         sent: sent(sample.stamp()),
         encoding: Encoding::Cdr,
-        sender: sample.writer().into(),
+        sender,
     }
 }
 
@@ -106,6 +108,30 @@ impl Inbox for Values {
             samples.pop_front();
         }
         samples.push_back(sample);
+    }
+}
+
+/// What was heard of the senders of a topic, the last one first.
+///
+/// The library knows nothing any more of a sender that was out of reach: found again, it sends again what it keeps for
+/// those who come late.
+#[derive(Default)]
+pub(crate) struct Heard(Vec<(u128, u64)>);
+
+impl Heard {
+    /// Notes a value; says whether it is new.
+    pub(crate) fn is_new(&mut self, sender: u128, sequence: u64) -> bool {
+        let Some(at) = self.0.iter().position(|(known, _)| *known == sender) else {
+            self.0.truncate(MOST_SENDERS - 1);
+            self.0.insert(0, (sender, sequence));
+            return true;
+        };
+        self.0[..=at].rotate_right(1);
+        let last = &mut self.0[0].1;
+        // Nothing is known of one who does not count.
+        let is_new = sequence == 0 || sequence > *last;
+        *last = sequence.max(*last);
+        is_new
     }
 }
 
@@ -249,6 +275,22 @@ mod tests {
         for wrong in [&[][..], &[0, 1, 0], &[0, 0, 0, 0, 1], &[0, 7, 0, 0, 1]] {
             assert!(body(wrong).is_err(), "{wrong:?}");
         }
+    }
+
+    #[test]
+    fn what_is_sent_again_is_not_new() {
+        let mut heard = Heard::default();
+        let mut new = |sender, numbers: &[u64]| -> Vec<bool> {
+            numbers.iter().map(|n| heard.is_new(sender, *n)).collect()
+        };
+        assert_eq!(new(1, &[7, 8, 10]), [true; 3]);
+        assert_eq!(new(2, &[8, 9]), [true; 2]);
+        assert_eq!(new(1, &[9, 10, 11]), [false, false, true]);
+        assert_eq!(new(3, &[0, 0]), [true; 2]);
+        for sender in 10..1000 {
+            assert_eq!(new(sender, &[5, 4]), [true, false]);
+        }
+        assert_eq!(heard.0.len(), MOST_SENDERS);
     }
 
     #[test]
