@@ -5,7 +5,7 @@
 //! a notice, a file that is locked as long as its owner lives: who it is, and whom it has found. Who opens an end reads
 //! the notices of the others, refuses what does not fit, and waits until both have found each other.
 
-use crate::hello::{Hello, Promise, hex};
+use crate::hello::{Hello, Promise, fnv, hex};
 use rc_ddsc::Guid;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{DirBuilder, File};
@@ -176,10 +176,7 @@ impl Drop for Posted {
 
 /// A topic can be longer than the name of a file.
 fn notice_prefix(key: &str, sends: bool) -> String {
-    let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    format!("{hash:016x}.{}", if sends { 'w' } else { 'r' })
+    format!("{:016x}.{}", fnv(key), if sends { 'w' } else { 'r' })
 }
 
 fn read(path: &Path, guid: Guid) -> Option<Notice> {

@@ -32,16 +32,16 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
     let known = rc_ddsc::interfaces();
     let mut interfaces = String::new();
     for wanted in values("interfaces") {
-        let kind = match wanted.parse::<std::net::IpAddr>() {
-            Ok(_) => "address",
-            Err(_) if known.contains(wanted) => "name",
-            Err(_) => {
-                let reason = format!(
-                    "there is no network interface `{wanted}`; there are {}",
-                    known.join(", ")
-                );
-                return Err(refused(environment, reason));
-            }
+        let kind = if known.iter().any(|(name, _)| name == wanted) {
+            "name"
+        } else if known.iter().any(|(_, address)| address == wanted) {
+            "address"
+        } else {
+            let known = known.iter().map(|(name, at)| format!("{name} ({at})"));
+            let known: Vec<String> = known.collect();
+            let known = known.join(", ");
+            let reason = format!("there is no network interface `{wanted}`; there are {known}");
+            return Err(refused(environment, reason));
         };
         interfaces += &format!("<NetworkInterface {kind}=\"{}\"/>", escaped(wanted));
     }

@@ -4,6 +4,8 @@
 use rc_ddsc::{End, Guid, Qos};
 use rc_middleware::{TypeIdentity, qos};
 use std::fmt;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 use std::time::Duration;
 
 /// What comes first, so that nobody else's user data is taken for ours.
@@ -45,6 +47,7 @@ pub(crate) struct Hello {
     /// The component.
     pub(crate) instance: String,
     pub(crate) pid: u32,
+    /// Where it is, see `host`.
     pub(crate) host: String,
 }
 
@@ -78,7 +81,8 @@ impl Hello {
         if self.host == host {
             format!("pid {pid} ({instance})")
         } else {
-            format!("pid {pid} ({instance}) on {}", self.host)
+            let name = self.host.split('@').next().unwrap_or_default();
+            format!("pid {pid} ({instance}) on {name}")
         }
     }
 }
@@ -92,12 +96,25 @@ impl fmt::Display for Hello {
     }
 }
 
-/// The name of this machine.
-pub(crate) fn host() -> String {
+/// The name of this machine for people, `@`, and for comparisons a number that only those have who share the notice board
+/// in `folder`: two robots can both be called `raspberrypi`, and each of two containers has a board.
+pub(crate) fn host(folder: &Path) -> String {
     let name = rustix::system::uname();
     let name = name.nodename().to_string_lossy();
     // It becomes a word among others.
-    name.split_whitespace().collect::<Vec<_>>().join("-")
+    let name = name.split_whitespace().collect::<Vec<_>>().join("-");
+    let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+    let device = std::fs::metadata(folder).map_or(0, |metadata| metadata.dev());
+    // By its path, for a folder that is removed and made again is the same board.
+    let board = format!("{}\n{device}\n{}", boot.trim(), folder.display());
+    format!("{name}@{:016x}", fnv(&board))
+}
+
+/// The hash FNV-1a.
+pub(crate) fn fnv(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
 
 /// A GUID as people write it.
@@ -239,6 +256,12 @@ mod tests {
         );
         assert_eq!(hello.who("robot"), "pid 4711 (lidar)");
         assert_eq!(hello.who("desk"), "pid 4711 (lidar) on robot");
+        let other = Hello {
+            host: "robot@1".to_owned(),
+            ..hello.clone()
+        };
+        assert_eq!(other.who("robot@1"), "pid 4711 (lidar)");
+        assert_eq!(other.who("robot@2"), "pid 4711 (lidar) on robot");
         for stranger in [&b""[..], b"typehash=RIHS01", b"robocomp/1 server", &[255]] {
             assert_eq!(Hello::parse(stranger), None);
         }

@@ -44,9 +44,14 @@ pub(crate) struct Session {
     _domain: Domain,
 }
 
-/// What is known of the domain: writers, and readers.
+/// What is known of the domain.
 #[derive(Default)]
-struct Known([Mutex<HashMap<Guid, End>>; 2]);
+struct Known {
+    /// Readers, and writers.
+    ends: [Mutex<HashMap<Guid, End>>; 2],
+    /// The ends of this component on which it hears requests.
+    serving: Mutex<Vec<Weak<Ear>>>,
+}
 
 /// What the watcher is told, in the order in which it happened.
 enum Note {
@@ -120,8 +125,9 @@ impl Session {
         };
         let discoveries = Arc::new([discover(false)?, discover(true)?]);
         let known = Arc::new(Known::default());
+        let host = hello::host(&folder);
         let watching = Watcher {
-            host: hello::host(),
+            host: host.clone(),
             known: Arc::clone(&known),
             discoveries: Arc::clone(&discoveries),
         };
@@ -131,7 +137,7 @@ impl Session {
             .map_err(|error| failed("a thread cannot be started", &error))?;
         Ok(Self {
             environment: environment.clone(),
-            host: hello::host(),
+            host,
             board,
             known,
             patience: Cell::new(PATIENCE),
@@ -150,13 +156,13 @@ impl Session {
         let own = self.participant.guid().unwrap_or_default();
         let here = self.board.notices(&wanted.topic, true, true);
         let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
-        for ends in &self.known.0 {
+        for ends in &self.known.ends {
             let ends = lock(ends);
             let there = ends
                 .values()
                 .filter(|end| end.topic == wanted.topic && end.participant != own);
             let there = there.filter_map(|end| Hello::parse(&end.user_data));
-            // Of this machine the notices are certain; one that was killed is discovered for a while.
+            // Of those who share the board the notices are certain; one that was killed is discovered for a while.
             hellos.extend(there.filter(|hello| hello.host != self.host));
         }
         for hello in hellos {
@@ -253,6 +259,11 @@ impl Session {
             }
         };
         ear.attach(&entity);
+        if (wanted.role, wanted.sends) == (Role::Server, false) {
+            let mut serving = lock(&self.known.serving);
+            serving.retain(|ear| ear.strong_count() > 0);
+            serving.push(Arc::downgrade(&ear));
+        }
         if wanted.sends {
             let mut writers = self.writers.borrow_mut();
             writers.retain(|writer| writer.strong_count() > 0);
@@ -399,16 +410,33 @@ impl Watcher {
 
     fn discover(&self, writers: bool) {
         let at = usize::from(writers);
-        let mut known = lock(&self.known.0[at]);
+        let mut known = lock(&self.known.ends[at]);
         // What cannot be read now is read at the next announcement.
         let _ = self.discoveries[at].take(|end, guid| match end {
             Some(end) => {
+                self.compare_servers(&end);
                 known.insert(guid, end);
             }
             None => {
                 known.remove(&guid);
             }
         });
+    }
+
+    /// Says where somebody on another machine serves an address of ours: before it was discovered, nobody could refuse it.
+    fn compare_servers(&self, end: &End) {
+        let hello = Hello::parse(&end.user_data);
+        let rival = hello.filter(|h| h.role == Role::Server && h.host != self.host);
+        let Some(rival) = rival else { return };
+        for ear in lock(&self.known.serving).iter().filter_map(Weak::upgrade) {
+            if ear.topic == end.topic && ear.may_tell_of(&end.guid) {
+                let address = ear.topic.trim_end_matches("_Request");
+                tracing::error!(
+                    "`{address}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
+                    rival.who(&self.host)
+                );
+            }
+        }
     }
 
     fn happened(&self, ear: &Ear, event: Event) {
@@ -455,7 +483,7 @@ impl Watcher {
     /// Says what of the others does not fit; the library does not say whom it means.
     fn incompatible(&self, ear: &Ear) {
         self.discover(!ear.sends);
-        let known = lock(&self.known.0[usize::from(!ear.sends)]);
+        let known = lock(&self.known.ends[usize::from(!ear.sends)]);
         for end in known.values().filter(|end| end.topic == ear.topic) {
             let theirs = Promise::from(end);
             let (offered, requested) = if ear.sends {

@@ -19,7 +19,12 @@ struct Network {
 
 impl Network {
     fn new(domain: u32) -> Self {
-        let network = format!("qos{domain}-{}", std::process::id());
+        Self::beside(domain, "")
+    }
+
+    /// Another one in the same domain, which shares no run directory with others, as if on another machine.
+    fn beside(domain: u32, machine: &str) -> Self {
+        let network = format!("qos{domain}{machine}-{}", std::process::id());
         let directory = RunDirectory::open(&network).expect("a run directory");
         let mut environment = Environment {
             network,
@@ -173,6 +178,48 @@ fn log() -> &'static Mutex<String> {
     &LOG
 }
 
+fn await_log(log: &Mutex<String>, told: &[String]) {
+    let begin = Instant::now();
+    while !told
+        .iter()
+        .all(|told| log.lock().expect("a log").contains(told))
+    {
+        assert!(begin.elapsed() < LIMIT, "{}", log.lock().expect("a log"));
+        wait(&[], Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_second_server_on_another_machine_is_refused_or_told_on_both_sides() {
+    let log = log();
+    let machines = ["", "other"].map(|machine| Network::beside(14, machine));
+    let served = Endpoint {
+        address: Address::parse("default/Twice").expect("an address"),
+        ..topic(Qos::CALL)
+    };
+    let backends = machines.each_ref().map(Network::join);
+    let servers = backends.each_ref().map(|backend| backend.server(&served));
+    let pid = std::process::id();
+    let [Ok(_first), second] = servers else {
+        panic!("the first one is refused");
+    };
+    if let Err(refused) = second {
+        // It knew in time.
+        let refused = refused.to_string();
+        assert!(
+            refused.contains(&format!("pid {pid} (test) on ")),
+            "{refused}"
+        );
+        return;
+    }
+    let told = format!("`default/Twice` has two servers, this one and pid {pid} (test) on ");
+    let begin = Instant::now();
+    while log.lock().expect("a log").matches(&told).count() < 2 {
+        assert!(begin.elapsed() < LIMIT, "{}", log.lock().expect("a log"));
+        wait(&[], Duration::from_millis(5));
+    }
+}
+
 #[test]
 fn what_does_not_fit_is_told_on_both_sides() {
     let log = log();
@@ -200,13 +247,6 @@ fn what_does_not_fit_is_told_on_both_sides() {
         ),
         format!("`{address}` hears nothing of the publisher pid {pid} (test): {values}"),
     ];
-    let begin = Instant::now();
-    while !told
-        .iter()
-        .all(|told| log.lock().expect("a log").contains(told))
-    {
-        assert!(begin.elapsed() < LIMIT, "{}", log.lock().expect("a log"));
-        wait(&[], Duration::from_millis(5));
-    }
+    await_log(log, &told);
     assert_eq!((publisher.peers(), subscriber.peers()), (0, 0));
 }

@@ -469,19 +469,24 @@ fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c
     (call::<F>, (&raw mut *each).cast())
 }
 
-/// The names of this machine's network interfaces.
-pub fn interfaces() -> Vec<String> {
-    extern "C" fn push(argument: *mut c_void, name: *const c_char) {
-        // SAFETY: the argument is the vector below, the name a C string that is valid during the call.
-        let (names, name) = unsafe { (&mut *argument.cast::<Vec<String>>(), CStr::from_ptr(name)) };
-        names.push(name.to_string_lossy().into_owned());
+/// This machine's network interfaces: their names, and their addresses (IPv4).
+pub fn interfaces() -> Vec<(String, String)> {
+    type Found = Vec<(String, String)>;
+    extern "C" fn push(argument: *mut c_void, name: *const c_char, address: *const c_char) {
+        // SAFETY: the argument is the vector below, the others are C strings that are valid during the call.
+        let (found, name, address) = unsafe {
+            let found = &mut *argument.cast::<Found>();
+            (found, CStr::from_ptr(name), CStr::from_ptr(address))
+        };
+        let text = |text: &CStr| text.to_string_lossy().into_owned();
+        found.push((text(name), text(address)));
     }
-    let mut names: Vec<String> = Vec::new();
+    let mut found: Found = Vec::new();
     // SAFETY: the callback is called before the function returns.
-    unsafe { raw::rc_interfaces(push, (&raw mut names).cast()) };
-    names.sort();
-    names.dedup();
-    names
+    unsafe { raw::rc_interfaces(push, (&raw mut found).cast()) };
+    found.sort();
+    found.dedup();
+    found
 }
 
 /// Hands what the library has to say to `log`, instead of writing it to standard error; of the whole process. `true`: an

@@ -171,7 +171,7 @@ unsafe extern "C" {
         argument: *mut c_void,
     ) -> i32;
     pub(crate) fn rc_interfaces(
-        callback: extern "C" fn(*mut c_void, *const c_char),
+        callback: extern "C" fn(*mut c_void, *const c_char, *const c_char),
         argument: *mut c_void,
     ) -> i32;
     pub(crate) fn rc_log(callback: extern "C" fn(i32, *const c_char, usize));

@@ -23,6 +23,7 @@
 #include "dds/ddsi/ddsi_thread.h"
 #include "dds/ddsrt/ifaddrs.h"
 #include "dds/ddsrt/log.h"
+#include "dds/ddsrt/sockets.h"
 #include "dds__entity.h"
 #include "dds__guid.h"
 
@@ -667,16 +668,20 @@ int32_t rc_take_discovered (int32_t reader, rc_end_callback callback, void *argu
 
 /* ---- The rest ---- */
 
-/* Tells the names of this machine's network interfaces that are up. */
-int32_t rc_interfaces (void (*callback) (void *argument, const char *name), void *argument)
+/* Tells the names of this machine's network interfaces, and their addresses. */
+int32_t rc_interfaces (void (*callback) (void *argument, const char *name, const char *address), void *argument)
 {
   const int families[] = { AF_INET, DDSRT_AF_TERM };
   ddsrt_ifaddrs_t *found = NULL;
   const dds_return_t rc = ddsrt_getifaddrs (&found, families);
   if (rc != DDS_RETCODE_OK)
     return rc;
-  for (const ddsrt_ifaddrs_t *i = found; i != NULL; i = i->next)
-    callback (argument, i->name);
+  for (const ddsrt_ifaddrs_t *i = found; i != NULL; i = i->next) {
+    char address[64] = "";
+    if (i->addr != NULL && ddsrt_sockaddrtostr (i->addr, address, sizeof (address)) < 0)
+      address[0] = 0;
+    callback (argument, i->name, address);
+  }
   ddsrt_freeifaddrs (found);
   return DDS_RETCODE_OK;
 }
