@@ -7,6 +7,7 @@ mod compare;
 mod dds;
 mod ice;
 mod languages;
+mod networks;
 mod pair;
 mod parameters;
 mod programs;
@@ -20,7 +21,7 @@ use soak::Middleware;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 11] = [
+const COMPONENTS: [&str; 12] = [
     "simulator",
     "avoider",
     "pose_monitor",
@@ -32,6 +33,7 @@ const COMPONENTS: [&str; 11] = [
     "soak_sink",
     "motor_bus",
     "joint_controller",
+    "herald",
 ];
 
 fn main() -> ExitCode {

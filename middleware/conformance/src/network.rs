@@ -79,7 +79,7 @@ impl<'a> Network<'a> {
         let answer = |header: Header, request: &[u8], reply: &mut dyn Reply| {
             answer(header, request, reply.body());
         };
-        self.serving_on(&|| self.join("server"), endpoint, answer, body)
+        serving_on(&|| self.join("server"), endpoint, answer, body)
     }
 
     /// The same without help: requests and replies have their envelopes.
@@ -89,32 +89,31 @@ impl<'a> Network<'a> {
         answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
         body: impl FnOnce() -> R,
     ) -> R {
-        self.serving_on(&|| self.join_bare("server"), endpoint, answer, body)
+        serving_on(&|| self.join_bare("server"), endpoint, answer, body)
     }
+}
 
-    fn serving_on<R>(
-        &self,
-        join: &(dyn Fn() -> Box<dyn Backend> + Sync),
-        endpoint: &Endpoint,
-        answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
-        body: impl FnOnce() -> R,
-    ) -> R {
-        let stop = Interrupt::new().expect("an interrupt");
-        std::thread::scope(|scope| {
-            let (ready, is_ready) = channel();
-            let (stop, answer) = (&stop, &answer);
-            scope.spawn(move || {
-                let backend = join();
-                let mut server = backend.server(endpoint).expect("a server");
-                ready.send(()).expect("a test that waits");
-                serve_replies_until(&mut *server, stop, answer);
-                backend.linger(LIMIT);
-            });
-            let _stop = StopOnDrop(stop);
-            is_ready.recv_timeout(LIMIT).expect("a server");
-            body()
-        })
-    }
+fn serving_on<R>(
+    join: &(dyn Fn() -> Box<dyn Backend> + Sync),
+    endpoint: &Endpoint,
+    answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
+    body: impl FnOnce() -> R,
+) -> R {
+    let stop = Interrupt::new().expect("an interrupt");
+    std::thread::scope(|scope| {
+        let (ready, is_ready) = channel();
+        let (stop, answer) = (&stop, &answer);
+        scope.spawn(move || {
+            let backend = join();
+            let mut server = backend.server(endpoint).expect("a server");
+            ready.send(()).expect("a test that waits");
+            serve_replies_until(&mut *server, stop, answer);
+            backend.linger(LIMIT);
+        });
+        let _stop = StopOnDrop(stop);
+        is_ready.recv_timeout(LIMIT).expect("a server");
+        body()
+    })
 }
 
 impl Drop for Network<'_> {

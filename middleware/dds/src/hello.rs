@@ -105,7 +105,7 @@ pub(crate) fn hex(guid: &Guid) -> String {
     guid.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// How the QoS of an end of a topic is written for the library.
+/// The quality of service of an end of a topic, for the library.
 pub(crate) fn topic_qos<'a>(wanted: &rc_middleware::Qos, user_data: &'a [u8]) -> Qos<'a> {
     Qos {
         reliable: wanted.reliability == qos::Reliability::Reliable,
@@ -159,7 +159,7 @@ pub(crate) fn differences(offered: &Promise, requested: &Promise) -> Vec<String>
     found
 }
 
-/// What of a QoS has to fit that of the other end.
+/// What an end offers or asks for that has to fit the other end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Promise {
     reliable: bool,

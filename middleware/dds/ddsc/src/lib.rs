@@ -145,7 +145,7 @@ impl Participant {
             // SAFETY: as for a writer.
             unsafe { raw::rc_reader(self.0.0, topic.0.0, &raw const qos, listener) }
         })
-        .map(Reader)
+        .map(|attached| Reader(attached, qos.reliable))
     }
 
     /// What there is in the domain: all writers, or all readers.
@@ -253,12 +253,12 @@ impl Attached {
     }
 
     /// What is known of the other end with this handle, while it is there.
-    fn matched(&self, handle: u64, is_reader: bool) -> Option<End> {
+    fn matched(&self, handle: u64, kind: i32) -> Option<End> {
         let mut found = None;
         let mut take = |end: Option<End>, _: Guid| found = end;
         let (call, argument) = trampoline(&mut take);
         // SAFETY: the callback is called before the function returns, with the closure that it was made for.
-        unsafe { raw::rc_matched(self.id(), handle, i32::from(is_reader), call, argument) };
+        unsafe { raw::rc_matched(self.id(), handle, kind, call, argument) };
         found
     }
 }
@@ -327,13 +327,13 @@ impl Writer {
 
     /// What is known of the reader with this handle, while it is there.
     pub fn matched(&self, handle: u64) -> Option<End> {
-        self.0.matched(handle, false)
+        self.0.matched(handle, raw::WRITER)
     }
 }
 
-/// The receiving end of a topic.
+/// The receiving end of a topic, and whether it is reliable.
 #[derive(Debug)]
-pub struct Reader(Attached);
+pub struct Reader(Attached, bool);
 
 impl Reader {
     /// Its identity.
@@ -360,7 +360,15 @@ impl Reader {
 
     /// What is known of the writer with this handle, while it is there.
     pub fn matched(&self, handle: u64) -> Option<End> {
-        self.0.matched(handle, true)
+        let reliable = self.1;
+        self.0.matched(
+            handle,
+            if reliable {
+                raw::RELIABLE_READER
+            } else {
+                raw::READER
+            },
+        )
     }
 }
 

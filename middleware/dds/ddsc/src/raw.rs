@@ -5,6 +5,11 @@ use std::ffi::{CStr, c_char, c_void};
 use std::ptr;
 use std::time::Duration;
 
+/// `enum rc_kind`
+pub(crate) const WRITER: i32 = 0;
+pub(crate) const READER: i32 = 1;
+pub(crate) const RELIABLE_READER: i32 = 2;
+
 #[repr(C)]
 pub(crate) struct CListener {
     pub(crate) callback: extern "C" fn(*mut c_void, i32, u64, i32),
@@ -159,7 +164,7 @@ unsafe extern "C" {
     pub(crate) fn rc_matched(
         entity: i32,
         handle: u64,
-        is_reader: i32,
+        kind: i32,
         callback: extern "C" fn(*mut c_void, *const CEnd, i32),
         argument: *mut c_void,
     ) -> i32;

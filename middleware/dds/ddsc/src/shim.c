@@ -659,7 +659,7 @@ static void tell_end (const dds_builtintopic_endpoint_t *found, bool alive, rc_e
 /* Whether samples of this writer are taken by now. The library says that a reader and a remote writer have found each
  * other while it still looks for further readers, and drops samples until it has done; and where one of the readers is
  * reliable, until it has seen a heartbeat of the writer, also for those readers that will not get the samples again. */
-static bool is_taken (dds_entity_t reader, const dds_guid_t *writer)
+static bool is_taken (dds_entity_t reader, const dds_guid_t *writer, bool again)
 {
   dds_entity *e;
   if (dds_entity_pin (reader, &e) != DDS_RETCODE_OK)
@@ -671,7 +671,7 @@ static bool is_taken (dds_entity_t reader, const dds_guid_t *writer)
   struct ddsi_proxy_writer *pwr = ddsi_entidx_lookup_proxy_writer_guid (gv->entity_index, &guid);
   if (pwr != NULL) {
     ddsrt_mutex_lock (&pwr->e.lock);
-    taken = !pwr->local_matching_inprogress && (pwr->have_seen_heartbeat || pwr->n_reliable_readers == 0);
+    taken = !pwr->local_matching_inprogress && (again || pwr->have_seen_heartbeat || pwr->n_reliable_readers == 0);
     ddsrt_mutex_unlock (&pwr->e.lock);
   }
   ddsi_thread_state_asleep (ddsi_lookup_thread_state ());
@@ -679,15 +679,18 @@ static bool is_taken (dds_entity_t reader, const dds_guid_t *writer)
   return taken;
 }
 
-/* Tells about the other end of `entity` with this handle; 0 where there is none any more. Of a writer it is told when its
- * samples are taken. */
-int32_t rc_matched (int32_t entity, uint64_t handle, int32_t is_reader, rc_end_callback callback, void *argument)
+enum rc_kind { RC_WRITER = 0, RC_READER = 1, RC_RELIABLE_READER = 2 };
+
+/* Tells about the other end of `entity`, which is of this kind, with this handle; 0 where there is none any more. Of a
+ * writer it is told when its samples are taken. */
+int32_t rc_matched (int32_t entity, uint64_t handle, int32_t kind, rc_end_callback callback, void *argument)
 {
   dds_builtintopic_endpoint_t *found =
-    is_reader ? dds_get_matched_publication_data (entity, handle) : dds_get_matched_subscription_data (entity, handle);
+    kind != RC_WRITER ? dds_get_matched_publication_data (entity, handle) : dds_get_matched_subscription_data (entity, handle);
   if (found == NULL)
     return 0;
-  for (int waited = 0; is_reader && waited < 100 && !is_taken (entity, &found->key); waited++)
+  const bool again = kind == RC_RELIABLE_READER;
+  for (int waited = 0; kind != RC_WRITER && waited < 200 && !is_taken (entity, &found->key, again); waited++)
     dds_sleepfor (DDS_MSECS (1));
   tell_end (found, true, callback, argument);
   dds_builtintopic_free_endpoint (found);
