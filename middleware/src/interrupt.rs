@@ -13,6 +13,8 @@ pub struct Interrupt(Arc<Inner>);
 #[derive(Debug)]
 struct Inner {
     event: OwnedFd,
+    /// Whether the descriptor is readable, or about to be: what is so already is not asked of the kernel again.
+    awake: AtomicBool,
     stopping: AtomicBool,
 }
 
@@ -22,6 +24,7 @@ impl Interrupt {
         let event = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
         Ok(Self(Arc::new(Inner {
             event,
+            awake: AtomicBool::new(false),
             stopping: AtomicBool::new(false),
         })))
     }
@@ -39,14 +42,23 @@ impl Interrupt {
 
     /// Makes the descriptor readable.
     pub fn wake(&self) {
-        // The only failure is a counter that is full, and then the descriptor is readable already.
-        let _ = rustix::io::write(&self.0.event, &1_u64.to_ne_bytes());
+        if !self.0.awake.swap(true, Ordering::SeqCst) {
+            // The only failure is a counter that is full, and then the descriptor is readable already.
+            let _ = rustix::io::write(&self.0.event, &1_u64.to_ne_bytes());
+        }
     }
 
-    /// Takes a wake-up back, unless it is a stop, which stays.
+    /// Takes a wake-up back, unless it is a stop, which stays. What was announced before is looked for afterwards.
     pub fn clear(&self) {
-        if !self.is_stopping() {
-            let _ = rustix::io::read(&self.0.event, &mut [0_u8; 8]);
+        if self.is_stopping() || !self.0.awake.load(Ordering::SeqCst) {
+            return;
+        }
+        // Where nothing can be read yet, who wakes is just about to write.
+        if rustix::io::read(&self.0.event, &mut [0_u8; 8]).is_ok() {
+            self.0.awake.swap(false, Ordering::SeqCst);
+            if self.is_stopping() {
+                self.wake();
+            }
         }
     }
 }

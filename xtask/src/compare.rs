@@ -123,7 +123,7 @@ impl Peer {
                 quantile(&mut ratios, 0.75),
                 a.times.len(),
             );
-            processor.push((row.name, a.processor(), b.processor()));
+            processor.push((&row.name, a.processor(), b.processor()));
         }
         println!("\n| processor time a message, both programs, µs | generated | {name} | ratio |");
         println!("|---|---|---|---|");

@@ -4,6 +4,7 @@ use crate::bench::{BLOCKS, BUILD, machine};
 use crate::compare::Peer;
 use crate::pair::{Pair, Row};
 use crate::programs::{Failure, cargo, finish, root, target};
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
@@ -11,13 +12,13 @@ use std::process::Command;
 /// What is measured.
 const ROWS: [Row; 2] = [
     Row {
-        name: "query 64 B, round trip",
+        name: Cow::Borrowed("query 64 B, round trip"),
         kind: "query",
         size: 64,
         count: 1000,
     },
     Row {
-        name: "query 4 KiB, round trip",
+        name: Cow::Borrowed("query 4 KiB, round trip"),
         kind: "query",
         size: 4096,
         count: 1000,

@@ -4,6 +4,7 @@
 mod bench;
 mod chaos;
 mod compare;
+mod dds;
 mod ice;
 mod languages;
 mod networks;
@@ -13,7 +14,10 @@ mod programs;
 mod slots;
 mod soak;
 mod usage;
+mod variant;
 
+use programs::Failure;
+use soak::Middleware;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
@@ -43,17 +47,20 @@ fn main() -> ExitCode {
         ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
             chaos::run(&orders).map_err(|e| e.to_string())
         }
+        ["bench", "dds"] => dds::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
+        ["bench", "dds", "--smoke"] => dds::run(5, 0.4).map_err(|e| e.to_string()),
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
-        ["soak"] => soak::run("3600").map_err(|e| e.to_string()),
-        ["soak", "--smoke"] => soak::smoke().map_err(|e| e.to_string()),
-        ["soak", seconds] if seconds.parse::<u32>().is_ok() => {
-            soak::run(seconds).map_err(|e| e.to_string())
+        ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
+            soak.map_err(|e| e.to_string())
+        }
+        ["soak", ref rest @ ..] if let Some(soak) = soak(Middleware::Iceoryx2, "3600", rest) => {
+            soak.map_err(|e| e.to_string())
         }
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | --smoke] | soak [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | --smoke] | soak [dds] [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }
@@ -64,6 +71,16 @@ fn main() -> ExitCode {
             eprintln!("xtask: error: {message}");
             ExitCode::from(3)
         }
+    }
+}
+
+/// Runs a soak as its words say; none where they say nothing.
+fn soak(middleware: Middleware, usual: &str, words: &[&str]) -> Option<Result<(), Failure>> {
+    match *words {
+        [] => Some(soak::run(middleware, usual)),
+        ["--smoke"] => Some(soak::smoke(middleware)),
+        [seconds] if seconds.parse::<u32>().is_ok() => Some(soak::run(middleware, seconds)),
+        _ => None,
     }
 }
 

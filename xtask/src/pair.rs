@@ -3,7 +3,8 @@
 use crate::programs::{Failure, Program, target};
 use crate::usage::processor_time;
 use rc_middleware::RunDirectory;
-use std::path::Path;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// How long a pair may take to start.
@@ -12,9 +13,9 @@ const START: Duration = Duration::from_secs(10);
 const BLOCK: Duration = Duration::from_secs(10);
 
 /// One row of the table.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct Row {
-    pub(crate) name: &'static str,
+    pub(crate) name: Cow<'static, str>,
     /// The first word of an order.
     pub(crate) kind: &'static str,
     pub(crate) size: usize,
@@ -32,37 +33,37 @@ impl Row {
 /// What is measured.
 pub(crate) const ROWS: [Row; 6] = [
     Row {
-        name: "publish 64 B, one way",
+        name: Cow::Borrowed("publish 64 B, one way"),
         kind: "publish",
         size: 64,
         count: 500,
     },
     Row {
-        name: "publish 4 KiB, one way",
+        name: Cow::Borrowed("publish 4 KiB, one way"),
         kind: "publish",
         size: 4096,
         count: 500,
     },
     Row {
-        name: "publish 1 MiB copied, one way",
+        name: Cow::Borrowed("publish 1 MiB copied, one way"),
         kind: "publish",
         size: 1024 * 1024,
         count: 50,
     },
     Row {
-        name: "publish 1 MiB in place, one way",
+        name: Cow::Borrowed("publish 1 MiB in place, one way"),
         kind: "place",
         size: 1024 * 1024,
         count: 50,
     },
     Row {
-        name: "query 64 B, round trip",
+        name: Cow::Borrowed("query 64 B, round trip"),
         kind: "query",
         size: 64,
         count: 1000,
     },
     Row {
-        name: "the same with `wake spin 200us` at both generated ends",
+        name: Cow::Borrowed("the same with `wake spin 200us` at both generated ends"),
         kind: "awake",
         size: 64,
         count: 1000,
@@ -110,25 +111,32 @@ pub(crate) struct Pair {
 impl Pair {
     /// The generated components.
     pub(crate) fn generated() -> Result<Self, Failure> {
-        let network = Network::new("gen")?;
         let folder = target()?.join("release");
+        Self::components(&[folder.join("pong"), folder.join("ping")], &[])
+    }
+
+    /// A pong and a ping, with some more arguments.
+    pub(crate) fn components(programs: &[PathBuf; 2], more: &[&str]) -> Result<Self, Failure> {
+        let network = Network::new("gen")?;
         // Two slots of one interface, so the second one needs an address of its own.
         let awake = format!("awake={}/Awake", network.name);
-        let network_name = network.name.as_str();
-        let arguments = [
-            "--network",
-            network_name,
-            "--log",
-            "error",
-            "--bind",
-            &awake,
-        ];
-        let pong = ready(Program::start(&folder.join("pong"), &arguments)?)?;
-        let ping = ready(Program::start(&folder.join("ping"), &arguments)?)?;
+        let name = network.name.clone();
+        let own = ["--network", &name, "--log", "error", "--bind", &awake];
+        let arguments = [&own, more].concat();
+        Self::start(programs, [&arguments, &arguments], Some(network))
+    }
+
+    fn start(
+        [pong, ping]: &[PathBuf; 2],
+        [answering, asking]: [&[&str]; 2],
+        network: Option<Network>,
+    ) -> Result<Self, Failure> {
+        let pong = ready(Program::start(pong, answering)?)?;
+        let ping = ready(Program::start(ping, asking)?)?;
         Ok(Self {
             ping,
             pong,
-            network: Some(network),
+            network,
         })
     }
 
@@ -137,13 +145,16 @@ impl Pair {
         let network = Network::new("hand")?;
         let path = target()?.join("release/bench_peer");
         let (root, prefix) = network.files()?;
-        let pong = ready(Program::start(&path, &["pong", &root, &prefix])?)?;
-        let ping = ready(Program::start(&path, &["ping", &root, &prefix])?)?;
-        Ok(Self {
-            ping,
-            pong,
-            network: Some(network),
-        })
+        let arguments = ["pong", "ping"].map(|which| [which, &root, &prefix]);
+        let arguments = arguments.each_ref().map(|words| &words[..]);
+        Self::start(&[path.clone(), path], arguments, Some(network))
+    }
+
+    /// The hand-written programs over DDS.
+    pub(crate) fn by_hand_over_dds(domain: &str) -> Result<Self, Failure> {
+        let path = target()?.join("release/bench_dds_peer");
+        let arguments: [&[&str]; 2] = [&["pong", domain], &["ping", domain]];
+        Self::start(&[path.clone(), path], arguments, None)
     }
 
     /// The program of `bench/ice`, twice.

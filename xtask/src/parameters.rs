@@ -33,8 +33,8 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
 /// between the same two processes, in turns. Both are measured in two ways: each as soon as the one before is answered, and
 /// each after a pause, in which all that takes part goes to sleep.
 fn changes() -> Result<Vec<Figure>, Failure> {
-    let row = |kind| Row {
-        name: kind,
+    let row = |kind: &'static str| Row {
+        name: kind.into(),
         kind,
         size: 64,
         count: COUNT,

@@ -137,7 +137,8 @@ impl Program {
         Self::spawn(command)
     }
 
-    fn spawn(mut command: Command) -> Result<Self, Failure> {
+    /// The same of a command.
+    pub(crate) fn spawn(mut command: Command) -> Result<Self, Failure> {
         let name = command.get_program().to_string_lossy().into_owned();
         let child = command
             .stdin(Stdio::piped())

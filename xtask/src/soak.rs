@@ -10,12 +10,15 @@ use crate::bench::BUILD;
 use crate::pair::Network;
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::usage::{descriptors, made_memory, processor_time, shared_memory};
+use crate::variant::{self, DDS};
 use bench_protocol::soak::{Counts, TICKS_A_SECOND, WARM_UP_TICKS};
 use judge::{Sample, complaint, grown, lost, row, shares};
+use rc_deploy::network::Profile;
 use serde_json::Value;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -37,28 +40,61 @@ const SAMPLE: Duration = Duration::from_secs(1);
 struct Plan {
     /// How long, after the warm-up.
     length: Duration,
-    /// The folder of the components in that of cargo.
-    profile: &'static str,
+    /// The sink and the source.
+    programs: [PathBuf; 2],
+    /// What both are told of their middleware.
+    settings: &'static [&'static str],
     /// Between two lines.
     line: Duration,
 }
 
+/// On what the components are run.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Middleware {
+    /// As they were generated.
+    Iceoryx2,
+    /// The same components as variants.
+    Dds,
+}
+
+impl Middleware {
+    fn settings(self) -> &'static [&'static str] {
+        match self {
+            Self::Iceoryx2 => &[],
+            Self::Dds => &DDS,
+        }
+    }
+
+    /// The sink and the source where `profile` has them.
+    fn programs(self, profile: Profile) -> Result<[PathBuf; 2], Failure> {
+        if self == Self::Iceoryx2 {
+            let folder = target()?.join(profile.folder());
+            return Ok(["soak_sink", "soak_source"].map(|name| folder.join(name)));
+        }
+        variant::build("soak", profile)
+    }
+}
+
 /// Builds the components, and runs them so long.
-pub(crate) fn run(seconds: &str) -> Result<(), Failure> {
-    let words = "build --release -p soak_source -p soak_sink";
-    finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
+pub(crate) fn run(middleware: Middleware, seconds: &str) -> Result<(), Failure> {
+    if middleware == Middleware::Iceoryx2 {
+        let words = "build --release -p soak_source -p soak_sink";
+        finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
+    }
     soak(&Plan {
         length: Duration::from_secs(seconds.parse()?),
-        profile: "release",
+        programs: middleware.programs(Profile::Release)?,
+        settings: middleware.settings(),
         line: Duration::from_secs(60),
     })
 }
 
-/// The short one of the test run, with the components that it has built.
-pub(crate) fn smoke() -> Result<(), Failure> {
+/// The short one of the test run, with the components that it has built; variants are built here.
+pub(crate) fn smoke(middleware: Middleware) -> Result<(), Failure> {
     soak(&Plan {
         length: Duration::from_secs(20),
-        profile: "debug",
+        programs: middleware.programs(Profile::Dev)?,
+        settings: middleware.settings(),
         line: Duration::from_secs(5),
     })
 }
@@ -106,14 +142,16 @@ struct Soak {
 impl Soak {
     fn start(plan: &Plan) -> Result<Self, Failure> {
         let network = Network::new("soak")?;
-        let folder = target()?.join(plan.profile);
-        let arguments = ["--network", network.name.as_str(), "--log", "warn"];
-        let sink = Program::start_apart(&folder.join("soak_sink"), &arguments)?;
+        let arguments = |log| {
+            let own = ["--network", network.name.as_str(), "--log", log];
+            [&own, plan.settings].concat()
+        };
+        let [sink, source] = &plan.programs;
+        let sink = Program::start_apart(sink, &arguments("warn"))?;
         // Who subscribes first loses nothing.
         let came = counts(&sink.hear(COUNTS)?)?;
         // Its computes are sometimes longer than a period, because it catches up; that is no warning.
-        let arguments = ["--network", network.name.as_str(), "--log", "error"];
-        let source = Program::start_apart(&folder.join("soak_source"), &arguments)?;
+        let source = Program::start_apart(source, &arguments("error"))?;
         let sent = counts(&source.hear(COUNTS)?)?;
         Ok(Self {
             source,

@@ -59,7 +59,8 @@ pub(crate) fn descriptors(pid: u32) -> Result<usize, Failure> {
 /// What the files of a network take of the shared memory, in MB. Files that go meanwhile take nothing.
 pub(crate) fn shared_memory(directory: &RunDirectory) -> f64 {
     let files = rc_iceoryx2::leftovers(directory);
-    files.iter().map(|path| taken(path)).sum::<f64>() / 1e6
+    // The sum of nothing is -0.
+    files.iter().map(|path| taken(path)).sum::<f64>().abs() / 1e6
 }
 
 /// Bytes that are really there; a file of shared memory is larger than that.

@@ -7,8 +7,9 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// No line takes longer, and no end.
+/// No line takes longer, and no end; before the first one, variants are built.
 const LIMIT: Duration = Duration::from_secs(60);
+const BUILD: Duration = Duration::from_secs(900);
 
 /// A running soak. It is killed if the test fails; its components then end because nobody reads what they say.
 struct Soak {
@@ -19,9 +20,9 @@ struct Soak {
 }
 
 impl Soak {
-    fn start() -> Self {
+    fn start(words: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_xtask"))
-            .args(["soak", "--smoke"])
+            .args(words)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -40,7 +41,7 @@ impl Soak {
             lines,
             begin: Vec::new(),
         };
-        let begin = soak.line();
+        let begin = soak.line(BUILD);
         soak.begin = begin
             .split([' ', ','])
             .filter(|word| !word.is_empty())
@@ -50,8 +51,8 @@ impl Soak {
         soak
     }
 
-    fn line(&mut self) -> String {
-        match self.lines.recv_timeout(LIMIT) {
+    fn line(&mut self, limit: Duration) -> String {
+        match self.lines.recv_timeout(limit) {
             Ok(line) => line,
             Err(error) => panic!("no line: {error}; {}", self.errors()),
         }
@@ -102,7 +103,16 @@ impl Drop for Soak {
 
 #[test]
 fn nothing_grows_and_nothing_is_lost() {
-    let soak = Soak::start();
+    nothing_grows(&["soak", "--smoke"]);
+}
+
+#[test]
+fn nothing_grows_and_nothing_is_lost_over_dds() {
+    nothing_grows(&["soak", "dds", "--smoke"]);
+}
+
+fn nothing_grows(words: &[&str]) {
+    let soak = Soak::start(words);
     let (last, errors, code) = soak.end();
     assert_eq!(code, Some(0), "{errors}{last}");
     assert!(
@@ -114,12 +124,12 @@ fn nothing_grows_and_nothing_is_lost() {
 #[test]
 fn a_sink_that_stands_still_is_noticed_and_a_signal_ends_it_in_order() {
     const SINK: usize = 5;
-    let mut soak = Soak::start();
-    soak.line();
+    let mut soak = Soak::start(&["soak", "--smoke"]);
+    soak.line(LIMIT);
     soak.signal(Some(SINK), Signal::STOP);
     // Between the second and the third line there is time enough for a question to fail.
-    soak.line();
-    soak.line();
+    soak.line(LIMIT);
+    soak.line(LIMIT);
     soak.signal(Some(SINK), Signal::CONT);
     soak.signal(None, Signal::INT);
     let (last, errors, code) = soak.end();

@@ -1,6 +1,6 @@
 //! The calling end of a connection: a writer of requests and a reader of replies.
 
-use crate::ear::Entity;
+use crate::ear::{Entity, Peer};
 use crate::hello::{Role, call_qos};
 use crate::inbox::{self, Answers, stamp};
 use crate::publisher::signal;
@@ -61,6 +61,11 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
     Ok(client)
 }
 
+fn is_server(peer: &Peer) -> bool {
+    let hello = peer.hello.as_ref();
+    hello.is_none_or(|hello| hello.role == Role::Server)
+}
+
 /// The first bytes of the identity of a participant and all its ends.
 type Member = [u8; 12];
 
@@ -79,20 +84,22 @@ pub(crate) struct DdsClient {
 impl DdsClient {
     /// The servers that hear and answer this client.
     fn servers(&self) -> BTreeSet<Member> {
-        let is_server = |peer: &crate::ear::Peer| {
-            let hello = peer.hello.as_ref();
-            (hello.is_none_or(|hello| hello.role == Role::Server)).then_some(peer.member)
-        };
-        let answering = self.replies.ear.here(is_server);
-        let mut hearing: BTreeSet<Member> = self.requests.ear.here(is_server).into_iter().collect();
+        let member = |peer: &Peer| is_server(peer).then_some(peer.member);
+        let answering = self.replies.ear.here(member);
+        let mut hearing: BTreeSet<Member> = self.requests.ear.here(member).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
     }
 
+    /// Whether this one is among them.
+    fn is_there(&self, server: Member) -> bool {
+        let same = |peer: &Peer| peer.member == server && is_server(peer);
+        self.replies.ear.has(same) && self.requests.ear.has(same)
+    }
+
     fn server(&self) -> Option<Member> {
-        let servers = self.servers();
-        let same = self.asked.filter(|asked| servers.contains(asked));
-        same.or_else(|| servers.first().copied())
+        let same = self.asked.filter(|asked| self.is_there(*asked));
+        same.or_else(|| self.servers().first().copied())
     }
 
     /// Sends a request; gives its number and who has it.
@@ -187,7 +194,7 @@ impl Client for DdsClient {
         loop {
             signal.clear();
             // Who is there is looked up first: what it sent before it left has come by then, or comes at once.
-            let there = self.servers().contains(&server);
+            let there = self.is_there(server);
             if let Some(result) = self.answer(id, take) {
                 return result;
             }

@@ -197,12 +197,8 @@ impl Ear {
         let Entity::Reader(reader) = &*entity else {
             return;
         };
-        let mut some = false;
         let _turn = lock(&self.taking);
-        while matches!(reader.take(|sample| self.inbox.put(sample)), Ok(1..)) {
-            some = true;
-        }
-        if some {
+        if matches!(reader.take(|sample| self.inbox.put(sample)), Ok(1..)) {
             self.signal.wake();
         }
     }
@@ -277,6 +273,13 @@ impl Ear {
         let peers = lock(&self.peers);
         let here = peers.by_handle.values().filter(|p| p.here && p.fits);
         here.filter_map(each).collect()
+    }
+
+    /// Whether one of them is there and fits.
+    pub(crate) fn has(&self, is_it: impl Fn(&Peer) -> bool) -> bool {
+        let peers = lock(&self.peers);
+        let mut here = peers.by_handle.values().filter(|p| p.here && p.fits);
+        here.any(is_it)
     }
 
     /// How many other ends there are.

@@ -28,6 +28,11 @@ pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError>
     Ok(Box::new(Dds(Rc::new(Session::open(environment)?))))
 }
 
+/// The configuration of Cyclone DDS that `connect` makes of the settings: XML, and what `CYCLONEDDS_URI` says.
+pub fn configuration(environment: &Environment) -> Result<String, OpenError> {
+    config::of(environment).map(|config| config.xml)
+}
+
 struct Dds(Rc<Session>);
 
 impl Backend for Dds {

@@ -1,7 +1,7 @@
 //! The answering end of a connection: a reader of requests and a writer of replies.
 
 use crate::client::topics;
-use crate::ear::Entity;
+use crate::ear::{Entity, Peer};
 use crate::hello::{Role, call_qos};
 use crate::inbox::{self, Requests, Waiting, stamp};
 use crate::publisher::signal;
@@ -59,9 +59,9 @@ impl DdsServer {
         let Some(member) = self.requests.ear.member(waiting.sample.writer()) else {
             return true;
         };
-        let reachable = |peer: &crate::ear::Peer| (peer.member == member).then_some(());
-        !self.replies.ear.here(reachable).is_empty()
-            || self.requests.ear.here(reachable).is_empty()
+        let reachable = |peer: &Peer| peer.member == member;
+        self.replies.ear.has(reachable)
+            || !self.requests.ear.has(reachable)
             || waiting.since.elapsed() >= HOLD
     }
 

@@ -6,8 +6,12 @@ use bench_protocol::soak::Counts;
 use serde_json::Value;
 use std::time::{Duration, Instant};
 
-/// Memory of the last quarter may be so much more than that of the second one, in MB.
+/// Memory of the last quarter may be so much more than that of the second one, in MB; so much it may differ within the end.
 const FLAT: f64 = 1.0;
+/// The end is that long, or the second half of a run that is not twice as long.
+const END: Duration = Duration::from_secs(300);
+/// Into so many parts the end is divided, to see whether it is flat: one sample may be of a moment with more in use.
+const PARTS: usize = 5;
 /// Processor time of the last quarter may be so many times that of the second one; the machine is noisy.
 const STEADY: f64 = 2.0;
 /// This part of the ticks may be left out because the machine was busy.
@@ -81,6 +85,24 @@ fn quarters(samples: &[Sample]) -> Option<[&[Sample]; 2]> {
     })
 }
 
+/// The parts of the end.
+fn end(samples: &[Sample]) -> impl Iterator<Item = &[Sample]> {
+    let last = samples.last().map(|sample| sample.at);
+    let late = |sample: &Sample| last.is_some_and(|last| last.duration_since(sample.at) <= END);
+    let start = samples.partition_point(|sample| !late(sample));
+    let end = &samples[start.max(samples.len() / 2)..];
+    end.chunks(end.len().div_ceil(PARTS).max(1))
+}
+
+/// How much the memory differs within the end, in MB.
+fn spread(samples: &[Sample], at: usize) -> f64 {
+    let parts: Vec<f64> = end(samples)
+        .map(|part| median(part, |s| s.memory[at]))
+        .collect();
+    let most = parts.iter().copied().fold(f64::MIN, f64::max);
+    most - parts.iter().copied().fold(f64::MAX, f64::min)
+}
+
 fn median(samples: &[Sample], of: impl Fn(&Sample) -> f64) -> f64 {
     quantile(&mut samples.iter().map(of).collect::<Vec<_>>(), 0.5)
 }
@@ -104,6 +126,10 @@ pub(super) fn grown(samples: &[Sample]) -> Vec<String> {
         );
         if after > before + FLAT {
             complaints.push(format!("{what} grew from {before:.2} to {after:.2} MB"));
+        }
+        let spread = spread(samples, at);
+        if spread > FLAT {
+            complaints.push(format!("{what} varies by {spread:.2} MB at the end"));
         }
     }
     let descriptors = |samples| median(samples, |s| s.descriptors as f64);
@@ -156,7 +182,13 @@ pub(super) fn row(sent: &Counts, came: &Counts, samples: &[Sample], met: bool) -
             let of = |samples| median(samples, |s: &Sample| s.memory[*at]);
             quarters(samples).map_or_else(
                 || "unknown".to_owned(),
-                |[second, last]| format!("{:.2} → {:.2}", of(second), of(last)),
+                |[second, last]| {
+                    let (second, last) = (of(second), of(last));
+                    format!(
+                        "{second:.2} → {last:.2} (± {:.2})",
+                        spread(samples, *at) / 2.0
+                    )
+                },
             )
         })
         .collect();
@@ -205,7 +237,10 @@ mod tests {
         let leaking = samples(|at| 20.0 + 0.1 * f64::from(at));
         assert_eq!(
             grown(&leaking),
-            ["PSS of soak_source grew from 21.50 to 23.50 MB"]
+            [
+                "PSS of soak_source grew from 21.50 to 23.50 MB",
+                "PSS of soak_source varies by 1.60 MB at the end"
+            ]
         );
         assert_eq!(grown(&leaking[..3]).len(), 1);
     }

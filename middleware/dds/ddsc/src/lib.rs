@@ -341,17 +341,21 @@ impl Reader {
         self.0.guid()
     }
 
-    /// Takes what is there, at most 64 samples; says how many there were.
+    /// Takes all that is there; says how many samples there were.
     pub fn take(&self, mut each: impl FnMut(Sample)) -> Result<usize, Error> {
-        const LIMIT: u32 = 64;
-        let mut samples = [CSample::NONE; LIMIT as usize];
-        // SAFETY: there is room for `LIMIT` samples.
-        let count = checked(unsafe { raw::rc_take(self.0.id(), samples.as_mut_ptr(), LIMIT) })?;
-        let count = count.max(0).unsigned_abs() as usize;
-        for sample in samples.into_iter().take(count) {
-            each(Sample(sample));
+        let mut total = 0;
+        let mut more = 1;
+        while more != 0 {
+            let mut samples = [CSample::NONE; raw::AT_ONCE];
+            // SAFETY: there is room for that many samples, and for the answer.
+            let count = unsafe { raw::rc_take(self.0.id(), samples.as_mut_ptr(), &raw mut more) };
+            let count = checked(count)?.unsigned_abs() as usize;
+            for sample in samples.into_iter().take(count) {
+                each(Sample(sample));
+            }
+            total += count;
         }
-        Ok(count)
+        Ok(total)
     }
 
     /// What is known of the writer with this handle, while it is there.

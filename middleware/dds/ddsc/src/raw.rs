@@ -49,6 +49,9 @@ impl CQos {
     }
 }
 
+/// `RC_AT_ONCE`
+pub(crate) const AT_ONCE: usize = 64;
+
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub(crate) struct CSample {
@@ -155,7 +158,7 @@ unsafe extern "C" {
         size: usize,
         raw: i32,
     ) -> i32;
-    pub(crate) fn rc_take(reader: i32, samples: *mut CSample, limit: u32) -> i32;
+    pub(crate) fn rc_take(reader: i32, samples: *mut CSample, more: *mut i32) -> i32;
     pub(crate) fn rc_release(data: *mut c_void);
     pub(crate) fn rc_wait_for_acks(writer: i32, nanoseconds: i64) -> i32;
     pub(crate) fn rc_matched(

@@ -7,11 +7,13 @@
  * Everything that can fail returns a negative code of dds_public_error.h.
  */
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include "dds/dds.h"
 #include "dds/ddsi/ddsi_domaingv.h"
@@ -29,10 +31,65 @@
 
 /* ---- Samples ---- */
 
+/* Memory of large samples. The heap would keep many times what is in use: samples of differing sizes are made and given
+ * up by different threads, with small ones between them. Fresh pages for each sample would cost more than all else that is
+ * done with it. So regions of their own are used again; few are kept. */
+
+enum { LARGE = 128 * 1024, MOST_KEPT = 8, MOST_BYTES_KEPT = 16 * 1024 * 1024 };
+
+static struct {
+  pthread_mutex_t lock;
+  size_t bytes;
+  uint32_t count;
+  struct {
+    void *memory;
+    size_t room;
+  } free[MOST_KEPT]; /* the last one that was given up is the next one that is used */
+} regions = { .lock = PTHREAD_MUTEX_INITIALIZER };
+
+/* At least `size` bytes; `room`: how many there are. */
+static void *region_new (size_t size, size_t *room)
+{
+  void *memory = NULL;
+  pthread_mutex_lock (&regions.lock);
+  for (uint32_t i = regions.count; i-- > 0 && memory == NULL;) {
+    if (regions.free[i].room >= size && regions.free[i].room / 2 <= size) {
+      memory = regions.free[i].memory;
+      *room = regions.free[i].room;
+      regions.bytes -= *room;
+      regions.count--;
+      memmove (&regions.free[i], &regions.free[i + 1], (regions.count - i) * sizeof (regions.free[0]));
+    }
+  }
+  pthread_mutex_unlock (&regions.lock);
+  if (memory != NULL)
+    return memory;
+  /* Somewhat larger than this sample, so that the next one, which is of another size, finds room, too. */
+  *room = (size + size / 8 + LARGE - 1) / LARGE * LARGE;
+  memory = mmap (NULL, *room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return memory == MAP_FAILED ? NULL : memory;
+}
+
+static void region_free (void *memory, size_t room)
+{
+  pthread_mutex_lock (&regions.lock);
+  const bool keep = regions.count < MOST_KEPT && regions.bytes + room <= MOST_BYTES_KEPT;
+  if (keep) {
+    regions.free[regions.count].memory = memory;
+    regions.free[regions.count].room = room;
+    regions.bytes += room;
+    regions.count++;
+  }
+  pthread_mutex_unlock (&regions.lock);
+  if (!keep)
+    munmap (memory, room);
+}
+
 /* A sample as it is on the wire, encapsulation included. */
 struct blob {
   struct ddsi_serdata c;
   uint64_t sequence; /* of its writer */
+  size_t room;       /* of the region that it is in; 0: it is in the heap */
   uint32_t size;     /* of `bytes` */
   uint8_t bytes[];
 };
@@ -49,15 +106,27 @@ static struct blob *blob_new (const struct ddsi_sertype *type, enum ddsi_serdata
   if (size > UINT32_MAX - sizeof (struct blob) - 3)
     return NULL;
   const size_t padded = (size + 3) & ~(size_t) 3;
-  struct blob *d = malloc (sizeof (*d) + padded);
+  const size_t whole = sizeof (struct blob) + padded;
+  size_t room = 0;
+  struct blob *d = whole < LARGE ? malloc (whole) : region_new (whole, &room);
   if (d == NULL)
     return NULL;
+  d->room = room;
   ddsi_serdata_init (&d->c, type, kind);
   d->c.hash = type->serdata_basehash;
   d->sequence = 0;
   d->size = (uint32_t) size;
   memset (d->bytes + size, 0, padded - size);
   return d;
+}
+
+static void blob_free (struct ddsi_serdata *c)
+{
+  struct blob *d = (struct blob *) c;
+  if (d->room == 0)
+    free (d);
+  else
+    region_free (d, d->room);
 }
 
 static bool blob_eqkey (const struct ddsi_serdata *a, const struct ddsi_serdata *b)
@@ -70,11 +139,6 @@ static bool blob_eqkey (const struct ddsi_serdata *a, const struct ddsi_serdata 
 static uint32_t blob_size (const struct ddsi_serdata *c)
 {
   return ((const struct blob *) c)->size;
-}
-
-static void blob_free (struct ddsi_serdata *c)
-{
-  free (c);
 }
 
 static struct ddsi_serdata *blob_from_ser (const struct ddsi_sertype *type, enum ddsi_serdata_kind kind, const struct ddsi_rdata *fragment, size_t size)
@@ -102,7 +166,7 @@ static struct ddsi_serdata *blob_from_ser (const struct ddsi_sertype *type, enum
     }
   }
   if (filled < size) {
-    free (d);
+    blob_free (&d->c);
     return NULL;
   }
   return &d->c;
@@ -121,7 +185,7 @@ static struct ddsi_serdata *blob_from_ser_iov (const struct ddsi_sertype *type, 
     filled += length;
   }
   if (filled < size) {
-    free (d);
+    blob_free (&d->c);
     return NULL;
   }
   return &d->c;
@@ -497,6 +561,8 @@ int32_t rc_write (int32_t writer, uint64_t sequence, int64_t stamp, const uint8_
   return dds_forwardcdr (writer, &d->c);
 }
 
+enum { RC_AT_ONCE = 64 };
+
 struct rc_sample {
   struct ddsi_serdata *data; /* to be given to rc_release */
   const uint8_t *bytes;
@@ -506,31 +572,30 @@ struct rc_sample {
   int64_t stamp;
 };
 
-/* Takes what is there, at most `limit` (64); samples without data are passed over. */
-int32_t rc_take (int32_t reader, struct rc_sample *samples, uint32_t limit)
+/* Takes what is there, at most RC_AT_ONCE samples; those without data are passed over. `more`: whether there may be more. */
+int32_t rc_take (int32_t reader, struct rc_sample samples[RC_AT_ONCE], int32_t *more)
 {
-  struct ddsi_serdata *data[64];
-  dds_sample_info_t info[64];
+  struct ddsi_serdata *data[RC_AT_ONCE];
+  dds_sample_info_t info[RC_AT_ONCE];
+  const dds_return_t taken = dds_takecdr (reader, data, RC_AT_ONCE, info, DDS_ANY_STATE);
+  *more = taken == RC_AT_ONCE;
+  if (taken < 0)
+    return taken;
   int32_t count = 0;
-  while (count == 0) {
-    const dds_return_t taken = dds_takecdr (reader, data, limit < 64 ? limit : 64, info, DDS_ANY_STATE);
-    if (taken <= 0)
-      return taken;
-    for (dds_return_t i = 0; i < taken; i++) {
-      const struct blob *d = (const struct blob *) data[i];
-      if (!info[i].valid_data || data[i]->kind != SDK_DATA) {
-        ddsi_serdata_unref (data[i]);
-        continue;
-      }
-      samples[count++] = (struct rc_sample) {
-        .data = data[i],
-        .bytes = d->bytes,
-        .size = d->size,
-        .sequence = d->sequence,
-        .writer = info[i].publication_handle,
-        .stamp = info[i].source_timestamp,
-      };
+  for (dds_return_t i = 0; i < taken; i++) {
+    const struct blob *d = (const struct blob *) data[i];
+    if (!info[i].valid_data || data[i]->kind != SDK_DATA) {
+      ddsi_serdata_unref (data[i]);
+      continue;
     }
+    samples[count++] = (struct rc_sample) {
+      .data = data[i],
+      .bytes = d->bytes,
+      .size = d->size,
+      .sequence = d->sequence,
+      .writer = info[i].publication_handle,
+      .stamp = info[i].source_timestamp,
+    };
   }
   return count;
 }

@@ -1,0 +1,292 @@
+//! What `ping` and `pong` do, written by hand on the calls of the C library Cyclone DDS: the yardstick for generated
+//! components over DDS.
+//!
+//! `bench_dds_peer ping|pong DOMAIN`. The ends have the configuration and the quality of service of our backend. A listener takes
+//! what comes on the library's thread and wakes the main one by an eventfd, where handlers run. Bodies have the length of ours.
+//! What only our backend does is not here: values in CDR, envelopes, type hashes, who is there, a limit for each call, the loop
+//! of a component.
+
+use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
+use rc_ddsc::{Domain, Event, Listener, Participant, Qos, Reader, Sample, Topic, Writer};
+use rc_middleware::{Environment, Interrupt, RunDirectory, Settings};
+use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
+use std::collections::VecDeque;
+use std::os::fd::OwnedFd;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Anything that goes wrong ends the program.
+type Failure = Box<dyn std::error::Error>;
+
+/// No wait is longer.
+const LIMIT: Timespec = Timespec {
+    tv_sec: 1,
+    tv_nsec: 0,
+};
+/// How long the other program may take to come.
+const START: Duration = Duration::from_secs(10);
+/// How long it may take to find what has been found by it.
+const FOUND: Duration = Duration::from_millis(300);
+/// Before the data of a sample: the encapsulation, the time of sending, how many there are.
+const SAMPLE: usize = 4 + 8 + 4;
+/// The same of a request and of a reply: as many bytes as the envelope of DDS-RPC has.
+const REQUEST: usize = 4 + 36 + 4;
+const REPLY: usize = 4 + 36 + 4;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["ping", domain] => ping(domain),
+        ["pong", domain] => pong(domain),
+        _ => Err("usage: bench_dds_peer ping|pong DOMAIN".into()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("bench_dds_peer: error: {error}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+/// What came and was not read yet, and what wakes the main thread.
+struct Inbox {
+    bell: OwnedFd,
+    came: [Mutex<VecDeque<Sample>>; 2],
+    matched: AtomicUsize,
+}
+
+impl Inbox {
+    fn new() -> Result<Arc<Self>, Failure> {
+        Ok(Arc::new(Self {
+            bell: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
+            came: Default::default(),
+            matched: AtomicUsize::new(0),
+        }))
+    }
+
+    /// Sleeps until something was heard, or for a second; takes the ring back.
+    fn wait(&self) -> Result<(), Failure> {
+        poll(&mut [PollFd::new(&self.bell, PollFlags::IN)], Some(&LIMIT))?;
+        let _ = rustix::io::read(&self.bell, &mut [0; 8]);
+        Ok(())
+    }
+
+    fn next(&self, at: usize) -> Option<Sample> {
+        let mut came = self.came[at].lock().unwrap_or_else(PoisonError::into_inner);
+        came.pop_front()
+    }
+
+    /// Waits until `ends` have found their other ends.
+    fn meet(&self, ends: usize) -> Result<(), Failure> {
+        let end = Instant::now() + START;
+        while self.matched.load(Ordering::Relaxed) < ends {
+            if Instant::now() > end {
+                return Err("the other program does not come".into());
+            }
+            self.wait()?;
+        }
+        Ok(())
+    }
+}
+
+/// An end; a reader takes what comes into one of the two queues.
+struct Heard {
+    inbox: Arc<Inbox>,
+    reader: Arc<OnceLock<Reader>>,
+    queue: usize,
+}
+
+impl Listener for Heard {
+    fn event(&self, event: Event) {
+        match event {
+            Event::Data => {
+                let Some(reader) = self.reader.get() else {
+                    return;
+                };
+                let came = &self.inbox.came[self.queue];
+                let taken = reader.take(|sample| {
+                    came.lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .push_back(sample);
+                });
+                if !matches!(taken, Ok(1..)) {
+                    return;
+                }
+            }
+            Event::Matched(_) => {
+                self.inbox.matched.fetch_add(1, Ordering::Relaxed);
+            }
+            _ => return,
+        }
+        let _ = rustix::io::write(&self.inbox.bell, &1_u64.to_ne_bytes());
+    }
+}
+
+/// One program's part in the domain.
+struct Part {
+    inbox: Arc<Inbox>,
+    participant: Participant,
+    _domain: Domain,
+}
+
+impl Part {
+    fn new(domain: &str) -> Result<Self, Failure> {
+        let mut environment = Environment {
+            network: "bench".to_owned(),
+            instance: "peer".to_owned(),
+            directory: RunDirectory::of("bench"),
+            interrupt: Interrupt::new()?,
+            settings: Settings::default(),
+        };
+        for (key, value) in [("domain", domain), ("interfaces", "lo")] {
+            let value = vec![value.to_owned()];
+            environment.settings.set(rc_dds::NAME, key, value);
+        }
+        let xml = rc_dds::configuration(&environment)?;
+        let domain = Domain::new(domain.parse()?, &xml)?;
+        Ok(Self {
+            inbox: Inbox::new()?,
+            participant: domain.participant()?,
+            _domain: domain,
+        })
+    }
+
+    fn topic(&self, name: &str) -> Result<Topic, Failure> {
+        Ok(self.participant.topic(name, "bench::Bytes")?)
+    }
+
+    fn heard(&self, queue: usize) -> (Box<Heard>, Arc<OnceLock<Reader>>) {
+        let reader = Arc::new(OnceLock::new());
+        let heard = Heard {
+            inbox: Arc::clone(&self.inbox),
+            reader: Arc::clone(&reader),
+            queue,
+        };
+        (Box::new(heard), reader)
+    }
+
+    fn writer(&self, topic: &str, qos: &Qos<'_>) -> Result<Writer, Failure> {
+        let (heard, _) = self.heard(0);
+        Ok(self.participant.writer(&self.topic(topic)?, qos, heard)?)
+    }
+
+    fn reader(&self, topic: &str, qos: &Qos<'_>, queue: usize) -> Result<(), Failure> {
+        let (heard, reader) = self.heard(queue);
+        // Its listener has it, for as long as the program lives.
+        let made = self.participant.reader(&self.topic(topic)?, qos, heard)?;
+        let _ = reader.set(made);
+        Ok(())
+    }
+}
+
+/// What our publishers offer, or our subscribers ask for.
+fn values(reliable: bool) -> Qos<'static> {
+    Qos {
+        reliable,
+        depth: 10,
+        ..Qos::default()
+    }
+}
+
+/// What our calls use.
+fn calls() -> Qos<'static> {
+    Qos {
+        reliable: true,
+        ..Qos::default()
+    }
+}
+
+/// A time as DDS wants it.
+fn stamp() -> i64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Realtime);
+    time.tv_sec * 1_000_000_000 + time.tv_nsec
+}
+
+/// The sending and asking side: does what is ordered until there are no more orders.
+fn ping(domain: &str) -> Result<(), Failure> {
+    let part = Part::new(domain)?;
+    part.reader("hand_Reply", &calls(), 0)?;
+    let requests = part.writer("hand_Request", &calls())?;
+    let samples = part.writer("hand", &values(true))?;
+    part.inbox.meet(3)?;
+    // The other program may find them a little later.
+    std::thread::sleep(FOUND);
+    // The data lie behind the longest head, which is written anew for each message.
+    let mut message = vec![7; REQUEST + LARGEST];
+    let (mut times, mut answer) = (Vec::new(), Vec::new());
+    let mut sequence = 0;
+    ready()?;
+    while let Some(order) = next_order()? {
+        times.clear();
+        for _ in 0..order.count {
+            sequence += 1;
+            if order.kind == Kind::Publish {
+                pause(order.size);
+                let body = &mut message[..SAMPLE - 4 + order.size];
+                body[..8].copy_from_slice(&now().to_ne_bytes());
+                samples.write(sequence, stamp(), body)?;
+                continue;
+            }
+            let start = now();
+            requests.write(sequence, stamp(), &message[..REQUEST - 4 + order.size])?;
+            let end = Instant::now() + START;
+            loop {
+                if let Some(reply) = part.inbox.next(0) {
+                    answer.clear();
+                    answer.extend_from_slice(&reply[REPLY..]);
+                    break;
+                }
+                if Instant::now() > end {
+                    return Err("no answer".into());
+                }
+                part.inbox.wait()?;
+            }
+            times.push(now() - start);
+            if answer.len() != order.size {
+                return Err("another echo".into());
+            }
+        }
+        if order.kind == Kind::Publish {
+            pause(order.size);
+            sequence += 1;
+            samples.write(sequence, stamp(), &[0; SAMPLE - 4])?;
+        }
+        report(&times)?;
+    }
+    Ok(())
+}
+
+/// The receiving and answering side: answers and notes until it is ended.
+fn pong(domain: &str) -> Result<(), Failure> {
+    let part = Part::new(domain)?;
+    let replies = part.writer("hand_Reply", &calls())?;
+    part.reader("hand_Request", &calls(), 0)?;
+    part.reader("hand", &values(false), 1)?;
+    let (mut times, mut data, mut reply) = (Vec::new(), Vec::new(), Vec::new());
+    let mut sequence = 0;
+    ready()?;
+    loop {
+        part.inbox.wait()?;
+        while let Some(sample) = part.inbox.next(1) {
+            data.clear();
+            data.extend_from_slice(&sample[SAMPLE..]);
+            if data.is_empty() {
+                report(&times)?;
+                times.clear();
+            } else {
+                let mut sent = [0; 8];
+                sent.copy_from_slice(&sample[4..12]);
+                times.push(now() - i64::from_ne_bytes(sent));
+            }
+        }
+        while let Some(request) = part.inbox.next(0) {
+            reply.clear();
+            reply.extend_from_slice(&request[4..]);
+            sequence += 1;
+            replies.write(sequence, stamp(), &reply)?;
+        }
+    }
+}
