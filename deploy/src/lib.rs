@@ -7,7 +7,8 @@
 //! ```
 //!
 //! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked; with `addresses`,
-//!   what all of that is called when it runs, and `unsupported`, what it cannot do yet.
+//!   what all of that is called when it runs, `machine`, what it asks of this machine, and `unsupported`, what it
+//!   cannot do yet.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
@@ -30,10 +31,12 @@ mod lines;
 mod link;
 mod lock;
 pub mod logs;
+mod machine;
 pub mod network;
 pub mod params;
 pub mod plan;
 pub mod process;
+mod realtime;
 mod relay;
 pub mod report;
 mod restart;

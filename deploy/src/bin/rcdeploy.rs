@@ -409,6 +409,7 @@ fn load(
 fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
     let network = load(input, format, |network, found| {
         network.warn_of_remote_hosts(found);
+        network.check_machine(false, found);
         network.check_generated(found);
         network.check_executables(input.profile, found);
     })?;
@@ -436,6 +437,7 @@ fn up(
     let network = if build {
         let network = load(input, human, |network, found| {
             network.refuse_remote_hosts(found);
+            network.check_machine(true, found);
             network.check_generated(found);
         })?;
         cargo_build(&network, input.profile)?;
@@ -449,6 +451,7 @@ fn up(
     } else {
         load(input, human, |network, found| {
             network.refuse_remote_hosts(found);
+            network.check_machine(true, found);
             network.check_executables(input.profile, found);
         })?
     };
