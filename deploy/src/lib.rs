@@ -13,6 +13,7 @@
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
+//! - [`export`](mod@export): the same for engines of another kind.
 //! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
@@ -25,6 +26,7 @@ mod control;
 pub mod detach;
 pub mod error;
 pub mod events;
+pub mod export;
 pub mod guard;
 pub mod held;
 mod lines;
