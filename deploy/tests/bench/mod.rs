@@ -6,13 +6,14 @@
     reason = "each test program has a copy, and uses its own part"
 )]
 
+mod skipped;
+
 use rc_deploy::process::Identity;
 use rc_deploy::{Component, Plan, Status};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::os::fd::AsFd;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
@@ -20,6 +21,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
+
+pub(crate) use skipped::skipped;
 
 /// No test waits longer for anything.
 pub const LIMIT: Duration = Duration::from_secs(15);
@@ -52,18 +55,6 @@ pub fn component(name: &str, behaviour: &str, after: &[&str]) -> Component {
 
 pub fn well(name: &str) -> Component {
     component(name, "well", &[])
-}
-
-/// Says that a test could not be run; `cargo xtask test` repeats it at its end.
-pub fn skipped(test: &str, reason: &str) {
-    let line = format!("skipped: {test}: {reason}\n");
-    // Past the test harness, which keeps what successful tests print to itself.
-    let _ = std::io::stderr().write_all(line.as_bytes());
-    if let Some(list) = std::env::var_os("RC_TEST_SKIPPED") {
-        let list = File::options().append(true).create(true).open(list);
-        list.and_then(|mut list| list.write_all(line.as_bytes()))
-            .expect("the list of skipped tests");
-    }
 }
 
 impl Bench {

@@ -9,6 +9,8 @@ mod patrol;
 mod python;
 mod settings;
 mod site;
+#[path = "../bench/skipped.rs"]
+mod skipped;
 mod strangers;
 mod swap;
 mod variant;
