@@ -19,8 +19,8 @@ pub(super) fn files(source: &Source<'_>) -> Export {
     let mut notes = vec![
         "the C library of the image must not be older than that of the machine that built the programs; another image: ROBOCOMP_IMAGE".to_owned(),
         "all containers run as one user, 1000:1000 unless ROBOCOMP_USER says otherwise: the shared memory is private to its user".to_owned(),
-        "a component that fails for good, or is not ready in time, does not stop the others: `docker compose up --abort-on-container-failure`".to_owned(),
-        "a component that is not ready in time is not stopped; those that need it do not start".to_owned(),
+        "a component that fails for good, or is not ready in time, does not stop the others (those that need it do not start); `docker compose up --abort-on-container-failure` stops all when one fails".to_owned(),
+        super::RUN_DIRECTORY.to_owned(),
     ];
     if source.restarts() {
         notes.push("the pause between restarts is Docker's: 100 ms, doubled up to a minute, set back by a run of ten seconds".to_owned());

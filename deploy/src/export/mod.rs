@@ -42,6 +42,9 @@ impl Engine {
 /// What every file begins with.
 pub const FIRST_WORDS: &str = "# Made by `rcdeploy export`";
 
+/// Where the components of containers are found.
+const RUN_DIRECTORY: &str = "the run directory is in /dev/shm: `rcdeploy params` and `NAME --probe` find it on the machine itself as the same user, with XDG_RUNTIME_DIR unset";
+
 /// What is written, and what is to be said.
 #[derive(Debug)]
 pub struct Export {
@@ -202,7 +205,9 @@ impl Source<'_> {
         if self.parts().any(|part| part.memory) {
             notes.push("no guard holds the shared memory: of the components of a network the last one to end wipes it, and the next start what the dead left".to_owned());
         }
-        notes.push("`rcdeploy status`, `logs` and `down` know only what rcdeploy started; `rcdeploy params` and `NAME --probe` work where the run directory is in sight".to_owned());
+        notes.push(
+            "`rcdeploy status`, `logs` and `down` know only what rcdeploy has started".to_owned(),
+        );
         notes
     }
 }

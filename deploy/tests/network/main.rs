@@ -6,6 +6,7 @@ mod joints;
 mod late;
 mod params;
 mod patrol;
+mod probe;
 mod python;
 mod settings;
 mod site;

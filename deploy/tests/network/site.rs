@@ -202,11 +202,22 @@ impl Site {
 
     /// Starts a component of this repository by hand, and waits until it is ready.
     pub(crate) fn start(&self, name: &str, args: &[&str]) -> Running {
+        self.start_with(name, args, |_| {})
+    }
+
+    /// Starts a component with more than arguments.
+    pub(crate) fn start_with(
+        &self,
+        name: &str,
+        args: &[&str],
+        more: impl FnOnce(&mut Command),
+    ) -> Running {
         let log = self.path(&format!("{name}.log"));
         let output = std::fs::File::create(&log).expect("a log");
         let mut command = Command::new(Self::executable(name));
         command.args(["--network", &self.network]).args(args);
         self.place(&mut command);
+        more(&mut command);
         command
             .stdout(output.try_clone().expect("a log"))
             .stderr(output);
