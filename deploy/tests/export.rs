@@ -3,8 +3,6 @@
 #[path = "network/python.rs"]
 #[allow(dead_code, reason = "shared with the tests of networks")]
 mod python;
-#[path = "bench/skipped.rs"]
-mod skipped;
 
 use expect_test::expect_file;
 use k8s_openapi::api::apps::v1::Deployment;
@@ -154,7 +152,7 @@ fn systemd_finds_nothing_wrong_in_the_units() {
             match verify(&here) {
                 Ok(said) => assert_eq!(said, "", "{network}"),
                 Err(error) => {
-                    return skipped::skipped(
+                    return python::skipped(
                         "systemd_finds_nothing_wrong_in_the_units",
                         &format!("systemd-analyze: {error}"),
                     );
@@ -177,7 +175,7 @@ fn systemd_finds_what_was_spoilt() {
     }
     match verify(&units) {
         Ok(said) => assert!(said.contains("kill mode"), "{said}"),
-        Err(error) => skipped::skipped(
+        Err(error) => python::skipped(
             "systemd_finds_what_was_spoilt",
             &format!("systemd-analyze: {error}"),
         ),
@@ -270,7 +268,7 @@ fn validate(files: &[Value], test: &str) -> Option<String> {
     drop(stdin);
     let output = child.wait_with_output().expect("it ends");
     if output.status.code() == Some(77) {
-        skipped::skipped(
+        python::skipped(
             test,
             "there is no way to docker-compose==1.29.2, which has the schema",
         );

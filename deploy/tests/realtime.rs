@@ -1,6 +1,9 @@
 //! Processors and real-time priorities, as the system sees them. Where the machine forbids them to the tests, too, that is listed.
 
 mod bench;
+#[path = "network/python.rs"]
+#[allow(dead_code, reason = "only what says that a test is skipped is used")]
+mod python;
 
 use bench::{Bench, well};
 use rc_deploy::Component;
@@ -92,7 +95,7 @@ fn a_processor_that_is_not_there_stops_the_start() {
 #[test]
 fn a_priority_is_that_of_the_process_and_of_no_other() {
     if !may_have_priorities() {
-        return bench::skipped(
+        return python::skipped(
             "a_priority_is_that_of_the_process_and_of_no_other",
             "this user may not have real-time priorities",
         );
@@ -134,7 +137,7 @@ fn who_may_not_have_a_priority_is_told_what_to_do() {
         driver
     };
     let Ok(Output { status, stdout, .. }) = command.output() else {
-        return bench::skipped(
+        return python::skipped(
             "who_may_not_have_a_priority_is_told_what_to_do",
             "there is no setpriv",
         );

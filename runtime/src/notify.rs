@@ -1,4 +1,4 @@
-//! Tells a service manager of the kind of systemd (`Type=notify`) how far a component is: sd_notify(3).
+//! Tells a service manager of the kind of systemd (`Type=notify`) how far a component is: `sd_notify(3)`.
 
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;

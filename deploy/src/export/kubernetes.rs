@@ -114,9 +114,10 @@ fn plain(text: &str) -> String {
     let name: String = letters.take(63).collect();
     let name = name.trim_matches('-');
     // Names begin with a letter.
-    match name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        true => name.to_owned(),
-        false => format!("n{}", &name[..name.len().min(62)]),
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        name.to_owned()
+    } else {
+        format!("n{}", &name[..name.len().min(62)])
     }
 }
 
@@ -191,28 +192,25 @@ fn pod(source: &Source<'_>, machine: &Machine<'_>, part: &Part<'_>) -> Map {
     let urgent = source.parts().any(|part| part.component.priority.is_some());
     let user: u64 = if urgent { 0 } else { 1000 };
     let mut out = Map::default();
-    match machine.host {
-        Some(host) => {
-            out = out.with(
-                "nodeSelector",
-                Map::default().with("robocomp-host", plain(&host.name.text)),
-            );
-        }
-        None => {
-            let of = Map::default()
-                .with("robocomp-network", plain(source.network))
-                .with("robocomp-host", "any");
-            let term = Map::default()
-                .with("labelSelector", Map::default().with("matchLabels", of))
-                .with("topologyKey", "kubernetes.io/hostname");
-            let affinity =
-                Map::default().with("requiredDuringSchedulingIgnoredDuringExecution", vec![term]);
-            out = out.told(
-                "Where the first Pod of the network runs, all others do.",
-                "affinity",
-                Map::default().with("podAffinity", affinity),
-            );
-        }
+    if let Some(host) = machine.host {
+        out = out.with(
+            "nodeSelector",
+            Map::default().with("robocomp-host", plain(&host.name.text)),
+        );
+    } else {
+        let of = Map::default()
+            .with("robocomp-network", plain(source.network))
+            .with("robocomp-host", "any");
+        let term = Map::default()
+            .with("labelSelector", Map::default().with("matchLabels", of))
+            .with("topologyKey", "kubernetes.io/hostname");
+        let affinity =
+            Map::default().with("requiredDuringSchedulingIgnoredDuringExecution", vec![term]);
+        out = out.told(
+            "Where the first Pod of the network runs, all others do.",
+            "affinity",
+            Map::default().with("podAffinity", affinity),
+        );
     }
     if part.memory {
         out = out.told(

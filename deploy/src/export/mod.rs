@@ -231,7 +231,8 @@ impl Part<'_> {
                 .filter(|text| !text.contains(char::is_control));
             if text.is_none_or(|text| text != text.trim() || text.ends_with('\\')) {
                 return Err(format!(
-                    "the path {path:?} of {} cannot be exported: it has to be UTF-8 without control characters, without white space at its ends and without `\\` at the end; move it",
+                    "the path `{}` of {} cannot be exported: it has to be UTF-8 without control characters, without white space at its ends and without `\\` at the end; move it",
+                    path.display(),
                     self.component.name
                 ));
             }

@@ -6,8 +6,6 @@
     reason = "each test program has a copy, and uses its own part"
 )]
 
-mod skipped;
-
 use rc_deploy::process::Identity;
 use rc_deploy::{Component, Plan, Status};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -21,8 +19,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
-
-pub(crate) use skipped::skipped;
 
 /// No test waits longer for anything.
 pub const LIMIT: Duration = Duration::from_secs(15);

@@ -10,8 +10,6 @@ mod probe;
 mod python;
 mod settings;
 mod site;
-#[path = "../bench/skipped.rs"]
-mod skipped;
 mod strangers;
 mod swap;
 mod variant;
