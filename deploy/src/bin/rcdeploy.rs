@@ -16,6 +16,7 @@ use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
 use serde::Serialize;
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, ExitCode};
@@ -556,6 +557,11 @@ fn export(
     }
     for note in &export.notes {
         eprintln!("rcdeploy: note: {note}");
+    }
+    let programs: BTreeSet<&Path> = plan.components.iter().map(|c| &*c.executable).collect();
+    for program in programs.into_iter().filter(|program| !program.exists()) {
+        let program = program.display();
+        eprintln!("rcdeploy: note: {program} is not built yet");
     }
     if !dry_run {
         export.files.write(out).map_err(|e| system(&e))?;
