@@ -3,7 +3,8 @@
 //!
 //! The note is read-only data: [`MAGIC`], a JSON object, a zero byte.
 
-use object::{Object, ObjectSection};
+use memchr::memmem;
+use object::{Object, ObjectSection, ReadCache};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -34,29 +35,25 @@ impl Note {
 
     /// The note of an executable; none where it has none, so that it is no component.
     pub fn read(path: &Path) -> std::io::Result<Option<Self>> {
-        let bytes = std::fs::read(path)?;
-        let section = object::File::parse(bytes.as_slice()).ok().and_then(|file| {
+        // Executables are large, and a network has many: as little of them is read as can be.
+        let cache = ReadCache::new(std::fs::File::open(path)?);
+        let section = object::File::parse(&cache).ok().and_then(|file| {
             let section = file.section_by_name(".rodata")?;
             section.data().ok().and_then(find)
         });
-        Ok(section.or_else(|| find(&bytes)))
+        match section {
+            Some(note) => Ok(Some(note)),
+            None => Ok(find(&std::fs::read(path)?)),
+        }
     }
 }
 
 fn find(bytes: &[u8]) -> Option<Note> {
-    let mut at = 0;
-    while let Some(offset) = bytes[at..]
-        .windows(MAGIC.len())
-        .position(|window| window == MAGIC)
-    {
-        let rest = &bytes[at + offset + MAGIC.len()..];
+    memmem::find_iter(bytes, MAGIC).find_map(|at| {
+        let rest = &bytes[at + MAGIC.len()..];
         let end = rest.iter().take(4096).position(|b| *b == 0)?;
-        if let Ok(note) = serde_json::from_slice(&rest[..end]) {
-            return Some(note);
-        }
-        at += offset + 1;
-    }
-    None
+        serde_json::from_slice(&rest[..end]).ok()
+    })
 }
 
 #[cfg(test)]

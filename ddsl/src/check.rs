@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// Checks a deployment whose own file is `main`.
 pub(crate) fn check(deployment: &Deployment, main: SourceId, found: &mut Diagnostics) {
     ports(deployment, found);
-    waiting(deployment, found);
+    after_each_other(deployment, found);
     // Where something is wrong, what is unused may be what was meant.
     if !found.has_errors() {
         unused_hosts(deployment, main, found);
@@ -50,22 +50,16 @@ fn unused_hosts(deployment: &Deployment, main: SourceId, found: &mut Diagnostics
     }
 }
 
-/// Finds circles of `after`. A group is a node of its own, which waits for all that is in it.
-fn waiting(deployment: &Deployment, found: &mut Diagnostics) {
+/// Who waits for whom, by the numbers of instances; behind them come the groups, each of which waits for all that is
+/// directly in it.
+pub(crate) fn waiting(deployment: &Deployment) -> Vec<Vec<usize>> {
     let count = deployment.instances.len();
-    let node = |place: Place| match place {
-        Place::Instance(at) => at,
-        Place::Group(group) => count + group,
-    };
     let mut next: Vec<Vec<usize>> = deployment
         .instances
         .iter()
         .map(|instance| {
-            instance
-                .after
-                .iter()
-                .map(|(place, _)| node(*place))
-                .collect()
+            let after = instance.after.iter();
+            after.map(|(place, _)| node(deployment, *place)).collect()
         })
         .collect();
     next.resize(count + deployment.groups.len(), Vec::new());
@@ -79,25 +73,45 @@ fn waiting(deployment: &Deployment, found: &mut Diagnostics) {
             next[count + parent].push(count + at);
         }
     }
-    let path = |node: usize| match node.checked_sub(count) {
-        None => deployment.instances[node].path.as_str(),
+    next
+}
+
+/// The number of a component or a group among those who wait.
+pub(crate) fn node(deployment: &Deployment, place: Place) -> usize {
+    match place {
+        Place::Instance(at) => at,
+        Place::Group(group) => deployment.instances.len() + group,
+    }
+}
+
+/// A circle of those who wait in words, and its places in the text. A step from a group leads to what is in it, one
+/// that no `after` makes is a call; neither has a place.
+pub(crate) fn circle_in_words(deployment: &Deployment, circle: &[usize]) -> (String, Vec<Span>) {
+    let path = |number: usize| match number.checked_sub(deployment.instances.len()) {
+        None => deployment.instances[number].path.as_str(),
         Some(group) => deployment.groups[group].path.as_str(),
     };
-    for circle in circles(&next) {
-        let steps = circle.iter().zip(circle.iter().cycle().skip(1));
-        let mut message = format!("these components wait for each other: {}", path(circle[0]));
-        let mut places: Vec<Span> = Vec::new();
-        for (from, to) in steps {
-            // A step from a group leads to what is in it; it has no place of its own in the text.
-            let Some(instance) = deployment.instances.get(*from) else {
-                message.push_str(&format!(" with {}", path(*to)));
-                continue;
-            };
-            message.push_str(&format!(" after {}", path(*to)));
-            let mut after = instance.after.iter();
-            let step = after.find(|(place, _)| node(*place) == *to);
-            places.extend(step.map(|(_, span)| *span));
-        }
+    let steps = circle.iter().zip(circle.iter().cycle().skip(1));
+    let mut message = format!("these components wait for each other: {}", path(circle[0]));
+    let mut places: Vec<Span> = Vec::new();
+    for (from, to) in steps {
+        let Some(instance) = deployment.instances.get(*from) else {
+            message.push_str(&format!(" with {}", path(*to)));
+            continue;
+        };
+        let mut after = instance.after.iter();
+        let step = after.find(|(place, _)| node(deployment, *place) == *to);
+        let word = if step.is_some() { "after" } else { "requires" };
+        message.push_str(&format!(" {word} {}", path(*to)));
+        places.extend(step.map(|(_, span)| *span));
+    }
+    (message, places)
+}
+
+/// Finds circles of `after`.
+fn after_each_other(deployment: &Deployment, found: &mut Diagnostics) {
+    for circle in circles(&waiting(deployment)) {
+        let (message, places) = circle_in_words(deployment, &circle);
         // Every circle has at least one component, since groups nest.
         if let Some((last, others)) = places.split_last() {
             let mut diagnostic = Diagnostic::error("after-cycle", *last, message);

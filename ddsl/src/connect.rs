@@ -1,8 +1,9 @@
 //! Who talks to whom, and what is wrong with it, before anything starts.
 
 use crate::agree::Agreement;
+use crate::check::{circle_in_words, node, waiting};
 use crate::exports::{Exports, provides};
-use crate::graph::circles;
+use crate::graph::{circles, parts, way};
 use crate::model::{Deployment, Instance, Place, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
@@ -27,6 +28,17 @@ pub struct Connection {
     pub provider: Endpoint,
 }
 
+/// A finding about one slot, or about what should connect it to another one: for those who draw networks.
+#[derive(Clone, Debug)]
+pub struct Trouble {
+    /// The slot; that of the consumer where there are two.
+    pub end: Endpoint,
+    /// The slot that it was meant to be connected to.
+    pub other: Option<Endpoint>,
+    /// One of the findings that [`connect`] gives.
+    pub finding: Diagnostic,
+}
+
 /// All connections of a network.
 #[derive(Clone, Debug, Default)]
 pub struct Network {
@@ -34,6 +46,8 @@ pub struct Network {
     pub connections: Vec<Connection>,
     /// For each instance, those that it requires.
     pub required: Vec<BTreeSet<usize>>,
+    /// What is wrong with single slots and connections; a connection with an error is none of `connections`.
+    pub troubles: Vec<Trouble>,
 }
 
 /// Connects every slot: as `bind` says, else to the only component in sight that provides its interface.
@@ -50,12 +64,14 @@ pub fn connect(
         exports,
         agreement: Agreement::new(deployment, components),
         connections: Vec::new(),
+        troubles: Vec::new(),
         found,
     };
     let bound = connector.binds();
     connector.unbound(&bound);
     let mut network = connector.network();
     connector.cycles(&network);
+    connector.orders(&network);
     network.connections.sort();
     network.connections.dedup();
     (network, connector.found)
@@ -76,6 +92,7 @@ struct Connector<'a> {
     exports: Exports<'a>,
     agreement: Agreement<'a>,
     connections: Vec<Connection>,
+    troubles: Vec<Trouble>,
     found: Diagnostics,
 }
 
@@ -95,6 +112,26 @@ impl<'a> Connector<'a> {
 
     fn instance(&self, end: Endpoint) -> &'a Instance {
         &self.deployment.instances[end.instance]
+    }
+
+    /// Reports what is wrong with a slot, or with what should connect it to another one.
+    fn report(&mut self, end: Endpoint, other: Option<Endpoint>, finding: Diagnostic) {
+        self.troubles.push(Trouble {
+            end,
+            other,
+            finding: finding.clone(),
+        });
+        self.found.push(finding);
+    }
+
+    /// Whether two ends of one interface can talk; says so where they cannot.
+    fn agree(&mut self, span: Span, consumer: Endpoint, provider: Endpoint) -> bool {
+        let mut found = Diagnostics::new();
+        let agree = self.agreement.check(span, consumer, provider, &mut found);
+        for finding in found {
+            self.report(consumer, Some(provider), finding);
+        }
+        agree
     }
 
     /// The whole name of a slot.
@@ -168,7 +205,8 @@ impl<'a> Connector<'a> {
                     format!("`{name}` is bound twice to `{}`", self.name(provider))
                 };
                 let error = Diagnostic::error("bound-twice", bind.consumer.span, message);
-                self.found.push(error.label(*first, "the first time"));
+                let error = error.label(*first, "the first time");
+                self.report(consumer, Some(provider), error);
                 continue;
             }
             bound.entry(consumer).or_insert(bind.consumer.span);
@@ -198,7 +236,7 @@ impl<'a> Connector<'a> {
             let error = Diagnostic::error("wrong-direction", written.0.span, message)
                 .label(one.span, "described here")
                 .help("a consumer requires or subscribesTo, a provider implements or publishes");
-            self.found.push(error);
+            self.report(consumer, Some(provider), error);
             return false;
         };
         if other.role != wanted {
@@ -210,7 +248,8 @@ impl<'a> Connector<'a> {
                 wanted.word()
             );
             let error = Diagnostic::error("wrong-direction", written.1.span, message);
-            self.found.push(error.label(other.span, "described here"));
+            let error = error.label(other.span, "described here");
+            self.report(consumer, Some(provider), error);
             return false;
         }
         let (ours, theirs) = (self.interface(consumer), self.interface(provider));
@@ -224,11 +263,10 @@ impl<'a> Connector<'a> {
             let error = Diagnostic::error("different-interfaces", span, message)
                 .label(one.span, "one end")
                 .label(other.span, "the other one");
-            self.found.push(error);
+            self.report(consumer, Some(provider), error);
             return false;
         }
-        self.agreement
-            .check(written.0.span, consumer, provider, &mut self.found)
+        self.agree(written.0.span, consumer, provider)
     }
 
     /// All slots of all components.
@@ -281,10 +319,7 @@ impl<'a> Connector<'a> {
                     read.extend(seen.iter().copied());
                     let span = self.instance(consumer).name.span;
                     for provider in seen {
-                        if self
-                            .agreement
-                            .check(span, consumer, provider, &mut self.found)
-                        {
+                        if self.agree(span, consumer, provider) {
                             self.connections.push(Connection { consumer, provider });
                         }
                     }
@@ -296,8 +331,7 @@ impl<'a> Connector<'a> {
             if slot.is_some_and(|s| s.role == Role::Publishes) && !read.contains(&end) {
                 let message = format!("nobody reads what `{}` publishes", self.name(end));
                 let span = self.instance(end).name.span;
-                self.found
-                    .push(Diagnostic::note("no-subscriber", span, message));
+                self.report(end, None, Diagnostic::note("no-subscriber", span, message));
             }
         }
     }
@@ -328,10 +362,11 @@ impl<'a> Connector<'a> {
                 slot.role.word()
             ))
         });
-        self.found.push(match help {
+        let diagnostic = match help {
             Some(help) => diagnostic.help(help),
             None => diagnostic,
-        });
+        };
+        self.report(consumer, None, diagnostic);
     }
 
     fn several(&mut self, consumer: Endpoint, seen: &[Endpoint]) {
@@ -359,8 +394,8 @@ impl<'a> Connector<'a> {
             None => format!("choose one: {bind}"),
         };
         let span = instance.name.span;
-        self.found
-            .push(Diagnostic::error("several-providers", span, message).help(help));
+        let error = Diagnostic::error("several-providers", span, message).help(help);
+        self.report(consumer, None, error);
     }
 
     fn network(&mut self) -> Network {
@@ -376,6 +411,7 @@ impl<'a> Connector<'a> {
         Network {
             connections: std::mem::take(&mut self.connections),
             required,
+            troubles: std::mem::take(&mut self.troubles),
         }
     }
 
@@ -393,6 +429,36 @@ impl<'a> Connector<'a> {
             let span = self.deployment.instances[circle[0]].name.span;
             let warning = Diagnostic::warning("requires-cycle", span, message);
             self.found.push(warning);
+        }
+    }
+}
+
+impl Connector<'_> {
+    /// What is required starts first, and so does what stands behind `after`: both must be possible.
+    fn orders(&mut self, network: &Network) {
+        let after = waiting(self.deployment);
+        let mut both = after.clone();
+        for (instance, required) in network.required.iter().enumerate() {
+            both[instance].extend(required);
+        }
+        let (alone, together) = (parts(&after), parts(&both));
+        let mut told: HashSet<usize> = HashSet::new();
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            for (place, span) in &instance.after {
+                let other = node(self.deployment, *place);
+                // What `after` alone makes impossible has been told.
+                let new = together[at] == together[other] && alone[at] != alone[other];
+                if !new || !told.insert(together[at]) {
+                    continue;
+                }
+                let mut circle = way(&both, other, at);
+                circle.rotate_right(1);
+                let (message, _) = circle_in_words(self.deployment, &circle);
+                let error = Diagnostic::error("after-cycle", *span, message);
+                self.found.push(error.help(
+                    "leave this `after` out: what is required starts first, and those that require each other start together",
+                ));
+            }
         }
     }
 }

@@ -16,7 +16,7 @@ mod parse;
 mod resolve;
 mod settings;
 
-pub use connect::{Connection, Endpoint, Network, connect};
+pub use connect::{Connection, Endpoint, Network, Trouble, connect};
 pub use model::Deployment;
 pub use parse::parse;
 pub use resolve::load;

@@ -243,6 +243,15 @@ fn circles_of_requires() {
     );
 }
 
+#[test]
+fn after_what_requires_it() {
+    let wanted = expect![[r#"
+        n.ddsl:2:39: error[after-cycle]: these components wait for each other: lidar after g with g.one requires lidar (leave this `after` out: what is required starts first, and those that require each other start together)
+    "#]];
+    let body = "Component lidar { cdsl \"lidar\"; after g; };\nGroup g {\n Component one { cdsl \"user\"; };\n};\nComponent two { cdsl \"user\"; after lidar; };\nComponent three { cdsl \"user\"; };\n";
+    network(body, &[LIDAR, USER], &wanted);
+}
+
 const LIDAR: (&str, &str) = ("lidar", "implements Laser; publishes Pub;");
 const USER: (&str, &str) = ("user", "requires Laser; subscribesTo Pub;");
 

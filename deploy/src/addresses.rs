@@ -105,7 +105,8 @@ impl Network {
         format!("{}.{slot}", self.deployment.instances[end.instance].path)
     }
 
-    fn slot(&self, end: Endpoint) -> Option<&Slot> {
+    /// The slot of one end, where its component could be read.
+    pub(crate) fn slot(&self, end: Endpoint) -> Option<&Slot> {
         let project = self.projects.get(end.instance)?.as_ref()?;
         project.component.slots.get(end.slot)
     }

@@ -9,6 +9,7 @@
 //! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked; with `addresses`,
 //!   what all of that is called when it runs, `machine`, what it asks of this machine, and `unsupported`, what it
 //!   cannot do yet.
+//! - [`preview`], [`graph`]: what would run, as tables, as a picture, as JSON.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
@@ -27,6 +28,7 @@ pub mod detach;
 pub mod error;
 pub mod events;
 pub mod export;
+pub mod graph;
 pub mod guard;
 pub mod held;
 mod lines;
@@ -37,6 +39,7 @@ mod machine;
 pub mod network;
 pub mod params;
 pub mod plan;
+pub mod preview;
 pub mod process;
 mod realtime;
 mod relay;

@@ -32,6 +32,8 @@ pub struct Network {
     pub variant: Option<Backend>,
     /// What each instance has to be told of middlewares: what its configuration does not say itself.
     handed: Vec<Vec<Setting>>,
+    /// For each file that components are made of, these components.
+    pub(crate) texts: HashMap<PathBuf, Vec<usize>>,
 }
 
 /// What `cargo build` makes of a workspace.
@@ -93,7 +95,8 @@ pub fn load(
         let instances = deployment.instances.iter_mut();
         instances.for_each(|instance| instance.middleware = middleware);
     }
-    let projects = projects(&deployment, sources, loader, &mut found);
+    let mut texts = HashMap::new();
+    let projects = projects(&deployment, sources, loader, &mut texts, &mut found);
     let configured = configurations(&deployment, &projects, sources, &mut found);
     let handed = settings(&mut deployment, configured);
     let components: Vec<_> = projects
@@ -109,6 +112,7 @@ pub fn load(
         connections,
         variant: middleware,
         handed,
+        texts,
     };
     network.check_topics(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
@@ -120,22 +124,33 @@ fn projects(
     deployment: &Deployment,
     sources: &mut SourceMap,
     loader: &FileLoader,
+    texts: &mut HashMap<PathBuf, Vec<usize>>,
     found: &mut Diagnostics,
 ) -> Vec<Option<Rc<Project>>> {
-    let mut known: HashMap<PathBuf, Option<Rc<Project>>> = HashMap::new();
-    let instances = deployment.instances.iter();
+    let mut known: HashMap<PathBuf, (Option<Rc<Project>>, Vec<PathBuf>)> = HashMap::new();
+    let instances = deployment.instances.iter().enumerate();
     instances
-        .map(|instance| {
+        .map(|(at, instance)| {
             let named = instance.cdsl.as_ref()?;
             let path = instance.folder.join(&named.text);
-            if let Some(project) = known.get(&path) {
+            let mut belong = |read: &[PathBuf]| {
+                for file in read {
+                    texts.entry(file.clone()).or_default().push(at);
+                }
+            };
+            if let Some((project, read)) = known.get(&path) {
+                belong(read);
                 return project.clone();
             }
+            let first = sources.ids().count();
             match Project::load(&path, sources, loader) {
                 Ok((project, more)) => {
                     let project = project.filter(|_| !more.has_errors()).map(Rc::new);
                     found.extend(more);
-                    known.insert(path, project.clone());
+                    let read = sources.ids().skip(first);
+                    let read: Vec<PathBuf> = read.map(|id| sources.path(id).into()).collect();
+                    belong(&read);
+                    known.insert(path, (project.clone(), read));
                     project
                 }
                 Err(error) => {
@@ -203,9 +218,22 @@ fn check_executable(
                 instance.middleware.word()
             ),
         ),
-        Ok(Some(_)) => return,
+        Ok(Some(_)) if may_run(path) => return,
+        Ok(Some(_)) => {
+            let message = format!("{} may not be executed by anybody", path.display());
+            let error = Diagnostic::error("not-executable", place, message);
+            found.push(error.help(format!("`chmod +x {}`", path.display())));
+            return;
+        }
     };
     found.push(Diagnostic::error(code, place, message).help(build));
+}
+
+/// Whether a file is one that somebody may execute.
+fn may_run(path: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = |file: std::fs::Metadata| file.permissions().mode();
+    path.metadata().is_ok_and(|file| mode(file) & 0o111 != 0)
 }
 
 impl Network {
@@ -348,8 +376,10 @@ impl Network {
         let instances = &self.deployment.instances;
         let mut out = Vec::new();
         for (at, instance) in instances.iter().enumerate() {
-            let executable = self.executable(at, profile).unwrap_or_default();
-            let executable = std::path::absolute(executable)?;
+            // Where there is none, that was an error, or nobody asked.
+            let executable = self.executable(at, profile);
+            let executable = executable.map(std::path::absolute).transpose()?;
+            let executable = executable.unwrap_or_default();
             let directory = match instance.folder.as_path() {
                 here if here.as_os_str().is_empty() => Path::new(".").canonicalize()?,
                 folder => folder.canonicalize()?,

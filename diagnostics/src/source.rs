@@ -1,6 +1,9 @@
 //! The texts that were read, and places in them.
 
+use std::any::Any;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// One text of a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -63,6 +66,8 @@ struct Source {
 #[derive(Debug, Default)]
 pub struct SourceMap {
     sources: Vec<Source>,
+    /// What was made of the text of a file, which many others may import.
+    made: HashMap<PathBuf, (SourceId, Arc<dyn Any + Send + Sync>)>,
 }
 
 impl SourceMap {
@@ -87,6 +92,24 @@ impl SourceMap {
             line_starts,
         });
         SourceId((self.sources.len() - 1) as u32)
+    }
+
+    /// What `make` makes of a text, or has made of the same text of the same file: places in that stay as good, since
+    /// path, line and column are equal.
+    pub fn once<T: Any + Send + Sync>(
+        &mut self,
+        source: SourceId,
+        make: impl FnOnce(&Self, SourceId) -> T,
+    ) -> Arc<T> {
+        let known = self.made.get(self.path(source));
+        let known = known.filter(|(before, _)| self.text(*before) == self.text(source));
+        if let Some(Ok(made)) = known.map(|(_, made)| Arc::clone(made).downcast()) {
+            return made;
+        }
+        let made = Arc::new(make(self, source));
+        let path = self.path(source).to_path_buf();
+        self.made.insert(path, (source, made.clone()));
+        made
     }
 
     /// The text itself.
@@ -133,6 +156,22 @@ impl SourceMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn equal_texts_of_one_file_are_worked_on_once() {
+        let mut map = SourceMap::new();
+        let mut count = 0;
+        let mut length = |path: &str, text: &str| {
+            let id = map.add(path, text);
+            *map.once(id, |map, id| {
+                count += 1;
+                map.text(id).len()
+            })
+        };
+        assert_eq!((length("a", "xy"), length("a", "xy")), (2, 2));
+        assert_eq!((length("b", "xy"), length("a", "xyz")), (2, 3));
+        assert_eq!(count, 3);
+    }
 
     #[test]
     fn a_column_counts_characters_and_a_tab_is_one() {

@@ -96,8 +96,10 @@ impl<'a> Session<'a> {
         path: PathBuf,
         span: Span,
     ) -> Option<ModuleId> {
-        let (file, found) = parse(self.sources, source);
-        self.found.extend(found);
+        // The components of a network import the same interfaces over and over.
+        let parsed = self.sources.once(source, parse);
+        let (file, found) = &*parsed;
+        self.found.extend(found.iter().cloned());
         self.loading.push((path.clone(), span));
         let mut imports = Vec::new();
         for import in &file.imports {
@@ -105,9 +107,8 @@ impl<'a> Session<'a> {
             imports.extend(module.filter(|m| !imports.contains(m)));
         }
         self.loading.pop();
-        let module = file
-            .module
-            .map(|module| self.module(&module, source, imports));
+        let module = file.module.as_ref();
+        let module = module.map(|module| self.module(module, source, imports));
         self.loaded.insert(path, module);
         module
     }

@@ -40,6 +40,42 @@ impl Gaps {
     }
 }
 
+/// The values of a topic that came and could not be read, which a backend tells as errors.
+///
+/// They have numbers, too: without them, those behind them would count what was told already as lost as well.
+#[derive(Clone, Debug, Default)]
+pub struct Unread {
+    /// Senders and how many it were; the one that began last comes last.
+    counts: Vec<(u128, u64)>,
+}
+
+impl Unread {
+    /// Counts one value more of `sender`.
+    pub fn note(&mut self, sender: u128) {
+        if let Some((_, count)) = self.counts.iter_mut().find(|(known, _)| *known == sender) {
+            *count += 1;
+            return;
+        }
+        if self.counts.len() == SENDERS {
+            self.counts.remove(0);
+        }
+        self.counts.push((sender, 1));
+    }
+
+    /// Gives a value that could be read its number among those that could.
+    pub fn renumber(&self, header: &mut Header) {
+        let unread = self
+            .counts
+            .iter()
+            .find(|(known, _)| *known == header.sender);
+        if let Some((_, unread)) = unread
+            && header.sequence != 0
+        {
+            header.sequence = header.sequence.saturating_sub(*unread).max(1);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -85,5 +121,36 @@ mod tests {
         }
         assert_eq!(lost(gaps, 1, &[99]), 0, "it was forgotten");
         assert_eq!(lost(gaps, 999, &[9]), 1, "it was not");
+    }
+
+    #[test]
+    fn what_could_not_be_read_is_not_lost_as_well() {
+        let (gaps, unread) = (&mut Gaps::default(), &mut Unread::default());
+        let mut lost = 0;
+        for (sequence, readable) in [
+            (1, true),
+            (2, false),
+            (3, true),
+            (5, true),
+            (6, false),
+            (8, true),
+        ] {
+            let mut header = Header {
+                sequence,
+                sender: 1,
+                ..Header::default()
+            };
+            if readable {
+                unread.renumber(&mut header);
+                lost += gaps.note(&header);
+            } else {
+                unread.note(1);
+            }
+        }
+        assert_eq!(lost, 2, "4 and 7");
+        for sender in 0..1000 {
+            unread.note(sender);
+            assert!(unread.counts.len() <= SENDERS);
+        }
     }
 }

@@ -33,7 +33,7 @@ pub use backend::{
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
-pub use gaps::Gaps;
+pub use gaps::{Gaps, Unread};
 pub use in_place::InPlace;
 pub use interrupt::Interrupt;
 pub use qos::{Durability, Qos, Reliability};

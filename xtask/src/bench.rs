@@ -5,6 +5,7 @@
 
 use crate::compare::Peer;
 use crate::languages;
+use crate::networks;
 use crate::pair::{Network, Pair, ROWS, quantile};
 use crate::parameters;
 use crate::programs::{Failure, Program, cargo, finish, root, target};
@@ -50,6 +51,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
             .into_iter()
             .chain(idle()?)
             .chain(languages::figures()?)
+            .chain(networks::figures()?)
             .chain(parameters::figures()?);
         println!();
         met &= table(figures);
@@ -72,9 +74,10 @@ pub(crate) fn latencies_alone() -> Result<(), Failure> {
 
 /// Measures the generator and the checker alone.
 pub(crate) fn languages() -> Result<(), Failure> {
-    finish(cargo(&["build", "--release", "-p", "rc-codegen"])?, BUILD)?;
+    build(true)?;
     println!("{}\n", machine());
-    if !table(languages::figures()?) {
+    let figures = languages::figures()?.into_iter();
+    if !table(figures.chain(networks::figures()?)) {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())
@@ -114,7 +117,7 @@ pub(crate) fn mark(met: bool) -> &'static str {
 /// Builds what is measured, and warms what is measured of cargo itself.
 fn build(smoke: bool) -> Result<(), Failure> {
     // Always the same packages: with others cargo builds the same crates with other features.
-    let words = "build --release -p ping -p pong -p bench_peer -p bench_slots -p speech_server -p rc-codegen";
+    let words = "build --release -p ping -p pong -p bench_peer -p bench_slots -p speech_server -p rc-codegen -p rc-deploy";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     if !smoke {
         finish(cargo(&["build", "-p", "avoider"])?, BUILD)?;

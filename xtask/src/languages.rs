@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Runs of each program.
 const RUNS: usize = 20;
 /// No run may take longer.
-const LIMIT: Duration = Duration::from_secs(60);
+pub(crate) const LIMIT: Duration = Duration::from_secs(60);
 /// The size of a large text, in bytes.
 const LARGE: usize = 1 << 20;
 
@@ -78,7 +78,7 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     Ok(figures)
 }
 
-fn figure(what: &'static str, measured: Duration, goal: (&'static str, u64)) -> Figure {
+pub(crate) fn figure(what: &'static str, measured: Duration, goal: (&'static str, u64)) -> Figure {
     let (goal, milliseconds) = goal;
     Figure {
         what,
@@ -88,7 +88,9 @@ fn figure(what: &'static str, measured: Duration, goal: (&'static str, u64)) -> 
     }
 }
 
-fn median(run: &mut dyn FnMut() -> Result<Duration, Failure>) -> Result<Duration, Failure> {
+pub(crate) fn median(
+    run: &mut dyn FnMut() -> Result<Duration, Failure>,
+) -> Result<Duration, Failure> {
     let mut times = (0..RUNS).map(|_| run()).collect::<Result<Vec<_>, _>>()?;
     Ok(quantile(&mut times, 0.5))
 }

@@ -6,6 +6,7 @@ mod chaos;
 mod compare;
 mod ice;
 mod languages;
+mod networks;
 mod pair;
 mod parameters;
 mod programs;
@@ -16,7 +17,7 @@ mod usage;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 11] = [
+const COMPONENTS: [&str; 12] = [
     "simulator",
     "avoider",
     "pose_monitor",
@@ -28,6 +29,7 @@ const COMPONENTS: [&str; 11] = [
     "soak_sink",
     "motor_bus",
     "joint_controller",
+    "herald",
 ];
 
 fn main() -> ExitCode {

@@ -9,6 +9,7 @@ use rc_codegen::FileLoader;
 use rc_codegen::files::Change;
 use rc_codegen::view::BACKENDS;
 use rc_deploy::export::{self, Engine};
+use rc_deploy::graph::GraphFormat;
 use rc_deploy::network::{self, Network, Profile};
 use rc_deploy::{Format, GuardCommand, Options, params, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
@@ -39,6 +40,33 @@ enum Command {
         /// How findings are printed: human, short or json (one object a line).
         #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<rc_diagnostics::Format>())]
         format: rc_diagnostics::Format,
+    },
+    /// Tells what `up` would do, and does none of it: order, hosts, files, connections, policies.
+    Plan {
+        #[command(flatten)]
+        input: Input,
+        /// human, or json: one document.
+        #[arg(long, default_value = "human", value_parser = format)]
+        format: Format,
+        /// Looks at the descriptions alone, not at what is generated and built, nor at what this version can start.
+        #[arg(long)]
+        unbuilt: bool,
+    },
+    /// Draws a network: components, groups, hosts, who talks to whom, and in red what is wrong.
+    ///
+    /// The picture is also written where the check finds errors; the exit code is 1 then.
+    Graph {
+        #[command(flatten)]
+        input: Input,
+        /// svg, mermaid, dot or json (one document).
+        #[arg(long, default_value = "svg", value_parser = |text: &str| text.parse::<GraphFormat>())]
+        format: GraphFormat,
+        /// Where it goes; standard output where this is left out.
+        #[arg(short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Looks at the descriptions alone, not at what is generated and built, nor at what this version can start.
+        #[arg(long)]
+        unbuilt: bool,
     },
     /// Checks a network, starts it, and keeps it until Ctrl-C.
     Up {
@@ -259,6 +287,22 @@ fn main() -> ExitCode {
 fn run(command: Command) -> Result<u8, Failure> {
     match command {
         Command::Check { input, format } => check(&input, format),
+        Command::Plan {
+            input,
+            format,
+            unbuilt,
+        } => {
+            let human = rc_diagnostics::Format::Human;
+            let network = load(&input, human, examine(&input, unbuilt))?;
+            let preview = network.preview(input.profile).map_err(|e| system(&e))?;
+            show(format, &preview, ToString::to_string)
+        }
+        Command::Graph {
+            input,
+            format,
+            output,
+            unbuilt,
+        } => graph(&input, format, output.as_deref(), unbuilt),
         Command::Up {
             input,
             build,
@@ -426,12 +470,12 @@ fn network_of(argument: &str) -> Result<String, Failure> {
     Err(Failure(1, String::new()))
 }
 
-/// Reads a network and all that it names; with `built`, looks at its executables, too.
-fn load(
+/// Reads a network and all that it names, with `more` that is to be looked at; says what is wrong.
+fn read(
     input: &Input,
     format: rc_diagnostics::Format,
     more: impl FnOnce(&Network, &mut Diagnostics),
-) -> Result<Network, Failure> {
+) -> Result<(Option<Network>, SourceMap, Diagnostics), Failure> {
     let mut sources = SourceMap::new();
     let loader = FileLoader::new(&input.include);
     let (network, mut found) = network::load(&input.file, input.middleware, &mut sources, &loader)
@@ -440,18 +484,74 @@ fn load(
         more(network, &mut found);
     }
     eprint!("{}", render(&sources, &found, format));
+    Ok((network, sources, found))
+}
+
+/// The same where only a network without errors is of use.
+fn load(
+    input: &Input,
+    format: rc_diagnostics::Format,
+    more: impl FnOnce(&Network, &mut Diagnostics),
+) -> Result<Network, Failure> {
+    let (network, _, found) = read(input, format, more)?;
     network
         .filter(|_| !found.has_errors())
         .ok_or(Failure(1, String::new()))
 }
 
+/// What is looked at where nothing is to be started.
+fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
+    move |network, found| {
+        if !unbuilt {
+            network.warn_of_remote_hosts(found);
+            network.check_machine(false, found);
+            network.check_generated(found);
+            network.check_executables(input.profile, found);
+        }
+    }
+}
+
+fn graph(
+    input: &Input,
+    format: GraphFormat,
+    output: Option<&Path>,
+    unbuilt: bool,
+) -> Result<u8, Failure> {
+    let human = rc_diagnostics::Format::Human;
+    let (network, sources, found) = read(input, human, examine(input, unbuilt))?;
+    // There is nothing to draw where not even the name of the network can be read.
+    let network = network.ok_or(Failure(1, String::new()))?;
+    let graph = network.graph(&sources, &found);
+    let text = graph.draw(format).map_err(|e| system(&e))?;
+    match output {
+        Some(path) => {
+            write(path, &text).map_err(|e| system(&format!("{}: {e}", path.display())))?;
+        }
+        None => print_line(format_args!("{}", text.trim_end())),
+    }
+    Ok(u8::from(found.has_errors()))
+}
+
+/// Writes a file, all or nothing; a device or a pipe is written into.
+fn write(path: &Path, text: &str) -> std::io::Result<()> {
+    if path.metadata().is_ok_and(|file| !file.is_file()) {
+        return std::fs::write(path, text);
+    }
+    // A link stays one.
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}", std::process::id()));
+    let beside = path.with_file_name(name);
+    let written = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, &path));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&beside);
+    }
+    written
+}
+
 fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
-    let network = load(input, format, |network, found| {
-        network.warn_of_remote_hosts(found);
-        network.check_machine(false, found);
-        network.check_generated(found);
-        network.check_executables(input.profile, found);
-    })?;
+    let network = load(input, format, examine(input, false))?;
     if format == rc_diagnostics::Format::Human {
         let (components, connections) = (
             network.projects.len(),

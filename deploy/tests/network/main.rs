@@ -1,11 +1,15 @@
 //! Whole networks of the components of this repository.
 
 mod camera;
+mod dds;
+mod dds_bytes;
+mod dds_strangers;
 mod groups;
 mod joints;
 mod late;
 mod params;
 mod patrol;
+mod pictures;
 mod probe;
 mod python;
 mod settings;

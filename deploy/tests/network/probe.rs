@@ -71,10 +71,8 @@ fn a_service_manager_is_told_when_it_is_ready_and_when_it_ends() {
         let count = manager.recv(&mut bytes).expect("it is told");
         String::from_utf8_lossy(&bytes[..count]).into_owned()
     };
-    let told = |command: &mut Command| {
-        command.env("NOTIFY_SOCKET", &path);
-    };
-    let running = site.start_with("simulator", &[], told);
+    let variable = ("NOTIFY_SOCKET", path.to_str().expect("UTF-8"));
+    let running = site.start_with("simulator", &[], &[variable]);
     assert_eq!(hear(), "READY=1");
     kill_process(running.pid(), Signal::TERM).expect("it is ours");
     assert_eq!(hear(), "STOPPING=1");

@@ -1,19 +1,25 @@
-//! Programs in Python with a package of the middleware, which know of this project what its documents say.
+//! Programs in Python with the package of a middleware, which know of this project what its documents say.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// For each step of the installation.
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// An interpreter that has `package`, one in the tests of a program, in an environment below the target folder which is
-/// made once; without Python, or without a way to the package, `test` is listed as skipped.
-pub(crate) fn interpreter(package: &str, test: &str) -> Option<&'static Path> {
-    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    match FOUND.get_or_init(|| install(package)) {
+/// An interpreter that has `package`, in an environment below the target folder which is made once; without Python, or
+/// without a way to the package, `test` is listed as skipped.
+pub(crate) fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
+    static FOUND: Mutex<BTreeMap<&str, Result<&Path, String>>> = Mutex::new(BTreeMap::new());
+    let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
+    let found = found.entry(package).or_insert_with(|| {
+        let python = install(package)?;
+        Ok(Box::leak(python.into_boxed_path()))
+    });
+    match found {
         Ok(python) => Some(python),
         Err(reason) => {
             skipped(test, reason);

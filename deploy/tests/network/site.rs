@@ -38,6 +38,12 @@ impl Running {
         Pid::from_child(&self.child)
     }
 
+    /// Kills it.
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().expect("to kill");
+        self.child.wait().expect("to reap");
+    }
+
     /// Waits until it ends by itself; gives its exit code.
     pub(crate) fn end(mut self) -> Option<i32> {
         let start = Instant::now();
@@ -61,6 +67,8 @@ impl Drop for Running {
 pub(crate) struct Site {
     folder: tempfile::TempDir,
     pub(crate) network: String,
+    /// The command, with its first arguments, in which all programs of this place run; none where it is empty.
+    pub(crate) within: Vec<String>,
 }
 
 /// A network that a failed test has left takes itself down; what killed processes have left goes, too.
@@ -79,6 +87,7 @@ impl Site {
         let site = Self {
             folder,
             network: format!("{name}_{}", std::process::id()),
+            within: Vec::new(),
         };
         std::fs::create_dir_all(site.path("run")).expect("a folder");
         site.write_ddsl(PATROL);
@@ -89,7 +98,7 @@ impl Site {
         self.folder.path().join(name)
     }
 
-    fn components() -> PathBuf {
+    pub(crate) fn components() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../components")
             .canonicalize()
@@ -163,13 +172,27 @@ impl Site {
     }
 
     /// Gives a command the folders of this test.
-    fn place(&self, command: &mut Command) {
+    pub(crate) fn place(&self, command: &mut Command) {
         command
             .current_dir(self.path("networks"))
             .env("XDG_RUNTIME_DIR", self.path("run"))
             .env("XDG_STATE_HOME", self.path("state"))
             .env("CARGO_TARGET_DIR", Self::target())
             .stdin(Stdio::null());
+    }
+
+    /// A command that runs a program in this place.
+    pub(crate) fn command(&self, program: &Path) -> Command {
+        let mut command = match self.within.split_first() {
+            Some((first, rest)) => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(program);
+                command
+            }
+            None => Command::new(program),
+        };
+        self.place(&mut command);
+        command
     }
 
     /// Runs a program in this place.
@@ -195,30 +218,40 @@ impl Site {
 
     /// Runs a component of this repository.
     pub(crate) fn component(&self, name: &str, args: &[&str]) -> Ran {
-        let mut command = Command::new(Self::executable(name));
+        let mut command = self.command(&Self::executable(name));
         command.args(args);
         self.run(command)
     }
 
     /// Starts a component of this repository by hand, and waits until it is ready.
     pub(crate) fn start(&self, name: &str, args: &[&str]) -> Running {
-        self.start_with(name, args, |_| {})
+        self.start_with(name, args, &[])
     }
 
-    /// Starts a component with more than arguments.
+    /// The same, with environment variables.
     pub(crate) fn start_with(
         &self,
         name: &str,
         args: &[&str],
-        more: impl FnOnce(&mut Command),
+        variables: &[(&str, &str)],
+    ) -> Running {
+        self.start_program(name, name, args, variables)
+    }
+
+    /// The same with a program that has another name than the component.
+    pub(crate) fn start_program(
+        &self,
+        program: &str,
+        name: &str,
+        args: &[&str],
+        variables: &[(&str, &str)],
     ) -> Running {
         let log = self.path(&format!("{name}.log"));
         let output = std::fs::File::create(&log).expect("a log");
-        let mut command = Command::new(Self::executable(name));
+        let mut command = self.command(&Self::executable(program));
         command.args(["--network", &self.network]).args(args);
-        self.place(&mut command);
-        more(&mut command);
         command
+            .envs(variables.iter().copied())
             .stdout(output.try_clone().expect("a log"))
             .stderr(output);
         let running = Running {
@@ -235,13 +268,18 @@ impl Site {
 
     /// Starts a pose monitor that writes each pose to the file `trace`, and ends after so many where that is not 0.
     pub(crate) fn start_monitor(&self, trace: &str, samples: u32) -> Running {
+        let config = self.monitor(trace, samples);
+        self.start("pose_monitor", &["--config", &config])
+    }
+
+    /// The configuration of such a pose monitor.
+    pub(crate) fn monitor(&self, trace: &str, samples: u32) -> String {
         let config = format!(
             "[component]\nperiod = \"50ms\"\n[parameters]\nmap = \"{}\"\nsvg = \"\"\ntrace = \"{}\"\nsamples = {samples}\n",
             self.path("maps/house.map").display(),
             self.path(trace).display()
         );
-        let config = self.write("monitor.toml", &config);
-        self.start("pose_monitor", &["--config", &config.display().to_string()])
+        self.write("monitor.toml", &config).display().to_string()
     }
 
     pub(crate) fn status(&self) -> Value {

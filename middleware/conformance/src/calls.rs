@@ -101,6 +101,7 @@ pub fn a_server_comes_back(subject: &dyn Subject) {
         network.serving(&address, echo, || {
             assert_eq!(ask(&mut *client, b"again"), b"again!");
         });
+        until("the server has left", || client.peers() == 0);
         let gone = client.send(header(1), b"nobody hears");
         assert_eq!(gone, Err(CallError::NoServer("default/Motor".to_owned())));
     }

@@ -9,8 +9,8 @@ use crate::hello::{Hello, Promise, hex};
 use rc_ddsc::Guid;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{DirBuilder, File};
-use std::io::{self, Read, Write};
-use std::os::unix::fs::DirBuilderExt;
+use std::io::{self, Read};
+use std::os::unix::fs::{DirBuilderExt, FileExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -42,6 +42,9 @@ pub(crate) struct Notice {
 pub(crate) struct Posted {
     file: File,
     path: PathBuf,
+    /// Where those begin that it has found, and where they end.
+    begin: u64,
+    end: u64,
 }
 
 /// Held while an end is opened, so that of two servers one is first.
@@ -94,20 +97,27 @@ impl Board {
         let name = format!("{}.{}", notice_prefix(key, sends), hex(guid));
         let path = self.directory.join(&name);
         let hidden = self.directory.join(format!("new.{name}"));
-        let mut file = File::options()
+        let file = File::options()
             .create(true)
             .truncate(true)
             .write(true)
             .open(&hidden)?;
+        let text = format!("{hello}\n{promise}\n");
         let posted = flock(&file, FlockOperation::NonBlockingLockExclusive)
             .map_err(io::Error::from)
-            .and_then(|()| file.write_all(format!("{hello}\n{promise}\n").as_bytes()))
+            .and_then(|()| file.write_all_at(text.as_bytes(), 0))
             .and_then(|()| std::fs::rename(&hidden, &path));
         if let Err(error) = posted {
             let _ = std::fs::remove_file(&hidden);
             return Err(error);
         }
-        Ok(Posted { file, path })
+        let begin = text.len() as u64;
+        Ok(Posted {
+            file,
+            path,
+            begin,
+            end: begin,
+        })
     }
 
     /// The notices at a topic of those who are alive: of those who send, and of those who receive. What the dead left is
@@ -139,9 +149,22 @@ impl Board {
 }
 
 impl Posted {
-    /// Notes that this end has found another one.
-    pub(crate) fn found(&self, other: &Guid) -> io::Result<()> {
-        (&self.file).write_all(format!("{}\n", hex(other)).as_bytes())
+    /// Notes that this end has found another one. `here` are all that are there: a notice does not grow for ever.
+    pub(crate) fn found<'a>(
+        &mut self,
+        other: &Guid,
+        here: impl Iterator<Item = &'a Guid>,
+    ) -> io::Result<()> {
+        let line = |guid: &Guid| format!("{}\n", hex(guid));
+        let mut text = line(other);
+        if self.end + text.len() as u64 > LONGEST {
+            text = here.map(line).collect();
+            self.file.set_len(self.begin)?;
+            self.end = self.begin;
+        }
+        self.file.write_all_at(text.as_bytes(), self.end)?;
+        self.end += text.len() as u64;
+        Ok(())
     }
 }
 
@@ -212,9 +235,9 @@ mod tests {
         });
         let turn = board.turn().expect("a turn");
         let posted = board.post("a/b", &[1; 16], true, &hello, &promise);
-        let posted = posted.expect("to post");
+        let mut posted = posted.expect("to post");
         drop(turn);
-        posted.found(&[2; 16]).expect("to note");
+        posted.found(&[2; 16], std::iter::empty()).expect("to note");
         let notices = board.notices("a/b", true, true);
         assert_eq!(notices.len(), 1);
         assert_eq!(notices[0].hello, hello);
@@ -222,6 +245,17 @@ mod tests {
         assert_eq!(notices[0].promise, promise);
         assert_eq!(notices[0].found, [[2; 16]]);
         assert!(board.notices("a/c", true, true).is_empty());
+        // Thousands come and go, and who is there now is always on it.
+        for number in 0..5000_u128 {
+            let newest = number.to_be_bytes();
+            posted
+                .found(&newest, [[2; 16], newest].iter())
+                .expect("to note");
+            if number % 100 == 0 || number > 4900 {
+                let found = &board.notices("a/b", true, true)[0].found;
+                assert!(found.contains(&[2; 16]) && found.contains(&newest));
+            }
+        }
         // As a process that was killed leaves it.
         let left = posted
             .path

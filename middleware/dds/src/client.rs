@@ -31,7 +31,7 @@ pub(crate) fn topics(endpoint: &Endpoint) -> [(String, String); 2] {
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClient, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let answers = Arc::new(Answers::default());
+    let answers = Arc::new(Answers::new(&address));
     let [request, reply] = topics(endpoint);
     let wanted = |(topic, type_name): (String, String), sends: bool| Wanted {
         address: &address,
@@ -146,7 +146,7 @@ impl DdsClient {
             }
             return Some(match inbox::body(&sample) {
                 Ok(body) => {
-                    take(inbox::header(&sample, 0), body);
+                    take(inbox::header(&sample, sample.writer().into(), 0), body);
                     Ok(())
                 }
                 Err(reason) => Err(CallError::Backend {

@@ -52,10 +52,17 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
         Some("false") => "<AllowMulticast>false</AllowMulticast>",
         _ => "",
     };
-    let peers: String = values("peers")
-        .iter()
-        .map(|peer| format!("<Peer Address=\"{}\"/>", escaped(peer)))
-        .collect();
+    // A machine that is off for long is still asked for when it comes back.
+    let peer = |peer: &String| {
+        let address = escaped(peer);
+        format!("<Peer Address=\"{address}\" PruneDelay=\"inf\"/>")
+    };
+    let peers: String = values("peers").iter().map(peer).collect();
+    // Who is asked for by address has to listen where it is asked; with multicast, the library chooses any port.
+    let index = match peers.as_str() {
+        "" => "default",
+        _ => "auto",
+    };
     let lease = one("lease").map_or(Some(LEASE), milliseconds);
     let lease = lease.ok_or_else(|| refused(environment, "`lease` is no time".to_owned()))?;
     let announce = lease / ANNOUNCEMENTS;
@@ -65,7 +72,7 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
          <FragmentSize>{FRAGMENT}</FragmentSize></General>\
          <Discovery><ExternalDomainId>{domain}</ExternalDomainId><LeaseDuration>{lease}ms</LeaseDuration>\
          <SPDPInterval>{announce}ms</SPDPInterval>\
-         <Peers>{peers}</Peers></Discovery>\
+         <ParticipantIndex>{index}</ParticipantIndex><Peers>{peers}</Peers></Discovery>\
          <Internal><Watermarks><WhcAdaptive>false</WhcAdaptive>\
          <WhcHighInit>{UNCONFIRMED}</WhcHighInit><WhcHigh>{UNCONFIRMED}</WhcHigh></Watermarks>\
          <MaxSampleSize>{LARGEST}</MaxSampleSize></Internal></Domain></CycloneDDS>"

@@ -6,11 +6,12 @@ use crate::report::Seldom;
 use crate::session::lock;
 use rc_ddsc::{End, Guid, Reader, Sample, Writer};
 use rc_middleware::{Interrupt, TypeIdentity};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
-/// How many ends that have gone are remembered: what they sent may still be unread.
+/// How many ends that have gone are remembered, because what they sent may still be unread; and how many that do not fit,
+/// because they have been told of.
 const REMEMBERED: usize = 256;
 
 /// The two kinds of ends that the library has.
@@ -67,6 +68,16 @@ pub(crate) struct Peer {
     pub(crate) here: bool,
 }
 
+/// Whom a sample is from.
+pub(crate) struct Sender {
+    /// It stays the same when the sender is lost and found again.
+    pub(crate) id: u128,
+    /// Of its types; 0 of a stranger.
+    pub(crate) type_hash: u64,
+    /// How long its samples are worth anything.
+    pub(crate) lifespan: Option<Duration>,
+}
+
 /// What is shared between an end, the library's threads and the watcher.
 pub(crate) struct Ear {
     /// The name of the topic in DDS.
@@ -103,7 +114,20 @@ enum Attachment {
 struct Peers {
     by_handle: BTreeMap<u64, Peer>,
     gone: usize,
+    /// Those who do not fit and have been told of.
+    told_of: BTreeSet<Guid>,
     posted: Option<Posted>,
+}
+
+impl Peers {
+    /// Writes on the notice of this end whom it has found.
+    fn note(&mut self, guid: &Guid) {
+        if let Some(posted) = &mut self.posted {
+            let here = self.by_handle.values().filter(|peer| peer.here);
+            // The notice only helps others to start; they wait for a bounded time.
+            let _ = posted.found(guid, here.map(|peer| &peer.guid));
+        }
+    }
 }
 
 impl Ear {
@@ -203,11 +227,8 @@ impl Ear {
     pub(crate) fn matched(&self, handle: u64) -> Option<Peer> {
         let peer = self.look_up(handle)?;
         let mut peers = lock(&self.peers);
-        if let Some(posted) = &peers.posted {
-            // The notice only helps others to start; they wait for a bounded time.
-            let _ = posted.found(&peer.guid);
-        }
         peers.by_handle.insert(handle, peer.clone());
+        peers.note(&peer.guid);
         drop(peers);
         self.tell();
         (!peer.fits).then_some(peer)
@@ -239,10 +260,11 @@ impl Ear {
     /// The notice of this end; whom it has found already is written on it.
     pub(crate) fn post(&self, posted: Posted) {
         let mut peers = lock(&self.peers);
-        for peer in peers.by_handle.values() {
-            let _ = posted.found(&peer.guid);
-        }
         peers.posted = Some(posted);
+        let found: Vec<Guid> = peers.by_handle.values().map(|peer| peer.guid).collect();
+        for guid in &found {
+            peers.note(guid);
+        }
     }
 
     /// Takes the notice down.
@@ -262,6 +284,18 @@ impl Ear {
         self.here(|_| Some(())).len()
     }
 
+    /// Whether to tell of an end that does not fit: once of each, and once a second at most where there are very many.
+    pub(crate) fn may_tell_of(&self, guid: &Guid) -> bool {
+        let mut peers = lock(&self.peers);
+        if peers.told_of.contains(guid) {
+            return false;
+        }
+        if peers.told_of.len() == REMEMBERED {
+            return self.seldom.now().is_some();
+        }
+        peers.told_of.insert(*guid)
+    }
+
     /// Whether this end has been found.
     pub(crate) fn has_found(&self, guid: &Guid) -> bool {
         let peers = lock(&self.peers);
@@ -275,21 +309,23 @@ impl Ear {
         let _ = self.changed.wait_timeout(peers, limit);
     }
 
-    /// The sender of a sample: the hash of its types (0 for a stranger), and how long its samples are worth anything; or
-    /// `None` if its types are not ours.
-    pub(crate) fn sender(&self, handle: u64) -> Option<(u64, Option<Duration>)> {
-        let peers = lock(&self.peers);
-        let known = peers.by_handle.get(&handle).cloned();
-        drop(peers);
+    /// The sender of a sample; `None` if its types are not ours.
+    pub(crate) fn sender(&self, handle: u64) -> Option<Sender> {
+        let of = |peer: &Peer| {
+            peer.fits.then_some(Sender {
+                id: u128::from_be_bytes(peer.guid),
+                type_hash: peer.hello.as_ref().map_or(0, |hello| hello.types.hash),
+                lifespan: peer.lifespan,
+            })
+        };
+        let known = lock(&self.peers).by_handle.get(&handle).map(of);
         // The watcher may be on its way.
-        match known.or_else(|| self.look_up(handle)) {
-            Some(peer) if !peer.fits => None,
-            Some(peer) => {
-                let hash = peer.hello.map_or(0, |hello| hello.types.hash);
-                Some((hash, peer.lifespan))
-            }
-            None => Some((0, None)),
-        }
+        let known = known.or_else(|| Some(of(&self.look_up(handle)?)));
+        known.unwrap_or(Some(Sender {
+            id: handle.into(),
+            type_hash: 0,
+            lifespan: None,
+        }))
     }
 
     /// The participant of the sender of a sample.

@@ -1,6 +1,7 @@
 //! What has come and was not read yet, and how a sample becomes a header and a body.
 
 use crate::ear::Inbox;
+use crate::report::Seldom;
 use crate::session::lock;
 use rc_ddsc::{Guid, Sample};
 use rc_middleware::rpc::{self, RequestId};
@@ -12,8 +13,12 @@ use std::time::{Duration, Instant};
 
 /// The bytes before a body (RTPS 2.5, 10.2): the representation, and how many bytes pad the body.
 const ENCAPSULATION: usize = 4;
-/// Of one client, how many requests wait here at most. Clients of ours stop long before that.
+/// Of one client, how many requests wait here at most, and of all together how many bytes. Clients of ours stop long
+/// before that.
 const MOST_REQUESTS: usize = 256;
+/// Of how many senders of a topic it is known what they sent last.
+const MOST_SENDERS: usize = 256;
+const MOST_BYTES: usize = 256 << 20;
 /// How many answers to one client may be unread. There are as many as there are requests, unless somebody floods it.
 const MOST_ANSWERS: usize = 256;
 
@@ -40,13 +45,13 @@ pub(crate) fn body(sample: &[u8]) -> Result<&[u8], String> {
 }
 
 /// What travels beside the body of a sample. The hash is that of the sender's types, where it tells one.
-pub(crate) fn header(sample: &Sample, type_hash: u64) -> Header {
+pub(crate) fn header(sample: &Sample, sender: u128, type_hash: u64) -> Header {
     Header {
         type_hash,
         sequence: sample.sequence(),
         sent: sent(sample.stamp()),
         encoding: Encoding::Cdr,
-        sender: sample.writer().into(),
+        sender,
     }
 }
 
@@ -106,15 +111,50 @@ impl Inbox for Values {
     }
 }
 
-/// The answers to one client.
+/// What was heard of the senders of a topic, the last one first.
+///
+/// The library knows nothing any more of a sender that was out of reach: found again, it sends again what it keeps for
+/// those who come late.
 #[derive(Default)]
+pub(crate) struct Heard(Vec<(u128, u64)>);
+
+impl Heard {
+    /// Notes a value; says whether it is new.
+    pub(crate) fn is_new(&mut self, sender: u128, sequence: u64) -> bool {
+        let Some(at) = self.0.iter().position(|(known, _)| *known == sender) else {
+            self.0.truncate(MOST_SENDERS - 1);
+            self.0.insert(0, (sender, sequence));
+            return true;
+        };
+        self.0[..=at].rotate_right(1);
+        let last = &mut self.0[0].1;
+        // Nothing is known of one who does not count.
+        let is_new = sequence == 0 || sequence > *last;
+        *last = sequence.max(*last);
+        is_new
+    }
+}
+
+/// The answers to one client.
 pub(crate) struct Answers {
+    /// Whom it calls.
+    address: String,
     /// The client, as its requests name it.
     client: OnceLock<Guid>,
     samples: Mutex<VecDeque<(RequestId, Sample)>>,
+    seldom: Seldom,
 }
 
 impl Answers {
+    pub(crate) fn new(address: &str) -> Self {
+        Self {
+            address: address.to_owned(),
+            client: OnceLock::new(),
+            samples: Mutex::default(),
+            seldom: Seldom::default(),
+        }
+    }
+
     /// From now on, answers to this client are kept.
     pub(crate) fn of(&self, client: Guid) {
         let _ = self.client.set(client);
@@ -127,11 +167,21 @@ impl Answers {
 
 impl Inbox for Answers {
     fn put(&self, sample: Sample) {
-        // Every client hears the answers to all; what is no answer is none to this one, either.
-        let id = body(&sample).ok().and_then(rpc::request_id);
-        let Some(id) = id.filter(|id| Some(&id.writer) == self.client.get()) else {
-            return;
+        let envelope = |body| rpc::request_id(body).ok_or("it has no envelope".to_owned());
+        let id = match body(&sample).and_then(envelope) {
+            Ok(id) => id,
+            Err(reason) => {
+                if let Some(passed) = self.seldom.now() {
+                    let (count, address) = (passed + 1, &self.address);
+                    tracing::warn!("`{address}` sent what is no reply ({count} times): {reason}");
+                }
+                return;
+            }
         };
+        // Every client hears the answers to all.
+        if Some(&id.writer) != self.client.get() {
+            return;
+        }
         let mut samples = lock(&self.samples);
         if samples.len() >= MOST_ANSWERS {
             samples.pop_front();
@@ -147,6 +197,8 @@ pub(crate) struct Requests(Mutex<Queues>);
 #[derive(Default)]
 struct Queues {
     clients: VecDeque<(u64, VecDeque<Waiting>)>,
+    /// How large what waits is.
+    bytes: usize,
     /// What found no place, to be refused.
     refused: BTreeSet<(Guid, u64)>,
 }
@@ -166,11 +218,12 @@ impl Requests {
             .iter()
             .position(|(_, waiting)| waiting.front().is_some_and(&may))?;
         let (client, mut waiting) = queues.clients.remove(at)?;
-        let next = waiting.pop_front();
+        let next = waiting.pop_front()?;
+        queues.bytes -= next.sample.len();
         if !waiting.is_empty() {
             queues.clients.push_back((client, waiting));
         }
-        next
+        Some(next)
     }
 
     /// A request that is to be refused.
@@ -187,16 +240,21 @@ impl Inbox for Requests {
 
     fn put(&self, sample: Sample) {
         let mut queues = lock(&self.0);
-        let client = sample.writer();
+        let (client, size) = (sample.writer(), sample.len());
         let at = queues.clients.iter().position(|(c, _)| *c == client);
-        let at = at.unwrap_or_else(|| {
-            queues.clients.push_back((client, VecDeque::new()));
-            queues.clients.len() - 1
-        });
-        let waiting = &mut queues.clients[at].1;
-        if waiting.len() < MOST_REQUESTS {
+        // One that is large is served where it is alone.
+        let is_room = at.is_none_or(|at| queues.clients[at].1.len() < MOST_REQUESTS)
+            && (queues.bytes == 0 || queues.bytes + size <= MOST_BYTES);
+        if is_room {
             let since = Instant::now();
-            waiting.push_back(Waiting { sample, since });
+            let waiting = Waiting { sample, since };
+            queues.bytes += size;
+            match at {
+                Some(at) => queues.clients[at].1.push_back(waiting),
+                None => queues
+                    .clients
+                    .push_back((client, VecDeque::from([waiting]))),
+            }
         } else if queues.refused.len() < MOST_REQUESTS
             && let Some(id) = body(&sample).ok().and_then(rpc::request_id)
         {
@@ -217,6 +275,22 @@ mod tests {
         for wrong in [&[][..], &[0, 1, 0], &[0, 0, 0, 0, 1], &[0, 7, 0, 0, 1]] {
             assert!(body(wrong).is_err(), "{wrong:?}");
         }
+    }
+
+    #[test]
+    fn what_is_sent_again_is_not_new() {
+        let mut heard = Heard::default();
+        let mut new = |sender, numbers: &[u64]| -> Vec<bool> {
+            numbers.iter().map(|n| heard.is_new(sender, *n)).collect()
+        };
+        assert_eq!(new(1, &[7, 8, 10]), [true; 3]);
+        assert_eq!(new(2, &[8, 9]), [true; 2]);
+        assert_eq!(new(1, &[9, 10, 11]), [false, false, true]);
+        assert_eq!(new(3, &[0, 0]), [true; 2]);
+        for sender in 10..1000 {
+            assert_eq!(new(sender, &[5, 4]), [true, false]);
+        }
+        assert_eq!(heard.0.len(), MOST_SENDERS);
     }
 
     #[test]

@@ -111,16 +111,16 @@ impl Server for DdsServer {
             return Ok(false);
         };
         let body = inbox::body(&sample).map_err(|reason| self.failed(reason))?;
-        if self.requests.ear.sender(sample.writer()).is_none() {
+        let Some(sender) = self.requests.ear.sender(sample.writer()) else {
             if let Some(id) = rpc::request_id(body) {
                 self.refuse(id, "the types differ; regenerate and rebuild both ends")?;
             }
             return Ok(true);
-        }
+        };
         let mut reply = std::mem::take(&mut self.reply);
         reply.clear();
         // The hash that the client tells is of the whole interface, not of one operation, and is the same.
-        answer(inbox::header(&sample, 0), body, &mut reply);
+        answer(inbox::header(&sample, sender.id, 0), body, &mut reply);
         if reply.is_empty() {
             // A command; DDS-RPC answers it like an operation without a result, and the client counts by that.
             if let Ok((id, operation)) = rpc::open_request(&mut Reader::new(body)) {

@@ -21,6 +21,8 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const GRACE: Duration = Duration::from_millis(300);
 /// How often the notices of others are looked at while they are waited for.
 const LOOK: Duration = Duration::from_millis(2);
+/// Domains with ports from 32,768 to 60,999 (RTPS 2.5, 9.6.2.3), from which Linux takes those that nobody has asked for.
+const SHARED_PORTS: std::ops::Range<u32> = 102..215;
 /// The library's ids for a part of this process in a domain in which it has a part already.
 const FURTHER_PARTS: std::ops::Range<u32> = 1000..10_000;
 
@@ -95,7 +97,15 @@ impl Session {
         let board = Board::open(&folder, config.domain)
             .map_err(|error| failed(&folder.display().to_string(), &error))?;
         let domain = part_of(config.domain, &config.xml).map_err(|error| {
-            let help = "the log says why; look at `interfaces` and `peers`, and at CYCLONEDDS_URI";
+            let mut help =
+                "the log says why; look at `interfaces` and `peers`, and at CYCLONEDDS_URI".to_owned();
+            if SHARED_PORTS.contains(&config.domain) {
+                help += &format!(
+                    ". The ports of domain {} are among those that the system gives to anybody; those of domains up to {} are not",
+                    config.domain,
+                    SHARED_PORTS.start - 1
+                );
+            }
             failed("Cyclone DDS does not start", &format!("{error}; {help}"))
         })?;
         let participant = domain
@@ -431,7 +441,9 @@ impl Watcher {
     }
 
     fn differ(&self, ear: &Ear, other: &crate::ear::Peer) {
-        if let Some(hello) = &other.hello {
+        if let Some(hello) = &other.hello
+            && ear.may_tell_of(&other.guid)
+        {
             let (topic, who) = (&ear.topic, hello.who(&self.host));
             let (ours, theirs) = (&ear.types, &hello.types);
             tracing::error!(
@@ -452,18 +464,19 @@ impl Watcher {
                 (&theirs, &ear.promise)
             };
             let differences = hello::differences(offered, requested);
-            if differences.is_empty() {
+            if differences.is_empty() || !ear.may_tell_of(&end.guid) {
                 continue;
             }
             let who = match Hello::parse(&end.user_data) {
                 Some(hello) => format!("the {} {}", hello.role.word(), hello.who(&self.host)),
                 None => format!("the end {}", hello::hex(&end.guid)),
             };
-            tracing::warn!(
-                "`{}` does not reach {who}, or the other way round: {}",
-                ear.topic,
-                differences.join("; ")
-            );
+            let (topic, differences) = (&ear.topic, differences.join("; "));
+            if ear.sends {
+                tracing::warn!("what is sent on `{topic}` does not reach {who}: {differences}");
+            } else {
+                tracing::warn!("`{topic}` hears nothing of {who}: {differences}");
+            }
         }
     }
 }

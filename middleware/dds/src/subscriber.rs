@@ -1,10 +1,10 @@
 //! The receiving end of a topic.
 
 use crate::hello::{Role, topic_qos};
-use crate::inbox::{self, Values};
+use crate::inbox::{self, Heard, Values};
 use crate::publisher::{signal, type_name};
 use crate::session::{Port, Session, Wanted};
-use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber};
+use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -26,6 +26,8 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
     Ok(DdsSubscriber {
         port,
         values,
+        heard: Heard::default(),
+        unread: Unread::default(),
         address,
     })
 }
@@ -33,6 +35,8 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
 pub(crate) struct DdsSubscriber {
     port: Port,
     values: Arc<Values>,
+    heard: Heard,
+    unread: Unread,
     address: String,
 }
 
@@ -48,22 +52,30 @@ impl Subscriber for DdsSubscriber {
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
         while let Some(sample) = self.values.next() {
             // Who has other types was told so when it was found.
-            let Some((type_hash, lifespan)) = self.port.ear.sender(sample.writer()) else {
+            let Some(sender) = self.port.ear.sender(sample.writer()) else {
                 continue;
             };
             // The library takes care of it in its own queue; here, too, a value may have waited for too long.
-            if lifespan.is_some_and(|lifespan| inbox::age(&sample) > lifespan) {
+            let lifespan = sender.lifespan;
+            if lifespan.is_some_and(|lifespan| inbox::age(&sample) > lifespan)
+                || !self.heard.is_new(sender.id, sample.sequence())
+            {
                 continue;
             }
             return match inbox::body(&sample) {
                 Ok(body) => {
-                    take(inbox::header(&sample, type_hash), body);
+                    let mut header = inbox::header(&sample, sender.id, sender.type_hash);
+                    self.unread.renumber(&mut header);
+                    take(header, body);
                     Ok(true)
                 }
-                Err(reason) => Err(ReceiveError {
-                    address: self.address.clone(),
-                    reason,
-                }),
+                Err(reason) => {
+                    self.unread.note(sender.id);
+                    Err(ReceiveError {
+                        address: self.address.clone(),
+                        reason,
+                    })
+                }
             };
         }
         Ok(false)

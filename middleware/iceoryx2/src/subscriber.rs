@@ -5,8 +5,7 @@ use crate::names;
 use crate::service::{Audience, SubscriberPort, Topic, existing_kept_topic, refusal, topic};
 use crate::session::Session;
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::qos::MAX_PUBLISHERS;
-use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subscriber};
+use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 
@@ -120,8 +119,7 @@ impl Subscriber for SharedSubscriber {
 struct Source {
     port: SubscriberPort,
     topic: Topic,
-    /// Senders of values that could not be read, and how many; the one that began last comes last.
-    unread: Vec<(u128, u64)>,
+    unread: Unread,
 }
 
 impl Source {
@@ -137,7 +135,7 @@ impl Source {
         Ok(Self {
             port,
             topic,
-            unread: Vec::new(),
+            unread: Unread::default(),
         })
     }
 
@@ -158,16 +156,11 @@ impl Source {
         let mut header = match sample.user_header().read(sender) {
             Ok(header) => header,
             Err(reason) => {
-                note(&mut self.unread, sender);
+                self.unread.note(sender);
                 return Err(failed(reason));
             }
         };
-        // What could not be read was told as an error. It takes no number, or it would count as lost as well.
-        if let Some((_, unread)) = self.unread.iter().find(|(known, _)| *known == sender)
-            && header.sequence != 0
-        {
-            header.sequence = header.sequence.saturating_sub(*unread).max(1);
-        }
+        self.unread.renumber(&mut header);
         take(header, sample.payload());
         Ok(true)
     }
@@ -175,19 +168,6 @@ impl Source {
     fn peers(&self) -> usize {
         self.topic.dynamic_config().number_of_publishers()
     }
-}
-
-/// Counts one value more of `sender` that could not be read.
-fn note(unread: &mut Vec<(u128, u64)>, sender: u128) {
-    if let Some((_, count)) = unread.iter_mut().find(|(known, _)| *known == sender) {
-        *count += 1;
-        return;
-    }
-    // As many as publish at a time, and as many that have gone.
-    if unread.len() == 2 * MAX_PUBLISHERS {
-        unread.remove(0);
-    }
-    unread.push((sender, 1));
 }
 
 fn depth(endpoint: &Endpoint) -> usize {

@@ -1,0 +1,272 @@
+//! The simulator on one host, the avoider and the pose monitor on another: two network namespaces with a cable between
+//! them, and a run directory each.
+
+use crate::python::skipped;
+use crate::site::{PATROL, Running, Site};
+use crate::{await_errors, await_well, computed, place};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// What a command says that fails.
+fn run(program: &str, args: &[&str]) -> Result<(), String> {
+    let mut command = Command::new(program);
+    let output = command.args(args).stdin(Stdio::null()).output();
+    let output = output.map_err(|error| format!("{program}: {error}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = said.trim_end().lines().last().unwrap_or("it failed");
+    Err(format!("{program} {}: {last}", args.join(" ")))
+}
+
+fn ip(args: &[&str]) -> Result<(), String> {
+    run("ip", args)
+}
+
+/// Two hosts and the cable between them; all of it goes with this.
+struct Cable {
+    names: [String; 2],
+}
+
+impl Cable {
+    /// Lays one, or says why that cannot be done here.
+    fn lay() -> Result<Self, String> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        if !rustix::process::geteuid().is_root() {
+            return Err("only root makes network namespaces".to_owned());
+        }
+        if ip(&["-Version"]).is_err() {
+            let install = ["install", "--yes", "--no-install-recommends", "iproute2"];
+            run("apt-get", &install)?;
+        }
+        // The name of a network interface has at most 15 bytes.
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = |side| format!("rc{}{side}{number}", std::process::id());
+        let cable = Self {
+            names: [name('a'), name('b')],
+        };
+        let [a, b] = [cable.name(0), cable.name(1)];
+        for host in [a, b] {
+            ip(&["netns", "add", host])?;
+        }
+        let link = ["type", "veth", "peer", "name", b, "netns", b];
+        ip(&[&["link", "add", a, "netns", a][..], &link].concat())?;
+        for (host, address) in [(a, "10.77.0.1/24"), (b, "10.77.0.2/24")] {
+            ip(&["-n", host, "address", "add", address, "dev", host])?;
+            ip(&["-n", host, "link", "set", "lo", "up"])?;
+            ip(&["-n", host, "link", "set", host, "up"])?;
+        }
+        Ok(cable)
+    }
+
+    /// The name of a host, and of its end of the cable.
+    fn name(&self, side: usize) -> &str {
+        &self.names[side]
+    }
+
+    fn set(&self, side: usize, state: &str) {
+        let name = self.name(side);
+        ip(&["-n", name, "link", "set", name, state]).expect("to set the link");
+    }
+
+    /// A place on a host, in the network of `network`.
+    fn host(&self, side: usize, network: &str, domain: u32) -> Site {
+        let mut site = place(self.name(side), domain, PATROL);
+        network.clone_into(&mut site.network);
+        let within = ["ip", "netns", "exec", self.name(side)];
+        site.within = within.map(str::to_owned).to_vec();
+        site
+    }
+}
+
+impl Drop for Cable {
+    fn drop(&mut self) {
+        for host in &self.names {
+            let _ = ip(&["netns", "delete", host]);
+        }
+    }
+}
+
+/// A cable, or a line that says which test needs one.
+fn cable(test: &str) -> Option<Cable> {
+    let cable = Cable::lay();
+    cable.map_err(|reason| skipped(test, &reason)).ok()
+}
+
+/// The two hosts with what runs there. The components end first, the hosts afterwards, the cable last.
+struct Patrol {
+    monitor: Running,
+    _avoider: Running,
+    _simulator: Running,
+    robot: Site,
+    desk: Site,
+    cable: Cable,
+}
+
+/// How the two ends of the cable find each other.
+#[derive(Clone, Copy, PartialEq)]
+enum By {
+    Multicast,
+    Addresses,
+    /// Multicast is there, and does not get through.
+    AddressesBeside,
+}
+
+fn settings(cable: &Cable, side: usize, domain: u32, by: By) -> Vec<String> {
+    let mut settings = vec![format!("dds.domain={domain}")];
+    if by != By::Multicast {
+        let peer = ["10.77.0.2", "10.77.0.1"][side];
+        settings.push(format!("dds.interfaces={}", cable.name(side)));
+        settings.push(format!("dds.peers={peer}"));
+    }
+    if by == By::Addresses {
+        settings.push("dds.multicast=false".to_owned());
+    }
+    let set = |text| ["--set-middleware".to_owned(), text];
+    settings.into_iter().flat_map(set).collect()
+}
+
+impl Patrol {
+    fn start(cable: Cable, domain: u32, by: By) -> Self {
+        let network = format!("hosts_{}_{domain}", std::process::id());
+        let [mut robot, mut desk] = [0, 1].map(|side| cable.host(side, &network, domain));
+        for (side, site) in [&mut robot, &mut desk].into_iter().enumerate() {
+            // The library gives addresses up after half a minute without an answer; here it does so at once.
+            let patience = "<InitialLocatorPruneDelay>100ms</InitialLocatorPruneDelay><DiscoveredLocatorPruneDelay>100ms</DiscoveredLocatorPruneDelay>";
+            let group = match by {
+                By::Multicast | By::Addresses => String::new(),
+                By::AddressesBeside => {
+                    format!(
+                        "<SPDPMulticastAddress>239.255.0.{}</SPDPMulticastAddress>",
+                        10 + side
+                    )
+                }
+            };
+            let uri = format!("CYCLONEDDS_URI=<Discovery>{patience}{group}</Discovery>");
+            site.within.extend(["env".to_owned(), uri]);
+        }
+        let (robot, desk) = (robot, desk);
+        let start = |site: &Site, side, name: &str, more: &[&str]| {
+            let mut args = settings(&cable, side, domain, by);
+            // Its own configuration, and what it names there.
+            let config = Site::components().join(name).join("etc/config.toml");
+            if !more.contains(&"--config") {
+                args.extend(["--config".to_owned(), config.display().to_string()]);
+            }
+            for slot in ["Laser", "DifferentialRobot"] {
+                if name != "pose_monitor" {
+                    let address = format!("{slot}={network}/simulator/{slot}");
+                    args.extend(["--bind".to_owned(), address]);
+                }
+            }
+            let args: Vec<&str> = args
+                .iter()
+                .map(String::as_str)
+                .chain(more.iter().copied())
+                .collect();
+            site.start_program(&format!("{name}-dds"), name, &args, &[])
+        };
+        let simulator = start(&robot, 0, "simulator", &[]);
+        let monitor = desk.monitor("trace", 0);
+        let monitor = start(&desk, 1, "pose_monitor", &["--config", &monitor]);
+        let avoider = start(&desk, 1, "avoider", &[]);
+        Self {
+            monitor,
+            _avoider: avoider,
+            _simulator: simulator,
+            robot,
+            desk,
+            cable,
+        }
+    }
+
+    fn poses(&self) -> u64 {
+        let slot = &self.desk.ask("pose_monitor", "status")["slots"][0];
+        slot["handlers"]["count"].as_u64().expect("a count")
+    }
+
+    /// Calls and poses go over the cable.
+    fn await_well(&self) {
+        await_well(&self.desk, "avoider");
+        let before = self.poses();
+        Site::until("poses come", || self.poses() > before);
+    }
+
+    /// Takes the cable out at one end until both hosts have noticed it, and puts it in again.
+    fn interrupt(&self, side: usize) {
+        self.cable.set(side, "down");
+        let status = await_errors(&self.desk, "avoider");
+        assert_eq!(status["state"], "running", "{status}");
+        let error = status["last_error"].as_str().unwrap_or_default();
+        // The lease is shorter than the deadline of a call: nobody waits for an answer that cannot come.
+        assert!(
+            error.contains("no server at") || error.contains("died"),
+            "{status}"
+        );
+        assert_eq!(computed(&self.robot, "simulator").1, 0);
+        let peers = |site: &Site, name: &str, slot: usize| {
+            site.ask(name, "status")["slots"][slot]["peers"].as_u64()
+        };
+        Site::until("both hosts have noticed it", || {
+            peers(&self.robot, "simulator", 0) == Some(0)
+                && peers(&self.desk, "pose_monitor", 0) == Some(0)
+        });
+        self.cable.set(side, "up");
+        self.await_well();
+    }
+
+    /// Ends all; gives the poses that were heard, in their order.
+    fn end(self) -> Vec<String> {
+        let signal = rustix::process::Signal::TERM;
+        rustix::process::kill_process(self.monitor.pid(), signal).expect("to stop it");
+        let Self { monitor, desk, .. } = self;
+        assert_eq!(monitor.end(), Some(0));
+        let trace = std::fs::read_to_string(desk.path("trace")).expect("a trace");
+        let pose = |line: &str| line.split_once(',').map(|(_, pose)| pose.to_owned());
+        trace.lines().filter_map(pose).collect()
+    }
+}
+
+/// The robot does not go back to where it was: a pose that was heard before was heard twice.
+fn assert_each_once(poses: &[String]) {
+    let mut seen = std::collections::HashSet::new();
+    let mut last = None;
+    for pose in poses {
+        assert!(seen.insert(pose) || last == Some(pose), "{pose} came again");
+        last = Some(pose);
+    }
+}
+
+#[test]
+fn two_hosts_find_each_other_by_multicast() {
+    let Some(cable) = cable("two_hosts_find_each_other_by_multicast") else {
+        return;
+    };
+    let patrol = Patrol::start(cable, 174, By::Multicast);
+    patrol.await_well();
+    patrol.interrupt(0);
+    patrol.interrupt(1);
+    assert_each_once(&patrol.end());
+}
+
+#[test]
+fn two_hosts_find_each_other_by_their_addresses() {
+    let Some(cable) = cable("two_hosts_find_each_other_by_their_addresses") else {
+        return;
+    };
+    let patrol = Patrol::start(cable, 175, By::Addresses);
+    patrol.await_well();
+    patrol.interrupt(1);
+    assert_each_once(&patrol.end());
+}
+
+#[test]
+fn addresses_count_where_multicast_does_not_get_through() {
+    let Some(cable) = cable("addresses_count_where_multicast_does_not_get_through") else {
+        return;
+    };
+    let patrol = Patrol::start(cable, 176, By::AddressesBeside);
+    patrol.await_well();
+    assert_each_once(&patrol.end());
+}

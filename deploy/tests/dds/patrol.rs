@@ -1,0 +1,141 @@
+//! `rcdeploy up --build --middleware dds` with the network of the README, as its file is.
+
+use crate::site::{PATROL, Site};
+use crate::{await_errors, await_well, place, rcdeploy};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+
+/// An rcdeploy in the foreground. It is ended when the test ends.
+struct Up(Child);
+
+impl Up {
+    fn start(site: &Site) -> Self {
+        let output = std::fs::File::create(site.path("up.log")).expect("a log");
+        let mut command = rcdeploy(site, &["up", "--build"]);
+        command.stdout(Stdio::null()).stderr(output);
+        let up = Self(command.spawn().expect("rcdeploy"));
+        let directory = site.directory();
+        Site::until("the network is up", || {
+            directory.path().join("rcdeploy.sock").exists() && running(&site.status()).len() == 3
+        });
+        up
+    }
+
+    /// Ctrl-C; gives the exit code.
+    fn interrupt(mut self) -> Option<i32> {
+        kill_process(Pid::from_child(&self.0), Signal::INT).expect("to stop it");
+        self.0.wait().expect("a child").code()
+    }
+}
+
+impl Drop for Up {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The components that run, and their processes.
+fn running(status: &Value) -> BTreeMap<String, i64> {
+    let components = status["components"].as_array().expect("a list");
+    let running = components.iter().filter(|c| c["state"] == "running");
+    let pair = |c: &Value| Some((c["name"].as_str()?.to_owned(), c["pid"].as_i64()?));
+    running.filter_map(pair).collect()
+}
+
+fn kill(site: &Site, name: &str) -> i64 {
+    let pid = running(&site.status())[name];
+    let process = Pid::from_raw(pid as i32).expect("a process");
+    kill_process(process, Signal::KILL).expect("to kill it");
+    pid
+}
+
+/// Every file of a component, with what is in it.
+fn files(folder: &Path, all: &mut BTreeMap<PathBuf, Vec<u8>>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            files(&path, all);
+        } else {
+            let bytes = std::fs::read(&path).expect("a file");
+            all.insert(path, bytes);
+        }
+    }
+}
+
+fn of_user() -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for name in ["simulator", "avoider", "pose_monitor"] {
+        files(&Site::components().join(name), &mut all);
+    }
+    all
+}
+
+#[test]
+fn patrol_runs_on_dds_and_nothing_of_it_changes() {
+    let before = of_user();
+    let site = place("patrol_dds", 171, PATROL);
+    let up = Up::start(&site);
+    let status = site.status();
+    for component in status["components"].as_array().expect("a list") {
+        assert_eq!(component["middleware"], "dds", "{status}");
+    }
+    assert!(site.ask("avoider", "status")["middleware"] == "dds");
+    await_well(&site, "avoider");
+    site.await_in_log("monitor", " m poses=");
+    let params = |args: &[&str]| site.rcdeploy(&[&["params"], args].concat(), false);
+    let set = params(&["set", &site.network, "avoider", "safe_distance=650"]);
+    assert_eq!(set.code, 0, "{set:?}");
+    let got = params(&["get", &site.network, "avoider", "safe_distance"]);
+    assert!(got.stdout.contains("650"), "{got:?}");
+    // The variant stands beside the component, and all of it is below the target folder.
+    let variant = Site::target().join("rc/dds/avoider");
+    assert!(variant.join("generated/src/backend.rs").exists());
+    assert_eq!(up.interrupt(), Some(0));
+    site.assert_nothing_left();
+    assert!(before == of_user(), "something of the user has changed");
+    assert!(
+        site.path("networks/patrol.svg").exists(),
+        "the path is drawn"
+    );
+}
+
+/// Nothing starts it again: all that it leaves to the others are errors.
+#[test]
+fn who_has_lost_its_peer_goes_on_with_errors() {
+    let site = place("lost_dds", 172, PATROL);
+    let up = Up::start(&site);
+    await_well(&site, "avoider");
+    kill(&site, "simulator");
+    let status = await_errors(&site, "avoider");
+    assert_eq!(status["state"], "running", "{status}");
+    let error = status["last_error"].as_str().unwrap_or_default();
+    assert!(error.contains("/simulator/Laser`"), "{status}");
+    let peers = || site.ask("monitor", "status")["slots"][0]["peers"].as_u64();
+    Site::until("the monitor has no publisher", || peers() == Some(0));
+    assert!(up.interrupt().is_some());
+    site.assert_nothing_left();
+}
+
+#[test]
+fn a_killed_simulator_comes_back_by_its_policy() {
+    let policy = "cdsl \"../simulator/simulator.cdsl\"; restart on_failure backoff 100ms;";
+    let network = PATROL.replace("cdsl \"../simulator/simulator.cdsl\";", policy);
+    let site = place("back_dds", 173, &network);
+    let up = Up::start(&site);
+    await_well(&site, "avoider");
+    for _ in 0..2 {
+        let pid = kill(&site, "simulator");
+        // One call may have been under way; whether it was, chance decides.
+        site.await_component("simulator", |c| c["state"] == "running" && c["pid"] != pid);
+        await_well(&site, "avoider");
+        let heard = || site.ask("monitor", "status")["slots"][0]["handlers"]["count"].as_u64();
+        let before = heard();
+        Site::until("poses come again", || heard() > before);
+    }
+    assert_eq!(up.interrupt(), Some(0));
+    site.assert_nothing_left();
+}

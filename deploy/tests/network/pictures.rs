@@ -1,0 +1,19 @@
+//! What `rcdeploy plan` and `rcdeploy graph` print.
+
+mod fleet;
+mod goldens;
+mod syntax;
+mod wrong;
+
+use rc_codegen::FileLoader;
+use rc_deploy::network::{self, Network};
+use rc_diagnostics::{Diagnostics, SourceMap};
+use std::path::Path;
+
+/// A network, and all that is wrong with it but its executables.
+fn load(file: &Path) -> (Network, SourceMap, Diagnostics) {
+    let mut sources = SourceMap::new();
+    let (network, found) = network::load(file, None, &mut sources, &FileLoader::new(&[]))
+        .expect("the network is there");
+    (network.expect("it can be read"), sources, found)
+}

@@ -1,0 +1,80 @@
+//! Mermaid and Graphviz themselves read what is written for them.
+
+use super::fleet::fleet;
+use super::goldens::{NETWORKS, draw};
+use super::wrong::broken;
+use crate::python::{run, skipped};
+use rc_deploy::graph::GraphFormat;
+use std::path::{Path, PathBuf};
+
+/// Pictures of all networks, of a wrong and of a large one, as files.
+fn files(folder: &Path, format: GraphFormat) -> Vec<String> {
+    let mut texts: Vec<String> = NETWORKS.iter().map(|name| draw(name, format)).collect();
+    texts.push(broken(folder).draw(format).expect("a picture"));
+    texts.push(fleet(folder).draw(format).expect("a picture"));
+    let write = |(number, text): (usize, &String)| {
+        let path = folder.join(number.to_string());
+        std::fs::write(&path, text).expect("a file");
+        path.display().to_string()
+    };
+    texts.iter().enumerate().map(write).collect()
+}
+
+#[test]
+fn graphviz_reads_its_texts() {
+    if let Err(reason) = run(Path::new("dot"), &["-V"]) {
+        skipped("graphviz_reads_its_texts", &reason);
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    for file in files(folder.path(), GraphFormat::Dot) {
+        let out = format!("{file}.svg");
+        run(Path::new("dot"), &["-Tsvg", &file, "-o", &out]).expect("Graphviz reads it");
+        let drawn = std::fs::read_to_string(out).expect("a picture");
+        assert!(drawn.contains("<svg"));
+    }
+}
+
+/// Mermaid in a folder below the target folder; its parser wants a document, as in a browser.
+fn mermaid() -> Result<PathBuf, String> {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mermaid-10");
+    let program = place.join("parse.mjs");
+    if program.exists() {
+        return Ok(program);
+    }
+    let new = place.with_extension(std::process::id().to_string());
+    std::fs::create_dir_all(&new).map_err(|e| e.to_string())?;
+    let path = new.display().to_string();
+    let npm = ["install", "--prefix", &path, "--no-audit", "--no-fund"];
+    let packages = ["--silent", "mermaid@10", "jsdom@22"];
+    let all: Vec<&str> = npm.into_iter().chain(packages).collect();
+    let made = run(Path::new("npm"), &all).and_then(|()| {
+        let text = include_str!("parse.mjs");
+        std::fs::write(new.join("parse.mjs"), text).map_err(|e| e.to_string())
+    });
+    if made.is_ok() && std::fs::rename(&new, &place).is_err() && !program.exists() {
+        let _ = std::fs::remove_dir_all(&place);
+        let _ = std::fs::rename(&new, &place);
+    }
+    let _ = std::fs::remove_dir_all(&new);
+    made.map(|()| program)
+}
+
+#[test]
+fn mermaid_reads_its_texts() {
+    let program = match mermaid() {
+        Ok(program) => program.display().to_string(),
+        Err(reason) => {
+            skipped("mermaid_reads_its_texts", &reason);
+            return;
+        }
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = files(folder.path(), GraphFormat::Mermaid);
+    let all: Vec<&str> = [&program]
+        .into_iter()
+        .chain(&files)
+        .map(String::as_str)
+        .collect();
+    run(Path::new("node"), &all).expect("Mermaid reads them");
+}

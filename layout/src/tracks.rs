@@ -1,0 +1,161 @@
+//! Where lines run up and down in the gaps between the columns.
+
+use crate::layers::{Layers, Touch, What, Wire};
+
+/// Between two lines that run beside each other.
+const SPACING: i32 = 8;
+/// Between a column and the first line beside it: room for an arrowhead.
+const ROOM: i32 = 18;
+/// Between two columns, at least.
+const LEAST: i32 = 44;
+/// Between a column and a border that no line reaches.
+const BORDER: i32 = 16;
+/// Lines that are nearer than this are seen as one.
+const NEAR: i32 = 4;
+
+/// How wide a gap is.
+pub(crate) fn width(layers: &Layers, gap: usize) -> i32 {
+    let wires = &layers.gaps[gap];
+    let last = layers.columns.len() - 1;
+    let outer = gap == 0 || gap + 1 == last;
+    if outer && wires.is_empty() {
+        // A part that reaches no border keeps no room for it.
+        let reaches = !(layers.columns[0].is_empty() && layers.columns[last].is_empty());
+        return if reaches { BORDER } else { 0 };
+    }
+    let furthest = wires.iter().map(|w| w.x).max().unwrap_or(0);
+    (furthest + ROOM).max(if outer { 2 * ROOM } else { LEAST })
+}
+
+/// Gives each wire its track, and moves what would lie upon each other.
+pub(crate) fn assign(layers: &mut Layers) {
+    for gap in 0..layers.gaps.len() {
+        let order = sorted(layers, gap);
+        separate(layers, gap, &order);
+        let mut xs: Vec<(usize, i32)> = Vec::new();
+        for wire in order {
+            let (low, high) = span(layers, &layers.gaps[gap][wire]);
+            let beside = xs.iter().filter(|(other, _)| {
+                let (from, to) = span(layers, &layers.gaps[gap][*other]);
+                from <= high + NEAR && low <= to + NEAR
+            });
+            let x = beside.map(|(_, x)| x + SPACING).max().unwrap_or(ROOM);
+            xs.push((wire, x));
+        }
+        // Few lines stand in the middle of a gap that is wider than they need.
+        let furthest = xs.iter().map(|(_, x)| *x).max().unwrap_or(ROOM);
+        let shift = (LEAST - furthest - ROOM).max(0) / 2;
+        let outer = gap == 0 || gap + 2 == layers.columns.len();
+        for (wire, x) in xs {
+            layers.gaps[gap][wire].x = x + if outer { 0 } else { shift };
+        }
+    }
+}
+
+/// Where the lines of a wire touch the columns before and behind.
+fn ends(layers: &Layers, wire: &Wire) -> (Vec<i32>, Vec<i32>) {
+    let left = wire.left.iter().map(|t| layers.y(*t, true));
+    let right = wire.right.iter().map(|t| layers.y(*t, false));
+    (left.collect(), right.collect())
+}
+
+/// From where to where a wire runs up and down.
+fn span(layers: &Layers, wire: &Wire) -> (i32, i32) {
+    let (left, right) = ends(layers, wire);
+    let all = || left.iter().chain(&right).copied();
+    (all().min().unwrap_or(0), all().max().unwrap_or(0))
+}
+
+/// How bad it is if the first wire runs left of the second one.
+fn cost(one: &(Vec<i32>, Vec<i32>), other: &(Vec<i32>, Vec<i32>)) -> usize {
+    let crossing = |ys: &[i32], of: &(Vec<i32>, Vec<i32>)| {
+        let all = || of.0.iter().chain(&of.1).copied();
+        let (low, high) = (all().min().unwrap_or(0), all().max().unwrap_or(0));
+        let within = ys
+            .iter()
+            .filter(|y| low <= **y && **y <= high && low < high);
+        within.count()
+    };
+    let upon = one
+        .1
+        .iter()
+        .flat_map(|y| other.0.iter().map(move |z| (y, z)));
+    let upon = upon.filter(|(y, z)| (*y - *z).abs() < NEAR).count();
+    crossing(&one.1, other) + crossing(&other.0, one) + 50 * upon
+}
+
+/// The wires of a gap from left to right, so that they cross little: each in turn goes to its best place.
+fn sorted(layers: &Layers, gap: usize) -> Vec<usize> {
+    let wires = &layers.gaps[gap];
+    let ends: Vec<_> = wires.iter().map(|w| ends(layers, w)).collect();
+    let mut order: Vec<usize> = (0..wires.len()).collect();
+    for _ in 0..6 {
+        let mut moved = false;
+        for wire in 0..wires.len() {
+            let Some(at) = order.iter().position(|w| *w == wire) else {
+                continue;
+            };
+            order.remove(at);
+            // The cost of all places, from that before all others on.
+            let mut sum: i64 = order
+                .iter()
+                .map(|o| cost(&ends[wire], &ends[*o]) as i64)
+                .sum();
+            let mut costs = vec![sum];
+            for other in &order {
+                sum += cost(&ends[*other], &ends[wire]) as i64;
+                sum -= cost(&ends[wire], &ends[*other]) as i64;
+                costs.push(sum);
+            }
+            let least = costs.iter().copied().min().unwrap_or(0);
+            let best = if costs[at] == least {
+                at
+            } else {
+                costs.iter().position(|c| *c == least).unwrap_or(at)
+            };
+            moved |= best != at;
+            order.insert(best, wire);
+        }
+        if !moved {
+            break;
+        }
+    }
+    order
+}
+
+/// Where a line to the right lies upon one from the left that turns further right, it is moved a little.
+fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
+    for (at, first) in order.iter().enumerate() {
+        for number in 0..layers.gaps[gap][*first].right.len() {
+            let touch = layers.gaps[gap][*first].right[number];
+            let y = layers.y(touch, false);
+            let taken = |layers: &Layers, y: i32| {
+                let later = order[at + 1..].iter().map(|w| &layers.gaps[gap][*w]);
+                let mut later = later.flat_map(|w| &w.left).map(|t| layers.y(*t, true));
+                later.any(|other| (other - y).abs() < NEAR)
+            };
+            if !taken(layers, y) {
+                continue;
+            }
+            let step = [4, -4, 5, -5, 6, -6]
+                .into_iter()
+                .find(|s| !taken(layers, y + s));
+            if let Some(step) = step {
+                shift(layers, touch, step);
+            }
+        }
+    }
+}
+
+/// Moves a lane, or a port of an item.
+fn shift(layers: &mut Layers, touch: Touch, by: i32) {
+    match layers.elements[touch.element].what {
+        What::Lane { .. } => layers.elements[touch.element].y += by,
+        What::Item(item) => {
+            let item = &mut layers.items[item];
+            if let Some(port) = item.left.get_mut(touch.port).filter(|_| !item.rigid) {
+                *port += by;
+            }
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Quality of service between two components, each with sockets of its own.
+
+use rc_middleware::backend::now;
+use rc_middleware::qos::Reliability;
+use rc_middleware::{
+    Address, Backend, Endpoint, Environment, Header, Interrupt, OpenError, Qos, RunDirectory,
+    SendError, Subscriber, TypeIdentity, wait,
+};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// No test waits longer for anything.
+const LIMIT: Duration = Duration::from_secs(30);
+
+/// A network and a domain of its own; its run directory goes with it.
+struct Network {
+    environment: Environment,
+}
+
+impl Network {
+    fn new(domain: u32) -> Self {
+        let network = format!("qos{domain}-{}", std::process::id());
+        let directory = RunDirectory::open(&network).expect("a run directory");
+        let mut environment = Environment {
+            network,
+            instance: "test".to_owned(),
+            directory,
+            interrupt: Interrupt::new().expect("an interrupt"),
+            settings: rc_middleware::Settings::default(),
+        };
+        let settings = &mut environment.settings;
+        settings.set("dds", "domain", vec![domain.to_string()]);
+        settings.set("dds", "interfaces", vec!["lo".to_owned()]);
+        Self { environment }
+    }
+
+    fn join(&self) -> Box<dyn Backend> {
+        rc_dds::connect(&self.environment).expect("the domain")
+    }
+}
+
+impl Drop for Network {
+    fn drop(&mut self) {
+        let _ = self.environment.directory.remove();
+    }
+}
+
+fn topic(qos: Qos) -> Endpoint {
+    Endpoint {
+        address: Address::parse("default/Laser/scan").expect("an address"),
+        types: TypeIdentity {
+            name: "Test::Laser/scan".to_owned(),
+            hash: 7,
+        },
+        qos,
+    }
+}
+
+fn header(sequence: u64) -> Header {
+    Header {
+        sequence,
+        sent: now(),
+        ..Header::default()
+    }
+}
+
+fn receive(subscriber: &mut dyn Subscriber) -> Option<u64> {
+    let mut sequence = None;
+    subscriber
+        .receive(&mut |header, _| sequence = Some(header.sequence))
+        .expect("values");
+    sequence
+}
+
+#[test]
+fn what_has_outlived_its_lifespan_is_not_handed_on() {
+    const LIFESPAN: Duration = Duration::from_millis(300);
+    let network = Network::new(10);
+    let (here, there) = (network.join(), network.join());
+    let mut subscriber = there.subscriber(&topic(Qos::SUBSCRIBER)).expect("an end");
+    let brief = Qos {
+        lifespan: Some(LIFESPAN),
+        ..Qos::PUBLISHER
+    };
+    let mut brief = here.publisher(&topic(brief)).expect("an end");
+    let mut lasting = here.publisher(&topic(Qos::PUBLISHER)).expect("an end");
+    brief.publish(header(1), b"brief").expect("to publish");
+    lasting.publish(header(1), b"lasting").expect("to publish");
+    lasting.publish(header(2), b"lasting").expect("to publish");
+    let sent = Instant::now();
+    assert_eq!(wait(&[subscriber.descriptor()], LIMIT), 1);
+    wait(
+        &[],
+        LIFESPAN.saturating_sub(sent.elapsed()) + Duration::from_millis(1),
+    );
+    let mut handed_on = Vec::new();
+    while handed_on.len() < 2 {
+        assert!(sent.elapsed() < LIMIT, "{handed_on:?}");
+        handed_on.extend(receive(&mut *subscriber));
+    }
+    assert_eq!(handed_on, [1, 2], "those of the lasting one");
+    assert_eq!(receive(&mut *subscriber), None);
+    // One that is read in time is handed on.
+    brief.publish(header(2), b"brief").expect("to publish");
+    let sent = Instant::now();
+    let mut came = None;
+    while came.is_none() && sent.elapsed() < LIFESPAN / 2 {
+        wait(&[subscriber.descriptor()], LIFESPAN / 2);
+        subscriber.acknowledge(true);
+        came = receive(&mut *subscriber);
+    }
+    // A machine that was busy for so long proves nothing.
+    if sent.elapsed() < LIFESPAN / 2 {
+        assert_eq!(came, Some(2));
+    }
+}
+
+#[test]
+fn what_is_too_large_is_refused_and_harms_nobody() {
+    let network = Network::new(11);
+    let (here, there) = (network.join(), network.join());
+    let mut subscriber = there.subscriber(&topic(Qos::SUBSCRIBER)).expect("an end");
+    let mut publisher = here.publisher(&topic(Qos::PUBLISHER)).expect("an end");
+    let large = vec![0; 129 << 20];
+    let refused = publisher.publish(header(1), &large);
+    assert!(
+        matches!(&refused, Err(SendError::Backend { address, .. }) if address == "default/Laser/scan"),
+        "{refused:?}"
+    );
+    publisher.publish(header(1), b"small").expect("to publish");
+    let begin = Instant::now();
+    while receive(&mut *subscriber).is_none() {
+        assert!(begin.elapsed() < LIMIT, "the small one does not come");
+        wait(&[subscriber.descriptor()], Duration::from_millis(50));
+        subscriber.acknowledge(true);
+    }
+}
+
+#[test]
+fn a_wrong_interface_is_told_with_those_that_there_are() {
+    let mut network = Network::new(12);
+    let wrong = vec!["nosuch0".to_owned()];
+    network.environment.settings.set("dds", "interfaces", wrong);
+    let Err(OpenError::Backend { reason, .. }) = rc_dds::connect(&network.environment) else {
+        panic!("it was taken");
+    };
+    assert!(reason.starts_with("there is no network interface `nosuch0`; there are "));
+    assert!(reason.contains("lo"), "{reason}");
+}
+
+/// What everybody in this process has logged.
+fn log() -> &'static Mutex<String> {
+    static LOG: Mutex<String> = Mutex::new(String::new());
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    struct Lines;
+    impl std::io::Write for Lines {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            let mut log = LOG.lock().expect("nobody panics here");
+            log.push_str(&String::from_utf8_lossy(bytes));
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    ONCE.call_once(|| {
+        tracing_subscriber::fmt()
+            .with_ansi(false)
+            .with_writer(|| Lines)
+            .init();
+    });
+    &LOG
+}
+
+#[test]
+fn what_does_not_fit_is_told_on_both_sides() {
+    let log = log();
+    let network = Network::new(13);
+    let (here, there) = (network.join(), network.join());
+    let offered = Qos {
+        reliability: Reliability::BestEffort,
+        liveliness: Some(Duration::from_secs(2)),
+        ..Qos::PUBLISHER
+    };
+    let requested = Qos {
+        reliability: Reliability::Reliable,
+        deadline: Some(Duration::from_millis(100)),
+        liveliness: Some(Duration::from_secs(1)),
+        ..Qos::SUBSCRIBER
+    };
+    let publisher = here.publisher(&topic(offered)).expect("an end");
+    let subscriber = there.subscriber(&topic(requested)).expect("an end");
+    let values = "reliability: offered best_effort, requested reliable; \
+                  deadline: offered none, requested 100ms; liveliness: offered 2s, requested 1s";
+    let (address, pid) = ("default/Laser/scan", std::process::id());
+    let told = [
+        format!(
+            "what is sent on `{address}` does not reach the subscriber pid {pid} (test): {values}"
+        ),
+        format!("`{address}` hears nothing of the publisher pid {pid} (test): {values}"),
+    ];
+    let begin = Instant::now();
+    while !told
+        .iter()
+        .all(|told| log.lock().expect("a log").contains(told))
+    {
+        assert!(begin.elapsed() < LIMIT, "{}", log.lock().expect("a log"));
+        wait(&[], Duration::from_millis(5));
+    }
+    assert_eq!((publisher.peers(), subscriber.peers()), (0, 0));
+}

@@ -1,0 +1,37 @@
+"""Tells the herald reports and looks whether they come back, whole and in order: repeat.py NETWORK DOMAIN COUNT."""
+
+import sys
+
+from herald import Echoes_echo, Kind, Mark, Point, Report, Reports_report
+from network import Network, met, qos
+
+# So many are under way at most: no end keeps more than it was told to.
+WINDOW = 500
+
+
+def report(number):
+    marks = [Mark(f"mark {i}", Point(i * 0.5, -i * 0.1)) for i in range(number % 4)]
+    ranges = [number + i * 0.001 for i in range(number % 7)]
+    text = "größer als 5 €"[: number % 15]
+    return Report(number, text, ranges, list(Kind)[number % 3], Point(0.25, -number), marks)
+
+
+network, domain, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+here = Network(network, domain)
+echoes = here.reader("Echoes/echo", Echoes_echo, qos(depth=1000))
+reports = here.writer("Reports/report", Reports_report, qos(depth=1000))
+met(echoes, reports)
+told = 0
+while told < min(WINDOW, count):
+    reports.write(Reports_report(report(told)))
+    told += 1
+heard = 0
+for echo in here.values(echoes):
+    assert echo.report == report(heard), f"{heard}: {echo}"
+    heard += 1
+    if told < count:
+        reports.write(Reports_report(report(told)))
+        told += 1
+    if heard == count:
+        break
+print("told", told, "heard", heard)
