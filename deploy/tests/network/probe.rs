@@ -3,7 +3,6 @@
 use crate::site::Site;
 use rustix::process::{Signal, kill_process};
 use std::os::unix::net::UnixDatagram;
-use std::process::Command;
 use std::time::Duration;
 
 #[test]
