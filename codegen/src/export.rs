@@ -92,11 +92,12 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     (files, found)
 }
 
-/// The first file that an export into `folder` would overwrite although no export has written it.
-pub fn foreign(steps: &[Step], folder: &Path) -> io::Result<Option<PathBuf>> {
+/// The first file that an export into `folder` would overwrite although no export has written it: it does not begin with
+/// `first_words`.
+pub fn foreign(steps: &[Step], folder: &Path, first_words: &str) -> io::Result<Option<PathBuf>> {
     for step in steps.iter().filter(|s| s.change == Change::Update) {
         let path = folder.join(&step.path);
-        if !std::fs::read(&path)?.starts_with(FIRST_WORDS.as_bytes()) {
+        if !std::fs::read(&path)?.starts_with(first_words.as_bytes()) {
             return Ok(Some(path));
         }
     }

@@ -7,12 +7,14 @@
 //! ```
 //!
 //! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked; with `addresses`,
-//!   what all of that is called when it runs, and `unsupported`, what it cannot do yet.
+//!   what all of that is called when it runs, `machine`, what it asks of this machine, and `unsupported`, what it
+//!   cannot do yet.
 //! - [`preview`], [`graph`]: what would run, as tables, as a picture, as JSON.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
+//! - [`export`](mod@export): the same for engines of another kind.
 //! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
@@ -25,6 +27,7 @@ mod control;
 pub mod detach;
 pub mod error;
 pub mod events;
+pub mod export;
 pub mod graph;
 pub mod guard;
 pub mod held;
@@ -32,11 +35,13 @@ mod lines;
 mod link;
 mod lock;
 pub mod logs;
+mod machine;
 pub mod network;
 pub mod params;
 pub mod plan;
 pub mod preview;
 pub mod process;
+mod realtime;
 mod relay;
 pub mod report;
 mod restart;

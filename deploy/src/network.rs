@@ -424,6 +424,8 @@ impl Network {
                 ready: instance.ready,
                 stop: instance.stop,
                 restart: restart(instance.restart),
+                cpu: instance.cpu.clone(),
+                priority: instance.priority.map(|(priority, _)| priority),
                 middleware: instance.middleware.word().to_owned(),
                 ..Component::new(instance.path.clone(), executable, directory)
             });

@@ -50,6 +50,12 @@ pub struct Component {
     /// Whether it is started again when it has ended by itself.
     #[serde(default)]
     pub restart: Restart,
+    /// The processors that it may run on; any where there is none.
+    #[serde(default)]
+    pub cpu: Vec<u16>,
+    /// Its real-time priority (`SCHED_FIFO`), 1 to 99, where it has one.
+    #[serde(default)]
+    pub priority: Option<u8>,
     /// The middleware that it was generated for, for people.
     #[serde(default)]
     pub middleware: String,
@@ -114,6 +120,8 @@ impl Component {
             ready: default_ready(),
             stop: default_stop(),
             restart: Restart::default(),
+            cpu: Vec::new(),
+            priority: None,
             middleware: String::new(),
         }
     }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// The longest pause before a start, unless the description names a longer one.
-const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+pub(crate) const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 /// A run of this length was no part of a series of failures: the pauses start anew.
 const STEADY: Duration = Duration::from_secs(10);
 

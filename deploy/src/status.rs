@@ -1,5 +1,6 @@
 //! What `rcdeploy status` shows, as it travels from the supervisor.
 
+use crate::realtime;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -72,6 +73,12 @@ pub struct ComponentStatus {
     pub ready: bool,
     /// The middleware that it was generated for.
     pub middleware: String,
+    /// The processors that it may run on; any where there is none.
+    #[serde(default)]
+    pub cpu: Vec<u16>,
+    /// Its real-time priority (`SCHED_FIFO`), where it has one.
+    #[serde(default)]
+    pub priority: Option<u8>,
     /// What is run.
     pub executable: PathBuf,
     /// What it printed.
@@ -114,6 +121,12 @@ impl fmt::Display for Status {
                 "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
                 component.name, component.state, component.middleware
             )?;
+            if !component.cpu.is_empty() {
+                write!(f, "  cpu {}", realtime::list(&component.cpu))?;
+            }
+            if let Some(priority) = component.priority {
+                write!(f, "  priority {priority}")?;
+            }
             if let Some(exit) = &component.exit {
                 write!(f, "  {exit}")?;
             }

@@ -7,6 +7,7 @@ use crate::link::{self, HEARTBEAT_LIMIT, Message};
 use crate::logs;
 use crate::plan::Component;
 use crate::process::{self, Identity, KILL_LIMIT, MARK, Mark, kill_group};
+use crate::realtime;
 use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
 use crate::status::{ComponentStatus, State};
@@ -192,7 +193,8 @@ impl Unit {
                 component.directory.display()
             ));
         }
-        let mut child = Command::new(&component.executable)
+        let mut command = Command::new(&component.executable);
+        command
             .args(&component.args)
             .envs(&component.env)
             .env("RC_SUPERVISED", "1")
@@ -201,9 +203,10 @@ impl Unit {
             .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(theirs)))
             .stdout(Stdio::from(log))
-            .stderr(Stdio::from(also_log))
-            .spawn()
-            .map_err(|e| refused(format!("run {}", component.executable.display()), e))?;
+            .stderr(Stdio::from(also_log));
+        let mut child = realtime::spawn(&mut command, &component.cpu, component.priority)?;
+        // It still holds the component's end of the link.
+        drop(command);
         let pid = Pid::from_child(&child);
         let pidfd = match pidfd_open(pid, PidfdFlags::empty()) {
             Ok(pidfd) => pidfd,
@@ -486,6 +489,8 @@ impl Unit {
             uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
             ready: self.ready && running.is_some(),
             middleware: self.component.middleware.clone(),
+            cpu: self.component.cpu.clone(),
+            priority: self.component.priority,
             executable: self.component.executable.clone(),
             log: self.log.clone(),
             restarts: self.restarts.count(),

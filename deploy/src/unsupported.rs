@@ -7,15 +7,9 @@ impl Network {
     /// Warns of each field that is read and checked, but changes nothing yet.
     pub(crate) fn warn_of_what_has_no_effect(&self, found: &mut Diagnostics) {
         for instance in &self.deployment.instances {
-            let fields = [
-                ("endpoint", instance.endpoint.map(|(_, span)| span)),
-                ("cpu", instance.cpu_span),
-                ("priority", instance.priority.map(|(_, span)| span)),
-            ];
-            for (word, span) in fields {
-                if let Some(span) = span {
-                    warn(word, span, found);
-                }
+            if let Some((_, span)) = instance.endpoint {
+                let message = "`endpoint` is read, but this version does not support it yet; it has no effect";
+                found.push(Diagnostic::warning("not-supported-yet", span, message));
             }
         }
     }
@@ -46,10 +40,4 @@ impl Network {
             Some((span, message))
         })
     }
-}
-
-fn warn(word: &str, span: Span, found: &mut Diagnostics) {
-    let message =
-        format!("`{word}` is read, but this version does not support it yet; it has no effect");
-    found.push(Diagnostic::warning("not-supported-yet", span, message));
 }

@@ -10,16 +10,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words of the sources that look like codes and are none.
-const NO_CODES: [&str; 10] = [
+const NO_CODES: [&str; 14] = [
     "build-dependencies",
     "default-members",
     "default-run",
     "dev-dependencies",
+    "on-failure",
     "rc-dds",
     "rc-iceoryx2",
     "rc-local",
     "rc-runtime",
     "rcdeploy-guard",
+    "robocomp-component",
+    "robocomp-host",
+    "robocomp-network",
     "sweep-test",
 ];
 

@@ -6,12 +6,18 @@ use rc_middleware::{Address, Settings};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
+
+/// The longest time that `--wait` takes.
+const LONGEST_WAIT: u64 = 24 * 60 * 60;
 
 /// What the command line asks for.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Task {
     Run(Arguments),
     Check(Arguments),
+    /// Asks the component of this name in this network, and waits so long for it to be ready.
+    Probe(Arguments, Duration),
     Print(String),
 }
 
@@ -32,6 +38,8 @@ pub(crate) fn parse(
 ) -> Result<Task, lexopt::Error> {
     let mut parser = lexopt::Parser::from_args(args);
     let mut check = false;
+    let mut probe = false;
+    let mut wait = None;
     let mut out = Arguments {
         network: "default".to_owned(),
         name: description.name.to_owned(),
@@ -52,16 +60,29 @@ pub(crate) fn parse(
             }
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("check") => check = true,
+            Long("probe") => probe = true,
+            Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
             Long("help") | Short('h') => return Ok(Task::Print(help(description))),
             Long("version") | Short('V') => return Ok(Task::Print(version(description))),
             other => return Err(format!("{}; see --help", other.unexpected()).into()),
         }
     }
-    Ok(if check {
+    if wait.is_some() && !probe {
+        return Err("--wait goes with --probe".into());
+    }
+    Ok(if probe {
+        Task::Probe(out, wait.unwrap_or_default())
+    } else if check {
         Task::Check(out)
     } else {
         Task::Run(out)
     })
+}
+
+fn seconds(text: &str) -> Result<Duration, lexopt::Error> {
+    let seconds = text.parse().ok().filter(|s| *s <= LONGEST_WAIT);
+    let wrong = || format!("--wait takes whole seconds, at most {LONGEST_WAIT}, not `{text}`");
+    Ok(Duration::from_secs(seconds.ok_or_else(wrong)?))
 }
 
 fn one_name(option: &str, text: &str) -> Result<String, lexopt::Error> {
@@ -165,6 +186,9 @@ fn help(description: &Description) -> String {
          a setting of [middleware.MIDDLEWARE], as in dds.domain=7; a list has commas\n  \
          --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
          --check               checks the configuration and ends\n  \
+         --probe               asks the component of this --network and --name, which runs already: exit code 0 where it\n                        \
+         is ready, 1 where it is there and starts, stops, hangs or does not answer in 2 s, 3 where it is not there\n  \
+         --wait SECONDS        with --probe: waits so long for it to be ready\n  \
          --help, --version\n\nExit codes: 0 done, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
     );
     if !description.slots.is_empty() {

@@ -11,8 +11,10 @@ mod context;
 mod event_loop;
 mod management;
 mod name;
+mod notify;
 mod parameters;
 mod ports;
+mod probe;
 mod process;
 mod status;
 

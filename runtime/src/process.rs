@@ -5,7 +5,9 @@ use crate::component::{Component, Description, WorkerError};
 use crate::context::Core;
 use crate::event_loop::EventLoop;
 use crate::management::Management;
+use crate::notify;
 use crate::ports::Ports;
+use crate::probe;
 use crate::status::Shared;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory, Settings};
@@ -82,6 +84,11 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
         Task::Check(arguments) => configure(description, &arguments)
             .and_then(|read| bindings(description, &arguments, &read.configuration))
             .map(|_| say(&format!("{}: ok\n", description.name))),
+        Task::Probe(arguments, wait) => {
+            let found = probe::probe(&arguments.network, &arguments.name, wait);
+            say(&format!("{}: {}\n", arguments.name, found.text()));
+            return ExitCode::from(found.code());
+        }
         Task::Run(arguments) => Interrupt::new()
             .map_err(|e| system("an event", &e))
             .and_then(|interrupt| {
@@ -250,9 +257,14 @@ fn live<C: Component>(
         if let Process::Part(running) = process {
             // Who does not wait any more has stopped the component already.
             let _ = running.send(());
+        } else {
+            notify::tell("READY=1");
         }
         event_loop.run()
     };
+    if matches!(process, Process::Whole) {
+        notify::tell("STOPPING=1");
+    }
     ports.linger(LINGER);
     drop(component);
     drop(ports);

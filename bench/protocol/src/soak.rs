@@ -30,6 +30,9 @@ const IMAGE: (u64, u64) = (950_000, 1_050_000);
 /// The pattern repeats after so many bytes, a prime: images with other numbers have other bytes.
 const PERIOD: u64 = 251;
 
+/// Where this variable is set, the source sends no images.
+pub const WITHOUT_IMAGES: &str = "RC_SOAK_WITHOUT_IMAGES";
+
 /// Whether an image is sent at this tick.
 pub fn is_image_due(tick: u64) -> bool {
     let sent = |ticks: u64| ticks * IMAGES_A_SECOND / TICKS_A_SECOND;

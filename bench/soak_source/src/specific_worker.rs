@@ -3,7 +3,8 @@
 
 use bench_protocol::now;
 use bench_protocol::soak::{
-    TICK, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, image, is_image_due, pattern, tell,
+    TICK, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image, is_image_due,
+    pattern, tell,
 };
 use soak_source_generated::tracing::warn;
 use soak_source_generated::{CallError, Context, Image, Worker, WorkerError};
@@ -16,6 +17,7 @@ const MOST_BEHIND: u64 = TICKS_A_SECOND;
 pub(crate) struct SpecificWorker {
     pattern: Vec<u8>,
     picture: Image,
+    sends_images: bool,
     begin: i64,
     /// The tick of the schedule that comes next; `ticks` of them were sent.
     next: u64,
@@ -38,6 +40,7 @@ impl Worker for SpecificWorker {
                 height: 1000,
                 ..Image::default()
             },
+            sends_images: std::env::var_os(WITHOUT_IMAGES).is_none(),
             begin: now(),
             next: 0,
             ticks: 0,
@@ -82,7 +85,7 @@ impl SpecificWorker {
     fn turn(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         ctx.ticks.tick(self.ticks as i64)?;
         self.ticks += 1;
-        if is_image_due(self.ticks) {
+        if self.sends_images && is_image_due(self.ticks) {
             self.publish_image(ctx)?;
         }
         if self.ticks > WARM_UP_TICKS && self.ticks.is_multiple_of(TICKS_A_QUERY) {

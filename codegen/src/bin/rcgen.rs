@@ -513,7 +513,7 @@ fn export_to_dds(file: &Path, out: &Path, common: &Common, dry_run: bool) -> Res
     };
     let system = |e: std::io::Error| Failure::System(e.to_string());
     let steps = files.plan(out).map_err(system)?;
-    if let Some(foreign) = export::foreign(&steps, out).map_err(system)? {
+    if let Some(foreign) = export::foreign(&steps, out, export::FIRST_WORDS).map_err(system)? {
         return Err(Failure::Usage(format!(
             "{} is there, and was not written by an export; name another folder",
             foreign.display()

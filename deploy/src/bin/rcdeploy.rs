@@ -6,7 +6,9 @@
 use clap::{Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
+use rc_codegen::files::Change;
 use rc_codegen::view::BACKENDS;
+use rc_deploy::export::{self, Engine};
 use rc_deploy::graph::GraphFormat;
 use rc_deploy::network::{self, Network, Profile};
 use rc_deploy::{Format, GuardCommand, Options, params, services};
@@ -15,6 +17,7 @@ use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
 use serde::Serialize;
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, ExitCode};
@@ -127,6 +130,24 @@ enum Command {
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
     },
+    /// Writes a network for an engine of another kind: equal programs, order, limits and policies. What the engine
+    /// cannot do is told, and stands in the files.
+    Export {
+        #[command(flatten)]
+        input: Input,
+        /// The engine: systemd (units), compose (a file for `docker compose`) or kubernetes (manifests).
+        #[arg(long, value_name = "ENGINE", value_parser = engine)]
+        to: Engine,
+        /// The folder that the files are written to.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// The container image, of compose (default: debian:stable-slim) and kubernetes.
+        #[arg(long)]
+        image: Option<String>,
+        /// Lists what would be written, and writes nothing.
+        #[arg(long)]
+        dry_run: bool,
+    },
     /// The process that cleans up when its supervisor is gone; started by `up`.
     #[command(hide = true)]
     Guard {
@@ -210,6 +231,17 @@ fn middleware(text: &str) -> Result<Backend, String> {
             None => format!("there are {}", words.join(" and ")),
         },
     )
+}
+
+fn engine(text: &str) -> Result<Engine, String> {
+    let words = Engine::WORDS.map(|(word, _)| word);
+    let found = Engine::WORDS.into_iter().find(|(word, _)| *word == text);
+    found
+        .map(|(_, engine)| engine)
+        .ok_or_else(|| match rc_diagnostics::nearest(text, words) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", words.join(", ")),
+        })
 }
 
 fn format(text: &str) -> Result<Format, String> {
@@ -314,6 +346,13 @@ fn run(command: Command) -> Result<u8, Failure> {
             let listed = params::list(&network, &name.unwrap_or_default(), &[])?;
             show(format, &listed, ToString::to_string)
         }
+        Command::Export {
+            input,
+            to,
+            out,
+            image,
+            dry_run,
+        } => export(&input, to, &out, image.as_deref(), dry_run),
         Command::Guard { network, hold } => {
             let held = RefCell::new(services::hold(&network, &hold));
             let clean = || {
@@ -465,6 +504,7 @@ fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnosti
     move |network, found| {
         if !unbuilt {
             network.warn_of_remote_hosts(found);
+            network.check_machine(false, found);
             network.check_generated(found);
             network.check_executables(input.profile, found);
         }
@@ -536,6 +576,7 @@ fn up(
     let network = if build {
         let network = load(input, human, |network, found| {
             network.refuse_remote_hosts(found);
+            network.check_machine(true, found);
             network.check_generated(found);
         })?;
         cargo_build(&network, input.profile)?;
@@ -549,6 +590,7 @@ fn up(
     } else {
         load(input, human, |network, found| {
             network.refuse_remote_hosts(found);
+            network.check_machine(true, found);
             network.check_executables(input.profile, found);
         })?
     };
@@ -590,6 +632,51 @@ fn up(
     };
     let name = plan.network.clone();
     Ok(rc_deploy::up(&plan, &options, &|| wipe(&name)).exit_code())
+}
+
+fn export(
+    input: &Input,
+    engine: Engine,
+    out: &Path,
+    image: Option<&str>,
+    dry_run: bool,
+) -> Result<u8, Failure> {
+    let network = load(input, rc_diagnostics::Format::Human, |_, _| {})?;
+    let plan = network.plan(input.profile).map_err(|e| system(&e))?;
+    let export = export::export(&network, &plan, engine, image).map_err(|e| Failure(1, e))?;
+    let steps = export.files.plan(out).map_err(|e| system(&e))?;
+    let foreign = rc_codegen::export::foreign(&steps, out, export::FIRST_WORDS);
+    if let Some(foreign) = foreign.map_err(|e| system(&e))? {
+        return Err(Failure(
+            2,
+            format!(
+                "{} is there, and was not written by an export; name another folder",
+                foreign.display()
+            ),
+        ));
+    }
+    for note in &export.notes {
+        eprintln!("rcdeploy: note: {note}");
+    }
+    let programs: BTreeSet<&Path> = plan.components.iter().map(|c| &*c.executable).collect();
+    for program in programs.into_iter().filter(|program| !program.exists()) {
+        let program = program.display();
+        eprintln!("rcdeploy: note: {program} is not built yet");
+    }
+    if !dry_run {
+        export.files.write(out).map_err(|e| system(&e))?;
+        for left in export.left(out).map_err(|e| system(&e))? {
+            eprintln!(
+                "rcdeploy: note: {} is of an earlier export; remove it",
+                left.display()
+            );
+        }
+    }
+    for step in steps.iter().filter(|step| step.change != Change::Keep) {
+        let path = out.join(&step.path);
+        print_line(format_args!("{} {}", step.change.word(), path.display()));
+    }
+    Ok(0)
 }
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {

@@ -103,7 +103,7 @@ fn what_is_private_or_elsewhere_is_refused_at_its_place() {
     assert_eq!(check.code, 0, "{check:?}");
     assert_eq!(
         check.stderr.matches("warning[not-supported-yet]").count(),
-        4,
+        2,
         "{check:?}"
     );
     let up = site.rcdeploy(&["up", "--profile", "dev"], true);

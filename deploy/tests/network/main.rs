@@ -10,6 +10,7 @@ mod late;
 mod params;
 mod patrol;
 mod pictures;
+mod probe;
 mod python;
 mod settings;
 mod site;

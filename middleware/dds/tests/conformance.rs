@@ -5,12 +5,13 @@ use rc_middleware::{Backend, Environment, OpenError};
 
 struct Dds;
 
-/// A domain for each network of these tests; those of other files have others. The ports of domains above 101 are among
-/// those that the system gives to anybody.
+/// A domain for each network of these tests, `tNUMBER-PID`; those of other files have others, and another run on the same
+/// machine begins elsewhere.
 fn domain(network: &str) -> String {
-    let number = network.trim_start_matches('t').split('-').next();
-    let number: u32 = number.and_then(|n| n.parse().ok()).unwrap_or_default();
-    (20 + number % 80).to_string()
+    let mut numbers = network.trim_start_matches('t').split('-');
+    let mut number = || numbers.next().and_then(|n| n.parse::<u32>().ok());
+    let (number, pid) = (number().unwrap_or_default(), number().unwrap_or_default());
+    (20 + number.wrapping_add(pid.wrapping_mul(37)) % 80).to_string()
 }
 
 impl rc_conformance::Subject for Dds {

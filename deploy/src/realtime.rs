@@ -1,0 +1,210 @@
+//! The processors that a component may run on, and its real-time priority.
+//!
+//! Both are set of the thread that starts the process, which is made for this and ends at once: a process inherits
+//! them from the thread that makes it, and its own threads from it. So they hold from its first instruction on.
+
+use std::collections::BTreeSet;
+use std::io;
+use std::process::{Child, Command};
+
+use rustix::io::Errno;
+use rustix::process::{Resource, getrlimit};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+/// Where the system lists the processors that are switched on.
+const ONLINE: &str = "/sys/devices/system/cpu/online";
+
+/// Starts a process on these processors (none: any) and with this priority of `SCHED_FIFO`.
+pub(crate) fn spawn(
+    command: &mut Command,
+    cpu: &[u16],
+    priority: Option<u8>,
+) -> Result<Child, String> {
+    let spawn = |command: &mut Command| {
+        let child = command.spawn();
+        child.map_err(|e| format!("cannot run {}: {e}", command.get_program().display()))
+    };
+    if cpu.is_empty() && priority.is_none() {
+        return spawn(command);
+    }
+    on_a_thread(|| {
+        set_affinity(cpu)?;
+        priority.map_or(Ok(()), set_priority)?;
+        spawn(command)
+    })
+}
+
+/// Whether the system lets this process use a real-time priority; else what to do.
+pub(crate) fn permits(priority: u8) -> Result<(), String> {
+    on_a_thread(|| set_priority(priority))
+}
+
+/// Runs something that changes how its thread is scheduled.
+fn on_a_thread<T: Send>(work: impl FnOnce() -> Result<T, String> + Send) -> Result<T, String> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().spawn_scoped(scope, work);
+        let thread = thread.map_err(|e| format!("cannot make a thread: {e}"))?;
+        let ended = thread.join();
+        ended.unwrap_or_else(|_| Err("the thread that starts it panicked".to_owned()))
+    })
+}
+
+fn set_affinity(cpu: &[u16]) -> Result<(), String> {
+    if cpu.is_empty() {
+        return Ok(());
+    }
+    missing(cpu)?;
+    let mut wanted = CpuSet::new();
+    cpu.iter().for_each(|at| wanted.set(usize::from(*at)));
+    let allowed = sched_setaffinity(None, &wanted).and_then(|()| sched_getaffinity(None));
+    // The system leaves out, without a word, what the cgroup of this process may not use.
+    match allowed {
+        Ok(allowed) if allowed == wanted => Ok(()),
+        Ok(_) | Err(Errno::INVAL) => Err(format!(
+            "the cgroup of rcdeploy may not use all of the processors {}; change its `cpuset.cpus` (`AllowedCPUs` of systemd, `--cpuset-cpus` of a container), or `cpu`",
+            list(cpu)
+        )),
+        Err(error) => Err(format!(
+            "cannot let it run on the processors {}: {error}",
+            list(cpu)
+        )),
+    }
+}
+
+/// Says which of these processors the machine does not have, and which ones there are.
+pub(crate) fn missing(cpu: &[u16]) -> Result<(), String> {
+    // Where the system does not list them, it will refuse them itself.
+    let Ok(online) = online() else { return Ok(()) };
+    let missing: Vec<u16> = cpu
+        .iter()
+        .copied()
+        .filter(|at| !online.contains(at))
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let online: Vec<u16> = online.into_iter().collect();
+    let plural = if missing.len() == 1 { "" } else { "s" };
+    Err(format!(
+        "this machine has no processor{plural} {}; there are {}",
+        list(&missing),
+        list(&online)
+    ))
+}
+
+fn set_priority(priority: u8) -> Result<(), String> {
+    fifo(priority).map_err(
+        |error| match error.raw_os_error().map(Errno::from_raw_os_error) {
+            Some(Errno::PERM) => {
+                let limit = getrlimit(Resource::Rtprio).current.unwrap_or(u64::MAX);
+                forbidden(priority, limit)
+            }
+            _ => format!("cannot give it the real-time priority {priority}: {error}"),
+        },
+    )
+}
+
+/// What to do where a priority is not permitted.
+fn forbidden(priority: u8, limit: u64) -> String {
+    let limits = if limit >= u64::from(priority) {
+        // It is not the limit, then: a group without a share of real time, or a filter of system calls.
+        "the cgroup or the container of rcdeploy has no real time (`cpu.rt_runtime_us`, seccomp)"
+            .to_owned()
+    } else {
+        format!(
+            "allow it with the line `USER - rtprio {priority}` in /etc/security/limits.conf and a new login (the limit is {limit} now), \
+             with `LimitRTPRIO={priority}` of a unit, with `--ulimit rtprio={priority}` of a container, or with the capability CAP_SYS_NICE"
+        )
+    };
+    format!(
+        "the system forbids the real-time priority {priority}; {limits}, or leave `priority` out"
+    )
+}
+
+/// Gives the calling thread a priority of `SCHED_FIFO`.
+#[expect(unsafe_code, reason = "no safe crate has this call")]
+fn fifo(priority: u8) -> io::Result<()> {
+    // SAFETY: all bytes zero are a value of this structure of numbers, and the call only reads it; 0 is the thread itself.
+    let done = unsafe {
+        let mut parameters: libc::sched_param = std::mem::zeroed();
+        parameters.sched_priority = libc::c_int::from(priority);
+        libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters)
+    };
+    if done == 0 {
+        Ok(())
+    } else {
+        Err(io::Error::last_os_error())
+    }
+}
+
+fn online() -> io::Result<BTreeSet<u16>> {
+    let text = std::fs::read_to_string(ONLINE)?;
+    read_list(text.trim()).ok_or_else(|| io::ErrorKind::InvalidData.into())
+}
+
+/// Reads `0-3,8`, as the system writes it.
+fn read_list(text: &str) -> Option<BTreeSet<u16>> {
+    let mut all = BTreeSet::new();
+    for part in text.split(',') {
+        let (from, to) = part.split_once('-').unwrap_or((part, part));
+        all.extend(from.parse::<u16>().ok()?..=to.parse().ok()?);
+    }
+    Some(all)
+}
+
+/// `0–3, 8` for people, of numbers in their order.
+pub(crate) fn list(cpu: &[u16]) -> String {
+    let mut sorted = cpu.to_vec();
+    sorted.sort_unstable();
+    sorted.dedup();
+    let runs = sorted.chunk_by(|a, b| a + 1 == *b);
+    let texts = runs.map(|run| match run {
+        [from, .., to] if run.len() > 2 => format!("{from}-{to}"),
+        _ => run
+            .iter()
+            .map(u16::to_string)
+            .collect::<Vec<_>>()
+            .join(", "),
+    });
+    texts.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_processors_are_read_and_told() {
+        let all = read_list("0-3,8").expect("a list");
+        assert_eq!(all.iter().copied().collect::<Vec<_>>(), [0, 1, 2, 3, 8]);
+        assert_eq!(read_list("0-"), None);
+        assert_eq!(list(&[8, 2, 1, 0, 3]), "0-3, 8");
+        assert_eq!(list(&[3, 2]), "2, 3");
+    }
+
+    #[test]
+    fn a_processor_that_is_not_there_is_named_beside_those_that_are() {
+        let first = *online().expect("Linux lists them").first().expect("one");
+        assert_eq!(missing(&[first]), Ok(()));
+        let told = missing(&[first, 1023]).expect_err("nobody has so many");
+        assert!(
+            told.starts_with("this machine has no processor 1023; there are"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn who_is_forbidden_is_told_what_to_do() {
+        let told = forbidden(10, 0);
+        for word in [
+            "priority 10",
+            "rtprio 10",
+            "CAP_SYS_NICE",
+            "limits.conf",
+            "is 0 now",
+        ] {
+            assert!(told.contains(word), "{told}");
+        }
+        assert!(forbidden(10, 99).contains("cpu.rt_runtime_us"));
+    }
+}
