@@ -8,7 +8,7 @@ use crate::session::{Port, Session, Wanted};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, wait};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::AsFd;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -19,6 +19,8 @@ const CYCLE: Duration = Duration::from_millis(50);
 /// How long a full queue is given to make room: what the server has taken already is on its way to us.
 const ROOM: Duration = Duration::from_millis(50);
 
+/// After this a stranger is not waited for any more that has not answered a request: it may take commands for one-way.
+const SILENCE: Duration = Duration::from_secs(1);
 /// How long the answer of a server that has gone is waited for: data and discovery come by different threads.
 const LAST_WORDS: Duration = Duration::from_millis(10);
 
@@ -53,7 +55,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         replies,
         answers,
         spin: endpoint.qos.spin,
-        under_way: BTreeSet::new(),
+        under_way: BTreeMap::new(),
         asked: None,
     };
     let (ear, found) = (&client.requests.ear, || client.server().is_some());
@@ -76,7 +78,7 @@ pub(crate) struct DdsClient {
     answers: Arc<Answers>,
     spin: Duration,
     /// Requests that were sent and not confirmed yet: each is answered, a command by an empty result.
-    under_way: BTreeSet<u64>,
+    under_way: BTreeMap<u64, Instant>,
     /// Who has them.
     asked: Option<Member>,
 }
@@ -95,6 +97,12 @@ impl DdsClient {
     fn is_there(&self, server: Member) -> bool {
         let same = |peer: &Peer| peer.member == server && is_server(peer);
         self.replies.ear.has(same) && self.requests.ear.has(same)
+    }
+
+    /// Whether it tells nothing of itself.
+    fn is_stranger(&self, server: Member) -> bool {
+        let same = |peer: &Peer| peer.member == server && peer.hello.is_none();
+        self.requests.ear.has(same)
     }
 
     fn server(&self) -> Option<Member> {
@@ -116,6 +124,9 @@ impl DdsClient {
             while let Some((id, _)) = self.answers.next() {
                 self.under_way.remove(&id.sequence);
             }
+            if self.under_way.len() >= REQUEST_QUEUE && self.is_stranger(server) {
+                self.under_way.retain(|_, sent| sent.elapsed() < SILENCE);
+            }
             if self.under_way.len() < REQUEST_QUEUE {
                 break;
             }
@@ -136,7 +147,7 @@ impl DdsClient {
                 .write(header.sequence, stamp(header.sent), request)
                 .map_err(|error| failed(error.to_string()))?;
         }
-        self.under_way.insert(id.sequence);
+        self.under_way.insert(id.sequence, Instant::now());
         Ok((id, server))
     }
 
