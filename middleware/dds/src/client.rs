@@ -145,7 +145,13 @@ impl DdsClient {
         if let Entity::Writer(writer) = &*self.requests.entity {
             writer
                 .write(header.sequence, stamp(header.sent), request)
-                .map_err(|error| failed(error.to_string()))?;
+                .map_err(|error| {
+                    if error.is_timeout() {
+                        CallError::QueueFull(self.address.clone())
+                    } else {
+                        failed(error.to_string())
+                    }
+                })?;
         }
         self.under_way.insert(id.sequence, Instant::now());
         Ok((id, server))

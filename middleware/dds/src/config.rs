@@ -6,8 +6,9 @@ use rc_middleware::{Environment, OpenError};
 /// they take with the library's own 14,720 and 1,344.
 const PACKET: &str = "65500B";
 const FRAGMENT: &str = "65000B";
-/// No writer blocks for what its readers have not confirmed; the depth of a topic and the windows of clients bound it.
-const UNCONFIRMED: &str = "1GiB";
+/// How much a writer of calls may have sent that is not confirmed. At half of it the library asks its readers, who do not
+/// confirm by themselves as long as more comes; at all of it, it waits for them.
+const UNCONFIRMED: &str = "1MiB";
 /// A sample that is larger is refused on both sides.
 const LARGEST: &str = "128MiB";
 

@@ -409,7 +409,7 @@ static dds_qos_t *qos_of (const struct rc_qos *wanted)
     return NULL;
   const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation (qos, 1, &xcdr1);
-  dds_qset_reliability (qos, wanted->reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_MSECS (100));
+  dds_qset_reliability (qos, wanted->reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_SECS (1));
   dds_qset_durability (qos, wanted->transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   const dds_history_kind_t history = wanted->depth > 0 ? DDS_HISTORY_KEEP_LAST : DDS_HISTORY_KEEP_ALL;
   dds_qset_history (qos, history, wanted->depth);
