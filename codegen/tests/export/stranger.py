@@ -6,12 +6,18 @@ stranger.py read: checks samples on standard input, which a component wrote.
 
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 from cyclonedds.idl import IdlEnum, IdlStruct, IdlUnion
 from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import (
     array, bounded_str, case, default, float32, float64, int8, int16, int32, int64, sequence, uint8, uint16, uint32,
     uint64,
+)
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "middleware/dds/tests/stranger"))
+from rpc import (  # noqa: E402
+    EntityId_t, GUID_t, RemoteExceptionCode_t, ReplyHeader, RequestHeader, SampleIdentity, SequenceNumber_t,
 )
 
 
@@ -108,60 +114,6 @@ class News_told(IdlStruct, typename="Exported.News_told"):
 @final
 class News_nothing(IdlStruct, typename="Exported.News_nothing"):
     dummy: uint8 = 0
-
-
-# dds_rpc.idl
-
-
-@dataclass
-@final
-class EntityId_t(IdlStruct, typename="dds.EntityId_t"):
-    entityKey: array[uint8, 3]
-    entityKind: uint8
-
-
-@dataclass
-@final
-class GUID_t(IdlStruct, typename="dds.GUID_t"):
-    guidPrefix: array[uint8, 12]
-    entityId: EntityId_t
-
-
-@dataclass
-@final
-class SequenceNumber_t(IdlStruct, typename="dds.SequenceNumber_t"):
-    high: int32
-    low: uint32
-
-
-@dataclass
-@final
-class SampleIdentity(IdlStruct, typename="dds.SampleIdentity"):
-    writer_guid: GUID_t
-    sequence_number: SequenceNumber_t
-
-
-class RemoteExceptionCode_t(IdlEnum, typename="dds.rpc.RemoteExceptionCode_t", default="REMOTE_EX_OK"):
-    REMOTE_EX_OK = 0
-    REMOTE_EX_UNSUPPORTED = 1
-    REMOTE_EX_INVALID_ARGUMENT = 2
-    REMOTE_EX_OUT_OF_RESOURCES = 3
-    REMOTE_EX_UNKNOWN_OPERATION = 4
-    REMOTE_EX_UNKNOWN_EXCEPTION = 5
-
-
-@dataclass
-@final
-class RequestHeader(IdlStruct, typename="dds.rpc.RequestHeader"):
-    requestId: SampleIdentity
-    instanceName: bounded_str[255]
-
-
-@dataclass
-@final
-class ReplyHeader(IdlStruct, typename="dds.rpc.ReplyHeader"):
-    relatedRequestId: SampleIdentity
-    remoteEx: RemoteExceptionCode_t
 
 
 # The calls of Desk

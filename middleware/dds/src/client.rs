@@ -42,7 +42,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         role: Role::Client,
         types: &endpoint.types,
         sends,
-        qos: call_qos(&[]),
+        qos: call_qos(),
         signal: signal.clone(),
         inbox: Arc::clone(&answers) as _,
     };

@@ -123,7 +123,7 @@ pub(crate) fn hex(guid: &Guid) -> String {
 }
 
 /// The quality of service of an end of a topic, for the library.
-pub(crate) fn topic_qos<'a>(wanted: &rc_middleware::Qos, user_data: &'a [u8]) -> Qos<'a> {
+pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
     Qos {
         reliable: wanted.reliability == qos::Reliability::Reliable,
         transient_local: wanted.durability == qos::Durability::TransientLocal,
@@ -131,16 +131,15 @@ pub(crate) fn topic_qos<'a>(wanted: &rc_middleware::Qos, user_data: &'a [u8]) ->
         deadline: wanted.deadline,
         lifespan: wanted.lifespan,
         liveliness: wanted.liveliness,
-        user_data,
+        user_data: &[],
     }
 }
 
 /// Calls lose nothing; how much may wait is counted by the ends themselves.
-pub(crate) fn call_qos(user_data: &[u8]) -> Qos<'_> {
+pub(crate) fn call_qos() -> Qos<'static> {
     Qos {
         reliable: true,
         depth: 0,
-        user_data,
         ..Qos::default()
     }
 }

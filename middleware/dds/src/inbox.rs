@@ -16,9 +16,9 @@ const ENCAPSULATION: usize = 4;
 /// Of one client, how many requests wait here at most, and of all together how many bytes. Clients of ours stop long
 /// before that.
 const MOST_REQUESTS: usize = 256;
+const MOST_BYTES: usize = 256 << 20;
 /// Of how many senders of a topic it is known what they sent last.
 const MOST_SENDERS: usize = 256;
-const MOST_BYTES: usize = 256 << 20;
 /// How many answers to one client may be unread. There are as many as there are requests, unless somebody floods it.
 const MOST_ANSWERS: usize = 256;
 
@@ -167,7 +167,7 @@ impl Answers {
 
 impl Inbox for Answers {
     fn put(&self, sample: Sample) {
-        let envelope = |body| rpc::request_id(body).ok_or("it has no envelope".to_owned());
+        let envelope = |body| rpc::request_id(body).ok_or_else(|| "it has no envelope".to_owned());
         let id = match body(&sample).and_then(envelope) {
             Ok(id) => id,
             Err(reason) => {

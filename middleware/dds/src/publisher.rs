@@ -22,7 +22,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsPubl
         role: Role::Publisher,
         types: &endpoint.types,
         sends: true,
-        qos: topic_qos(&endpoint.qos, &[]),
+        qos: topic_qos(&endpoint.qos),
         signal: signal(&address)?,
         inbox: Arc::new(()),
     }])?;

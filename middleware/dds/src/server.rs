@@ -28,7 +28,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServ
         role: Role::Server,
         types: &endpoint.types,
         sends,
-        qos: call_qos(&[]),
+        qos: call_qos(),
         signal: signal.clone(),
         inbox: Arc::clone(&waiting) as _,
     };
@@ -82,9 +82,14 @@ impl DdsServer {
         }
     }
 
-    fn refuse(&mut self, id: rpc::RequestId, reason: &str) -> Result<(), ReceiveError> {
+    fn refuse(
+        &mut self,
+        id: rpc::RequestId,
+        outcome: Outcome,
+        reason: &str,
+    ) -> Result<(), ReceiveError> {
         let mut writer = Writer::default();
-        rpc::refuse(&mut writer, id, Outcome::OutOfResources, reason);
+        rpc::refuse(&mut writer, id, outcome, reason);
         self.answer(&writer.into_bytes())
     }
 }
@@ -103,7 +108,8 @@ impl Server for DdsServer {
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         if let Some(id) = self.waiting.refused() {
-            self.refuse(id, "too many requests of this client wait already")?;
+            let reason = "too many requests of this client wait already";
+            self.refuse(id, Outcome::OutOfResources, reason)?;
             return Ok(true);
         }
         let Some(Waiting { sample, .. }) = self.waiting.next(|waiting| self.may_serve(waiting))
@@ -113,7 +119,8 @@ impl Server for DdsServer {
         let body = inbox::body(&sample).map_err(|reason| self.failed(reason))?;
         let Some(sender) = self.requests.ear.sender(sample.writer()) else {
             if let Some(id) = rpc::request_id(body) {
-                self.refuse(id, "the types differ; regenerate and rebuild both ends")?;
+                let reason = "the types differ; regenerate and rebuild both ends";
+                self.refuse(id, Outcome::InvalidArgument, reason)?;
             }
             return Ok(true);
         };

@@ -356,18 +356,14 @@ impl Drop for Port {
 /// A part of this process in a domain of DDS. The library knows one for each id, and several components may be in one
 /// process: each has its own.
 fn part_of(domain: u32, xml: &str) -> Result<Domain, rc_ddsc::Error> {
-    match Domain::new(domain, xml) {
-        Err(error) if error.is_precondition() => {}
-        result => return result,
-    }
-    let mut last = None;
+    let mut part = Domain::new(domain, xml);
     for id in FURTHER_PARTS {
-        match Domain::new(id, xml) {
-            Err(error) if error.is_precondition() => last = Some(error),
-            result => return result,
+        match &part {
+            Err(error) if error.is_precondition() => part = Domain::new(id, xml),
+            _ => break,
         }
     }
-    last.map_or_else(|| Domain::new(domain, xml), Err)
+    part
 }
 
 struct Discovering(bool, Sender<Note>);

@@ -19,7 +19,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
         role: Role::Subscriber,
         types: &endpoint.types,
         sends: false,
-        qos: topic_qos(&endpoint.qos, &[]),
+        qos: topic_qos(&endpoint.qos),
         signal: signal(&address)?,
         inbox: Arc::clone(&values) as _,
     }])?;
