@@ -1,6 +1,6 @@
 //! The calling end of a connection: a writer of requests and a reader of replies.
 
-use crate::ear::{Entity, Peer};
+use crate::ear::Peer;
 use crate::hello::{Role, call_qos};
 use crate::inbox::{self, Answers, stamp};
 use crate::publisher::signal;
@@ -142,17 +142,16 @@ impl DdsClient {
         };
         let id = rpc::request_id(request)
             .ok_or_else(|| failed("a request has no envelope".to_owned()))?;
-        if let Entity::Writer(writer) = &*self.requests.entity {
-            writer
-                .write(header.sequence, stamp(header.sent), request)
-                .map_err(|error| {
-                    if error.is_timeout() {
-                        CallError::QueueFull(self.address.clone())
-                    } else {
-                        failed(error.to_string())
-                    }
-                })?;
-        }
+        self.requests
+            .entity
+            .write(header.sequence, stamp(header.sent), request)
+            .map_err(|error| {
+                if error.is_timeout() {
+                    CallError::QueueFull(self.address.clone())
+                } else {
+                    failed(error.to_string())
+                }
+            })?;
         self.under_way.insert(id.sequence, Instant::now());
         Ok((id, server))
     }

@@ -28,6 +28,19 @@ impl Entity {
         }
     }
 
+    /// Sends a body; see `Writer::write`. A reader cannot.
+    pub(crate) fn write(
+        &self,
+        sequence: u64,
+        stamp: i64,
+        body: &[u8],
+    ) -> Result<(), rc_ddsc::Error> {
+        match self {
+            Self::Writer(writer) => writer.write(sequence, stamp, body),
+            Self::Reader(_) => Err(rc_ddsc::Error::BAD_PARAMETER),
+        }
+    }
+
     pub(crate) fn guid(&self) -> Result<Guid, rc_ddsc::Error> {
         match self {
             Self::Writer(writer) => writer.guid(),

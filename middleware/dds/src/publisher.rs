@@ -1,6 +1,5 @@
 //! The sending end of a topic.
 
-use crate::ear::Entity;
 use crate::hello::{Role, topic_qos};
 use crate::inbox::stamp;
 use crate::session::{Port, Session, Wanted};
@@ -43,10 +42,8 @@ pub(crate) struct DdsPublisher {
 
 impl Publisher for DdsPublisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
-        let Entity::Writer(writer) = &*self.port.entity else {
-            return Ok(());
-        };
-        writer
+        let entity = &self.port.entity;
+        entity
             .write(header.sequence, stamp(header.sent), body)
             .map_err(|error| SendError::Backend {
                 address: self.address.clone(),

@@ -1,7 +1,7 @@
 //! The answering end of a connection: a reader of requests and a writer of replies.
 
 use crate::client::topics;
-use crate::ear::{Entity, Peer};
+use crate::ear::Peer;
 use crate::hello::{Role, call_qos};
 use crate::inbox::{self, Requests, Waiting, stamp};
 use crate::publisher::signal;
@@ -67,10 +67,8 @@ impl DdsServer {
 
     fn answer(&mut self, reply: &[u8]) -> Result<(), ReceiveError> {
         self.sent += 1;
-        let Entity::Writer(writer) = &*self.replies.entity else {
-            return Ok(());
-        };
-        writer
+        let entity = &self.replies.entity;
+        entity
             .write(self.sent, stamp(0), reply)
             .map_err(|error| self.failed(format!("an answer cannot be sent: {error}")))
     }

@@ -16,12 +16,15 @@ use std::time::Duration;
 pub struct Error(i32);
 
 impl Error {
-    /// A limit of time was reached.
+    /// An argument is none that the library could use (`DDS_RETCODE_BAD_PARAMETER`).
+    pub const BAD_PARAMETER: Self = Self(-3);
+
+    /// A limit of time was reached (`DDS_RETCODE_TIMEOUT`).
     pub fn is_timeout(self) -> bool {
         self.0 == -10
     }
 
-    /// What was wanted is there already.
+    /// What was wanted is there already (`DDS_RETCODE_PRECONDITION_NOT_MET`).
     pub fn is_precondition(self) -> bool {
         self.0 == -4
     }
@@ -42,9 +45,7 @@ fn checked(code: i32) -> Result<i32, Error> {
 }
 
 fn c_string(text: &str) -> Result<CString, Error> {
-    /// `DDS_RETCODE_BAD_PARAMETER`
-    const BAD_PARAMETER: i32 = -3;
-    CString::new(text).map_err(|_| Error(BAD_PARAMETER))
+    CString::new(text).map_err(|_| Error::BAD_PARAMETER)
 }
 
 /// The global identity of an entity (RTPS 2.5, 8.2.4): 12 bytes of its participant, 4 of its own.
@@ -249,7 +250,7 @@ impl Attached {
     }
 
     fn guid(&self) -> Result<Guid, Error> {
-        Entity::guid(self.entity.as_ref().ok_or(Error(-3))?)
+        Entity::guid(self.entity.as_ref().ok_or(Error::BAD_PARAMETER)?)
     }
 
     /// What is known of the other end with this handle, while it is there.
