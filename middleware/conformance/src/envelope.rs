@@ -56,6 +56,7 @@ impl Asking {
         };
         let mut writer = Writer::default();
         rpc::begin_request(&mut writer, id, OPERATION);
+        rpc::begin_body(&mut writer, self.port.profile());
         writer.raw(request);
         writer.into_bytes()
     }
@@ -79,13 +80,14 @@ impl Client for Asking {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let request = self.envelope(request);
-        let sequence = self.sequence;
+        let (sequence, profile) = (self.sequence, self.port.profile());
         self.port
             .call(header, &request, limit, &mut |header, reply| {
                 let mut reader = Reader::new(reply);
                 let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
                 assert_eq!(id.sequence, sequence, "the answer to another request");
                 assert_eq!(kind, ReplyKind::Case(0));
+                rpc::open_body(&mut reader, profile);
                 take(header, reader.rest());
             })
     }
@@ -113,11 +115,14 @@ impl Server for Answering {
         self.0.serve(&mut |header, request, reply| {
             let mut reader = Reader::new(request);
             let (id, operation) = rpc::open_request(&mut reader).expect("an envelope");
+            let profile = reply.profile();
+            rpc::open_body(&mut reader, profile);
             let mut bytes = Vec::new();
             answer(header, reader.rest(), &mut bytes);
             if !bytes.is_empty() {
                 let mut writer = Writer::over(std::mem::take(reply.body()));
                 rpc::begin_reply(&mut writer, id, operation, 0);
+                rpc::begin_body(&mut writer, profile);
                 writer.raw(&bytes);
                 *reply.body() = writer.into_bytes();
             }
