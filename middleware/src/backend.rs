@@ -65,6 +65,8 @@ pub enum Profile {
 /// An operation in the words of a middleware that has types of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Foreign {
+    /// The slot that it is of.
+    pub slot: String,
     /// Its name in the IDSL.
     pub operation: String,
     /// Its number in the envelope of a call.

@@ -160,6 +160,7 @@ impl Slot {
     fn foreign(&self) -> impl Iterator<Item = Foreign> {
         let operations = self.operations.iter().zip(self.foreign);
         operations.map(|(operation, type_name)| Foreign {
+            slot: self.name.to_owned(),
             operation: operation.name.to_owned(),
             id: operation.id,
             type_name: (*type_name).to_owned(),

@@ -60,7 +60,8 @@ impl<'a> Network<'a> {
     /// The component of `environment`, for the calling thread.
     pub fn join_as(&self, environment: &Environment) -> Box<dyn Backend> {
         let backend = self.subject.connect(environment).expect("the network");
-        Box::new(Enveloping(backend))
+        let pads = self.subject.pads();
+        Box::new(Enveloping { backend, pads })
     }
 
     /// The same without help: requests and replies have their envelopes.
@@ -142,6 +143,7 @@ const OPERATIONS: [(&str, i32); 4] = [("any", 5), ("divide", 11), ("note", 12), 
 
 fn foreign((operation, id): (&str, i32)) -> Foreign {
     Foreign {
+        slot: "Test".to_owned(),
         operation: operation.to_owned(),
         id,
         type_name: format!("conformance_msgs/srv/{operation}"),
