@@ -139,9 +139,9 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
 pub fn every_size_travels(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Camera/image");
-    let backend = network.join("both");
-    let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
-    let mut publisher = backend.publisher(&topic).expect("a publisher");
+    let (camera, viewer) = (network.join("camera"), network.join("viewer"));
+    let mut subscriber = viewer.subscriber(&topic).expect("a subscriber");
+    let mut publisher = camera.publisher(&topic).expect("a publisher");
     let sizes = SIZES.iter().chain(SIZES.iter().rev()).copied();
     for (size, sequence) in sizes.zip(1..) {
         let sent = (header(sequence), pattern(size));

@@ -23,6 +23,10 @@ use std::time::{Duration, Instant};
 const CYCLE: Duration = Duration::from_millis(50);
 /// How long a full queue is given to make room: what the server has taken already is on its way to us.
 const ROOM: Duration = Duration::from_millis(50);
+/// How long a server that was found is given to find this client: a tenth of a second where it is a stranger.
+const MEETING: Duration = Duration::from_millis(200);
+/// How often it is looked whether it has.
+const LOOK: Duration = Duration::from_millis(2);
 /// After this a stranger is not waited for any more that has not answered a request.
 const SILENCE: Duration = Duration::from_secs(1);
 /// How long the answer of a server that has gone is waited for.
@@ -115,7 +119,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClie
     });
     let group = Group::default();
     let mut wanted = Vec::new();
-    for (place, foreign) in names::operations(endpoint)?.iter().enumerate() {
+    for (place, foreign) in endpoint.foreign.iter().enumerate() {
         let named = names::service(endpoint, foreign, session.rules())?;
         // The reader comes first, so that a server that finds the writer soon finds it, too.
         for (topic, sends) in named.topics.into_iter().zip([true, false]).rev() {
@@ -134,7 +138,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClie
     }
     let mut ports = session.ports(wanted)?.into_iter();
     let mut services = Vec::new();
-    for foreign in names::operations(endpoint)? {
+    for foreign in &endpoint.foreign {
         if let (Some(replies), Some(requests)) = (ports.next(), ports.next()) {
             answers.of(services.len(), requests.guid);
             services.push(Service {
@@ -195,6 +199,12 @@ impl Service {
         let mut hearing: BTreeSet<Member> = self.requests.ear.here(member).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
+    }
+
+    /// Whether a server has been found that has not found this client yet, as far as is known.
+    fn awaits_server(&self) -> bool {
+        let coming = |peer: &Peer| is_server(peer) && !peer.is_ready();
+        self.requests.ear.has(coming) || self.replies.ear.has(coming)
     }
 
     /// Whether this one is there.
@@ -270,7 +280,12 @@ impl RosClient {
         request: &[u8],
     ) -> Result<(usize, i64, Member), CallError> {
         let (at, id) = self.operation(request)?;
-        let servers = self.services[at].servers();
+        let service = &self.services[at];
+        let (mut servers, begin) = (service.servers(), Instant::now());
+        while servers.is_empty() && service.awaits_server() && begin.elapsed() < MEETING {
+            service.requests.ear.wait(LOOK);
+            servers = service.servers();
+        }
         let same = self.asked.filter(|asked| servers.contains(asked));
         let server = same.or_else(|| servers.first().copied());
         let server = server.ok_or_else(|| CallError::NoServer(self.address.clone()))?;

@@ -13,6 +13,9 @@ const REMEMBERED: usize = 256;
 /// How long an end of somebody else is given to find ours after ours has found it. Nobody says when it has.
 const SETTLE: Duration = Duration::from_millis(100);
 
+/// How long a publisher that was found may send what it has kept.
+const CATCH_UP: Duration = Duration::from_secs(2);
+
 /// Where an end puts what it hears.
 pub(crate) trait Inbox: Send + Sync {
     /// Keeps samples, or does not.
@@ -81,6 +84,8 @@ pub(crate) struct Ear {
     /// Whether it sends, or else receives.
     pub(crate) sends: bool,
     pub(crate) promise: Promise,
+    /// When it was opened, in nanoseconds since 1970.
+    opened: i64,
     /// Rings when something was heard or the other ends have changed.
     pub(crate) signal: Interrupt,
     inbox: Arc<dyn Inbox>,
@@ -129,6 +134,7 @@ impl Ear {
             connection: listening.connection,
             sends: listening.sends,
             promise: listening.promise,
+            opened: rc_network::stamp(0),
             signal: listening.signal,
             inbox: listening.inbox,
             group: listening.group,
@@ -337,6 +343,15 @@ impl Ear {
         let peers = lock(&self.peers);
         // Whether it was a change or the limit, the caller looks again.
         let _ = self.changed.wait_timeout(peers, limit);
+    }
+
+    /// Whether a sample was kept from before this end was there, and comes although it asked for nothing old.
+    pub(crate) fn is_old(&self, sample: &Sample) -> bool {
+        let peers = lock(&self.peers);
+        let peer = peers.by_guid.get(&sample.writer);
+        let is_fresh = peer.is_none_or(|peer| peer.since.elapsed() < CATCH_UP);
+        // By the clock of another machine it may look so for longer.
+        is_fresh && sample.stamp != 0 && sample.stamp < self.opened
     }
 
     /// The hash of the types of whoever sent a sample, 0 of a stranger; `None` if they are not ours.

@@ -67,7 +67,8 @@ pub(crate) struct Named {
 
 /// The topic of a publisher or subscriber; its address has the operation.
 pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Named, OpenError> {
-    let foreign = operations(endpoint)?
+    let foreign = endpoint
+        .foreign
         .first()
         .ok_or_else(|| not_generated(endpoint))?;
     let name = renamed(of(endpoint.address.as_str()), foreign, rules);
@@ -103,11 +104,6 @@ pub(crate) fn service(
         ],
         name,
     })
-}
-
-/// The operations of an end in ROS's words.
-pub(crate) fn operations(endpoint: &Endpoint) -> Result<&[Foreign], OpenError> {
-    Ok(&endpoint.foreign)
 }
 
 fn not_generated(endpoint: &Endpoint) -> OpenError {

@@ -7,8 +7,10 @@ use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 
 /// How long a sender waits for room: what the library has not sent yet goes out in that time.
 const ROOM: Duration = Duration::from_millis(20);
+/// The same of calls, whose other ends are waited for.
+const PATIENCE: Duration = Duration::from_millis(100);
 /// How many samples of calls may be under way: as many as there are clients, times what each may have.
-const CALLS: i32 = 1024;
+const CALLS: i32 = 8192;
 
 /// The quality of service of an end, for the library and for the other end.
 pub(crate) struct Ends {
@@ -60,7 +62,7 @@ pub(crate) fn topic(wanted: &Qos) -> Ends {
 pub(crate) fn call() -> Ends {
     Ends {
         policies: QosPolicyBuilder::new()
-            .reliable(ROOM)
+            .reliable(PATIENCE)
             .durability(policy::Durability::Volatile)
             .history(History::KeepAll)
             .resource_limits(limits(CALLS))

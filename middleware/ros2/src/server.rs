@@ -102,7 +102,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServ
     });
     let group = Group::default();
     let mut wanted = Vec::new();
-    for (place, foreign) in names::operations(endpoint)?.iter().enumerate() {
+    for (place, foreign) in endpoint.foreign.iter().enumerate() {
         let named = names::service(endpoint, foreign, session.rules())?;
         for (topic, sends) in named.topics.into_iter().zip([false, true]).rev() {
             wanted.push(Wanted {
@@ -120,7 +120,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServ
     }
     let mut ports = session.ports(wanted)?.into_iter();
     let mut services = Vec::new();
-    for foreign in names::operations(endpoint)? {
+    for foreign in &endpoint.foreign {
         if let (Some(replies), Some(requests)) = (ports.next(), ports.next()) {
             services.push(Service {
                 id: foreign.id,
@@ -263,6 +263,10 @@ impl Server for RosServer {
 
     fn acknowledge(&mut self, _woken: bool) {
         self.signal.clear();
+        // All that has come is in the queue, so that clients are served in turn.
+        if let Some(service) = self.services.first() {
+            service.requests.ear.listen();
+        }
     }
 
     fn serve(

@@ -14,7 +14,6 @@ use rustdds::{
     TopicKind, WriteOptionsBuilder, dds::WriteError,
 };
 use std::cell::{Cell, RefCell};
-use std::net::IpAddr;
 use std::rc::Rc;
 use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
@@ -99,7 +98,7 @@ impl Session {
             .map_err(|error| failed(&folder.display().to_string(), &error))?;
         let mut builder = DomainParticipantBuilder::new(config.domain);
         if let Some(networks) = &config.networks {
-            builder = builder.with_only_networks(networks.iter().copied().collect::<Vec<IpAddr>>());
+            builder = builder.with_only_networks(networks.clone());
         }
         let participant = builder.build().map_err(|error| {
             failed(

@@ -106,6 +106,9 @@ impl Subscriber for RosSubscriber {
             let Some(type_hash) = self.port.ear.type_hash(&sample.writer) else {
                 continue;
             };
+            if !self.port.ear.promise.transient_local && self.port.ear.is_old(&sample) {
+                continue;
+            }
             let sender = u128::from_be_bytes(sample.writer);
             if !self.heard.is_new(sender, sample.sequence) {
                 continue;

@@ -29,6 +29,8 @@ const ALIVE: Token = Token(3);
 const FIRST: usize = 16;
 /// In the last byte of an identity: the end is one of the library's own (RTPS 2.5, 9.3.1.2).
 const BUILT_IN: u8 = 0xc0;
+/// Shortest time between two messages of what has changed; the first one is told at once.
+const PAUSE: Duration = Duration::from_millis(5);
 /// How many ends are remembered that were found before they were known.
 const MOST_EARLY: usize = 1024;
 /// How often a component says in one lease that it lives.
@@ -50,8 +52,10 @@ pub(crate) struct Shared {
     next: AtomicUsize,
     /// Ends of ours and of others that have found each other before ours was known here.
     early: Mutex<Vec<(Guid, Guid)>>,
-    /// Whether others have to be told of something new.
+    /// Whether ends have come or gone, of which others and ROS have to be told.
     is_new: AtomicBool,
+    /// Whether ends have found others.
+    has_found: AtomicBool,
     stops: AtomicBool,
 }
 
@@ -205,6 +209,7 @@ impl Watcher {
             next: AtomicUsize::new(FIRST),
             early: Mutex::default(),
             is_new: AtomicBool::new(true),
+            has_found: AtomicBool::new(false),
             stops: AtomicBool::new(false),
         });
         Ok(Self {
@@ -228,8 +233,13 @@ impl Watcher {
     pub(crate) fn run(mut self) {
         let mut events = Events::with_capacity(64);
         let mut beat = Instant::now();
+        let mut told = beat;
         while !self.shared.stops.load(Ordering::SeqCst) {
-            let left = beat.saturating_duration_since(Instant::now());
+            let mut until = beat;
+            if self.is_to_tell() {
+                until = until.min(told + PAUSE);
+            }
+            let left = until.saturating_duration_since(Instant::now());
             if self.poll.poll(&mut events, Some(left)).is_err() {
                 // Interrupted, or short of memory for a moment.
                 std::thread::sleep(Duration::from_millis(1));
@@ -248,9 +258,9 @@ impl Watcher {
                 self.beat();
             }
             self.look_at_early();
-            if self.shared.is_new.swap(false, Ordering::SeqCst) && !self.tell() {
-                // Once more at the next beat.
-                self.shared.is_new.store(true, Ordering::SeqCst);
+            if self.is_to_tell() && told.elapsed() >= PAUSE {
+                told = Instant::now();
+                self.tell();
             }
         }
         // ROS is told that the node goes; the library tells of its ends.
@@ -259,6 +269,16 @@ impl Watcher {
         let _ = self
             .nodes
             .wait_for_acknowledgments(Duration::from_millis(100));
+    }
+
+    /// Whether an end is of this thread.
+    fn is_of_this(&self, guid: &Guid) -> bool {
+        let readers = [&self.ends.0, &self.alive.0].map(RTPSEntity::guid);
+        let writers = [&self.ends.1, &self.alive.1, &self.nodes].map(RTPSEntity::guid);
+        readers
+            .iter()
+            .chain(&writers)
+            .any(|own| wire::guid(*own) == *guid)
     }
 
     /// What has found each other before the end of ours was known.
@@ -464,7 +484,7 @@ impl Watcher {
         let Some(ear) = self.shared.by_guid(&own) else {
             // It is just being opened.
             let mut early = lock(&self.shared.early);
-            if early.len() < MOST_EARLY && own[15] & BUILT_IN == 0 {
+            if early.len() < MOST_EARLY && own[15] & BUILT_IN == 0 && !self.is_of_this(&own) {
                 early.push((own, other));
             }
             return;
@@ -476,7 +496,14 @@ impl Watcher {
         if let Some(misfit) = ear.matched(other, hello, has_found_us) {
             self.differ(&ear, &misfit);
         }
-        self.shared.is_new.store(true, Ordering::SeqCst);
+        self.shared.has_found.store(true, Ordering::SeqCst);
+    }
+
+    fn is_to_tell(&self) -> bool {
+        let Shared {
+            is_new, has_found, ..
+        } = &*self.shared;
+        is_new.load(Ordering::SeqCst) || has_found.load(Ordering::SeqCst)
     }
 
     fn lost(&self, is_it: impl Fn(&Guid) -> bool) {
@@ -513,8 +540,10 @@ impl Watcher {
         }
     }
 
-    /// Tells others of the ends of this component, and ROS of its node; says whether that went out.
-    fn tell(&self) -> bool {
+    /// Tells others of the ends of this component, and ROS of its node. What does not go out is told again after a pause.
+    fn tell(&self) {
+        let is_new = self.shared.is_new.swap(false, Ordering::SeqCst);
+        self.shared.has_found.store(false, Ordering::SeqCst);
         let mut node = NodeEntitiesInfo::new(self.node.clone());
         let ends = lock(&self.shared.ends);
         for own in ends.values() {
@@ -546,7 +575,9 @@ impl Watcher {
         drop(ends);
         let sent = self.ends.1.write(message, None).is_ok();
         let nodes = ParticipantEntitiesInfo::new(self.member, vec![node]);
-        self.tell_nodes(&nodes) && sent
+        if !sent || (is_new && !self.tell_nodes(&nodes)) {
+            self.shared.is_new.store(true, Ordering::SeqCst);
+        }
     }
 
     fn tell_nodes(&self, nodes: &ParticipantEntitiesInfo) -> bool {

@@ -194,7 +194,7 @@ pub(crate) fn guid(guid: GUID) -> Guid {
 fn nanoseconds(time: Timestamp) -> i64 {
     let ticks = time.to_ticks();
     let seconds = i64::try_from(ticks >> 32).unwrap_or(i64::MAX);
-    let fraction = (ticks & 0xffff_ffff) * 1_000_000_000 >> 32;
+    let fraction = ((ticks & 0xffff_ffff) * 1_000_000_000) >> 32;
     seconds
         .saturating_mul(1_000_000_000)
         .saturating_add(fraction as i64)
