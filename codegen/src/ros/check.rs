@@ -234,12 +234,11 @@ fn different(
     fields: &[standard::Field],
 ) -> Vec<Diagnostic> {
     if own.len() != fields.len() {
-        let count = match own.len() {
-            0 => "no members".to_owned(),
-            1 => "one member".to_owned(),
-            many => format!("{many} members"),
-        };
-        let message = format!("{what} has {count}, `{name}` has {}", fields.len());
+        let message = format!(
+            "{what} has {}, `{name}` has {}",
+            count(own.len(), "member"),
+            count(fields.len(), "field")
+        );
         let list: Vec<String> = fields.iter().map(|field| in_idsl(*field).0).collect();
         let diagnostic = Diagnostic::error("ros-mismatch", span, message);
         return vec![if list.is_empty() {
@@ -273,6 +272,14 @@ fn different(
         Some(Diagnostic::error("ros-mismatch", own.span, message).help(help))
     });
     wrong.collect()
+}
+
+fn count(number: usize, what: &str) -> String {
+    match number {
+        0 => format!("no {what}"),
+        1 => format!("one {what}"),
+        many => format!("{many} {what}s"),
+    }
 }
 
 /// `byte` and `char` are other words for `uint8`.
