@@ -3,6 +3,7 @@
 
 mod check;
 mod comments;
+mod fields;
 mod mapping;
 pub mod names;
 mod standard;

@@ -167,12 +167,23 @@ fn modules_are_packages_that_need_each_other() {
         .expect("a file")
         .lines()
         .filter(|line| line.contains("<depend>"))
-        .map(str::to_owned)
+        .map(|line| line.trim().to_owned())
         .collect();
     expect![[r#"
           <depend>builtin_interfaces</depend>
           <depend>robocomp_laser_msgs</depend>"#]]
     .assert_eq(&depends.join("\n"));
+}
+
+#[test]
+fn what_is_all_of_others_is_no_package() {
+    let folder = folder(
+        "module M { @ros(\"builtin_interfaces/msg/Time\") struct T { int sec; uint32 nanosec; }; };",
+    );
+    let (code, out, err) = rcgen(folder.path(), &EXPORT);
+    assert_eq!((code, out.as_str()), (0, ""));
+    assert_eq!(err, "M.idsl: there is nothing to export in it\n");
+    assert!(!folder.path().join("out").exists());
 }
 
 #[test]

@@ -524,6 +524,10 @@ fn export_to(
     let Some(files) = files else {
         return Err(Failure::Input);
     };
+    if files.iter().next().is_none() {
+        let file = file.display();
+        tell(format_args!("{file}: there is nothing to export in it\n"));
+    }
     let system = |e: std::io::Error| Failure::System(e.to_string());
     let steps = files.plan(out).map_err(system)?;
     if let Some(foreign) = export::foreign(&steps, out, export::FIRST_WORDS).map_err(system)? {

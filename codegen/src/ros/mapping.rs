@@ -1,6 +1,7 @@
 //! The messages and services of a module, field by field. The bytes of each are those that components send: XCDR1,
 //! where a structure adds nothing to its members.
 
+use super::fields::{Element, FieldType, Many};
 use super::names::{self, Kind, TypeName};
 use super::{comments, words};
 use crate::export::plain;
@@ -8,8 +9,8 @@ use crate::export::uses::{is_call, is_topic};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::{
-    Const, Enumerator, Interface, InterfaceId, Member, ModuleId, Operation, Primitive, Type,
-    TypeDeclKind, TypeId,
+    Const, Enumerator, Interface, InterfaceId, Member, ModuleId, Operation, Type, TypeDeclKind,
+    TypeId,
 };
 use rc_syntax::Name;
 use std::collections::{BTreeSet, HashMap};
@@ -55,53 +56,6 @@ pub(crate) struct Field {
     pub(crate) default: Option<String>,
     pub(crate) doc: Vec<String>,
     pub(crate) unit: Option<String>,
-}
-
-/// The type of a field.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct FieldType {
-    element: Element,
-    many: Many,
-}
-
-#[derive(Debug, PartialEq, Eq)]
-enum Element {
-    Word(&'static str),
-    Text(Option<u32>),
-    Message(TypeName),
-}
-
-#[derive(Debug, PartialEq, Eq)]
-enum Many {
-    One,
-    Array(u32),
-    Sequence(Option<u32>),
-}
-
-impl FieldType {
-    /// As a file of `package` has it.
-    pub(crate) fn written(&self, package: &str) -> String {
-        let element = match &self.element {
-            Element::Word(word) => (*word).to_owned(),
-            Element::Text(None) => "string".to_owned(),
-            Element::Text(Some(bound)) => format!("string<={bound}"),
-            Element::Message(name) if name.package == package => name.name.clone(),
-            Element::Message(name) => format!("{}/{}", name.package, name.name),
-        };
-        match self.many {
-            Many::One => element,
-            Many::Array(size) => format!("{element}[{size}]"),
-            Many::Sequence(None) => format!("{element}[]"),
-            Many::Sequence(Some(bound)) => format!("{element}[<={bound}]"),
-        }
-    }
-
-    fn package(&self) -> Option<&str> {
-        match &self.element {
-            Element::Message(name) => Some(&name.package),
-            _ => None,
-        }
-    }
 }
 
 impl Package {
@@ -362,7 +316,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
         if !operation.throws.is_empty() {
             constants.push(code("OK", 0));
             fields.push(Field {
-                ty: word("int32"),
+                ty: FieldType::one(Element::Word("int32")),
                 name: free(&mut taken, "code", "of_result"),
                 default: None,
                 doc: vec!["OK, or which of the exceptions was thrown.".to_owned()],
@@ -376,7 +330,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
             let doc = format!("Thrown where the code is {constant}; else of no meaning.");
             constants.push(code(&constant, number));
             fields.push(Field {
-                ty: message(names::message(self.library, *exception), Many::One),
+                ty: FieldType::one(self.message(*exception)),
                 name: free(&mut taken, &words::field(name), "exception"),
                 default: None,
                 doc: vec![doc],
@@ -433,23 +387,25 @@ impl<'a, 'f> Mapper<'a, 'f> {
                 many: Many::Array(*size),
             },
             Type::Named(id) => match &self.library.ty(*id).kind {
-                TypeDeclKind::Alias(Type::Dictionary(..)) => {
-                    message(names::message(self.library, *id), Many::Sequence(None))
-                }
+                TypeDeclKind::Alias(Type::Dictionary(..)) => FieldType {
+                    element: self.message(*id),
+                    many: Many::Sequence(None),
+                },
                 TypeDeclKind::Alias(ty) => self.member_type(ty, false, inner),
-                TypeDeclKind::Enum(_) => word("int32"),
+                TypeDeclKind::Enum(_) => FieldType::one(Element::Word("int32")),
                 TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) => {
-                    message(names::message(self.library, *id), Many::One)
+                    FieldType::one(self.message(*id))
                 }
             },
-            Type::Primitive(primitive) => word(primitive_word(*primitive)),
-            Type::Text(bound) => FieldType {
-                element: Element::Text(*bound),
-                many: Many::One,
-            },
+            Type::Primitive(primitive) => FieldType::one(Element::primitive(*primitive)),
+            Type::Text(bound) => FieldType::one(Element::Text(*bound)),
             // Only an alias is one, and that has its entries.
             Type::Dictionary(_, value) => self.member_type(value, false, inner),
         }
+    }
+
+    fn message(&self, id: TypeId) -> Element {
+        Element::Message(names::message(self.library, id))
     }
 
     /// The type of an element, which cannot be several itself: then it is a message of one field, which is the same on
@@ -521,20 +477,6 @@ pub(super) fn member(name: &str, ty: &Type, at: &Name) -> Member {
     }
 }
 
-fn word(word: &'static str) -> FieldType {
-    FieldType {
-        element: Element::Word(word),
-        many: Many::One,
-    }
-}
-
-fn message(name: TypeName, many: Many) -> FieldType {
-    FieldType {
-        element: Element::Message(name),
-        many,
-    }
-}
-
 fn code(name: &str, value: u32) -> Constant {
     Constant {
         ty: "int32".to_owned(),
@@ -551,21 +493,4 @@ fn free(taken: &mut BTreeSet<String>, name: &str, more: &str) -> String {
         name = format!("{name}_{more}");
     }
     name
-}
-
-/// Never `byte` and `char`, which are the same on the wire as `uint8`.
-fn primitive_word(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "bool",
-        Primitive::I8 => "int8",
-        Primitive::U8 => "uint8",
-        Primitive::I16 => "int16",
-        Primitive::U16 => "uint16",
-        Primitive::I32 => "int32",
-        Primitive::U32 => "uint32",
-        Primitive::I64 => "int64",
-        Primitive::U64 => "uint64",
-        Primitive::F32 => "float32",
-        Primitive::F64 => "float64",
-    }
 }
