@@ -18,7 +18,7 @@ use folders::{changed, files, rcgen};
 use rc_codegen::{FileLoader, export, ros};
 use rc_diagnostics::SourceMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
@@ -40,36 +40,7 @@ fn all(folder: &Path) -> String {
     texts.collect()
 }
 
-const WHOLE: &str = r#"
-    /// What there is.
-    module RoboCompWhole {
-        const int MaxRings = 16;
-        const string word = "a \"b\"";
-        const string<8> path = "a\\b";
-        /// How it turns.
-        enum Mode { idle, /** Fast [of course]. */ fastMode = 5, null = -1 };
-        /// One point; ends a comment */ of C, and holds a \ and a [bracket].
-        struct TPoint { @unit("mm") float x; /** Down. */ @unit("mm") @range(min=-2) float yDown = -1.5; };
-        sequence<TPoint, 64> Points;
-        dictionary<string, TPoint> Named;
-        struct Scan {
-            Points points; Named named; Mode mode = fastMode; sequence<Mode> modes;
-            sequence<byte> raw; sequence<sequence<int>, 2> rows; @optional float pose[3]; @optional int maybe = 3;
-            string<16> name = "it's"; string note = "a=b"; bool class = true; long big; sequence<Points> all; string<4> tags[2];
-        };
-        struct Nothing { };
-        exception Failed { string what; };
-        exception Worse extends Failed { Mode mode; };
-        interface Whole {
-            /// Where it is.
-            float pose(string frame, @optional int age, @unit("mm") out int x, out int code) throws Failed, Worse;
-            command stop();
-            query Points result(Scan scan, out Points result);
-        };
-        interface Scans { publish newScan(Scan scan); publish twoScans(Scan a, Scan b); publish nothing(); };
-        interface Either { void set(@range(min=0, max=1) float level); };
-    };
-"#;
+const WHOLE: &str = include_str!("ros/Whole.idsl");
 
 #[test]
 fn a_package_is_written() {
@@ -261,49 +232,12 @@ fn names_that_are_one_in_ros_are_refused() {
 }
 
 /// Structures and operations that are types of ROS 2.
-const STANDARD: &str = r#"
-    module M {
-        @ros("builtin_interfaces/msg/Time") struct Time { int sec; uint32 nanosec; };
-        @ros("std_msgs/msg/Header") struct Header { Time stamp; string frameId; };
-        @ros("sensor_msgs/msg/LaserScan") struct Scan {
-            Header header; @unit("rad") float angleMin; float angleMax; float angle_increment; float timeIncrement; float scanTime;
-            float rangeMin; float rangeMax; sequence<float> ranges; sequence<float> intensities;
-        };
-        @ros("sensor_msgs/msg/RegionOfInterest") struct Roi { uint32 xOffset; uint32 yOffset; uint32 height; uint32 width; bool doRectify; };
-        @ros("sensor_msgs/msg/CameraInfo") struct Info {
-            Header header; uint32 height; uint32 width; string distortionModel; sequence<double> D; double K[9]; double R[9]; double P[12];
-            uint32 binningX; uint32 binningY; Roi roi;
-        };
-        @ros("std_msgs/msg/ByteMultiArray") struct Bytes { Layout layout; sequence<byte> data; };
-        @ros("std_msgs/msg/MultiArrayLayout") struct Layout { sequence<Dimension> dim; uint32 dataOffset; };
-        @ros("std_msgs/msg/MultiArrayDimension") struct Dimension { string label; uint32 size; uint32 stride; };
-        struct Text { string data; };
-        struct Own { Scan scan; };
-        interface Pub {
-            publish newScan(Scan scan);
-            @ros("std_msgs/msg/String") publish say(string data);
-            @ros("std_msgs/msg/String") publish tell(Text text);
-            @ros("rosgraph_msgs/msg/Clock") publish clock(Time clock);
-            @ros("std_msgs/msg/Empty") publish nothing();
-        };
-        interface Calls {
-            @ros("example_interfaces/srv/AddTwoInts") long add(long a, long b);
-            @ros("std_srvs/srv/Trigger") query trigger(out bool success, out string message);
-            @ros("std_srvs/srv/Empty") command reset();
-            @ros("std_srvs/srv/SetBool") bool on(bool data, out bool success);
-        };
-        interface Both { @ros("std_msgs/msg/Empty") @ros("std_srvs/srv/Empty") void go(); };
-    };
-"#;
+const STANDARD: &str = include_str!("ros/Standard.idsl");
 
 #[test]
 fn types_of_ros_stand_for_structures() {
-    let right = STANDARD.replace(
-        "bool on(bool data, out bool success);",
-        "query on(bool data, out bool success, out string message);",
-    );
-    assert_eq!(told(&["check", "M.idsl"], &right, 0), "");
-    let folder = folder(&right);
+    assert_eq!(told(&["check", "M.idsl"], STANDARD, 0), "");
+    let folder = folder(STANDARD);
     let (code, out, err) = rcgen(folder.path(), &EXPORT);
     assert_eq!((code, err.as_str()), (0, ""));
     expect![[r#"
@@ -355,7 +289,9 @@ fn what_is_no_such_type_is_refused() {
         )
     };
     let all = [
-        STANDARD.to_owned(),
+        with(
+            "interface I { @ros(\"std_srvs/srv/SetBool\") bool on(bool data, out bool success); };",
+        ),
         with("@ros(\"sensor_msgs/LaserScan\") struct S { int x; };"),
         with("@ros(\"sensor_msgs/msg/LaserScn\") struct S { int x; };"),
         with("@ros(\"std_srvs/srv/Empty\") struct S { };"),
@@ -389,7 +325,7 @@ fn what_is_no_such_type_is_refused() {
         .map(|idsl| told(&["check", "M.idsl"], idsl, 1))
         .collect();
     expect![[r#"
-        M.idsl:30:47: error[ros-mismatch]: what is returned is `bool` in ROS 2, where `std_srvs/srv/SetBool` has `string message` (write `string message`)
+        M.idsl:1:138: error[ros-mismatch]: what is returned is `bool` in ROS 2, where `std_srvs/srv/SetBool` has `string message` (write `string message`)
         M.idsl:1:95: error[ros-type]: `sensor_msgs/LaserScan` is not the name of a message (a structure is a message: `sensor_msgs/msg/LaserScan`)
         M.idsl:1:95: error[ros-type]: `sensor_msgs` has no `msg/LaserScn` (did you mean `sensor_msgs/msg/LaserScan`?)
         M.idsl:1:95: error[ros-type]: structure `S` cannot be a service (a structure is a message: `sensor_msgs/msg/LaserScan`)
@@ -530,4 +466,50 @@ fn the_table_is_that_of_ros() {
         assert_eq!(*ours, theirs);
     }
     assert_eq!(messages.len(), defined.lines().count());
+}
+
+/// The bytes that a component and a stranger in DDS agree about (`tests/export.rs`), read with the exported messages by a
+/// program that knows ROS 2 alone: one value of everything that can travel.
+#[test]
+fn a_reader_of_ros_reads_what_components_send() {
+    let test = "a_reader_of_ros_reads_what_components_send";
+    let Some(dds) = python::interpreter("cyclonedds==11.0.1", test) else {
+        return;
+    };
+    let Some(ros) = python::interpreter("rosbags==0.11.9", test) else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let fixtures = Path::new(HERE).join("tests");
+    let idsl = fixtures.join("export/Exported.idsl");
+    let idsl = idsl.to_string_lossy();
+    let args = ["export", &idsl, "--to", "ros2", "--out", "."];
+    assert_eq!(rcgen(folder.path(), &args).0, 0);
+    let run = |python: &Path, script: &str, args: &[&str], input: Stdio| {
+        let mut command = Command::new(python);
+        let command = command.arg(fixtures.join(script)).args(args);
+        let output = command.current_dir(folder.path()).stdin(input).output();
+        let output = output.expect("Python");
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{err}");
+        String::from_utf8(output.stdout).expect("a text")
+    };
+    let samples = run(dds, "export/stranger.py", &["write"], Stdio::null());
+    let read = |sample: &str, message: &str| {
+        let mut lines = samples.lines();
+        let bytes = lines.find_map(|line| line.strip_prefix(sample)?.strip_prefix(' '));
+        let file = folder.path().join(sample);
+        std::fs::write(&file, bytes.expect("a sample")).expect("a file");
+        let input = std::fs::File::open(&file).expect("a file");
+        let message = format!("robocomp_exported_msgs/msg/{message}");
+        run(ros, "ros/values.py", &[".", &message], input.into())
+    };
+    expect![[r#"
+        reading: {valid: True, raw: 200, s: -2, i: -70000, l: -1099511627776, f: 0.5, d: -0.1, i8: -128, u16: 65535, u32: 4000000000, u64: 18446744073709551615, frame: 'base/lidar', text: 'größer als 5 €', ranges: [1.0, 2.5, -3.25], mode: 5, balance: -1, origin: {x: 1.5, y: -2.5}, path: [{x: 0.25, y: 1.0}, {x: 0.5, y: 2.0}], places: [{key: 'dock', value: {x: 1.0, y: 2.0}}, {key: 'door', value: {x: 3.0, y: 4.0}}], counts: [{key: 0, value: 1}, {key: 9, value: -1}], count: [7], goal: [], matrix: [1.0, 2.0, 3.0], tags: ['ab', ''], corners: [{x: 0.0, y: 0.0}, {x: 8.0, y: 9.0}], rows: [{data: [1, 2, 3]}, {data: []}, {data: [-1]}], flags: [True, False, True], modes: [9, 0], nothing: {structure_needs_at_least_one_member: 0}, last: 255}
+        tail: 77
+    "#]].assert_eq(&read("topic", "NewsTold"));
+    expect![[r#"
+        structure_needs_at_least_one_member: 0
+    "#]]
+    .assert_eq(&read("empty-topic", "NewsNothing"));
 }
