@@ -2,10 +2,14 @@
 
 use crate::python::run;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// A folder with the unpacked `packages` (and all that they need beside what is installed), made once; `works` says
 /// whether a folder has what is wanted.
 pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, String> {
+    // One test at a time: they would take the same folder.
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let name = packages.split(' ').next().unwrap_or(packages);
     let place = folder.join(name);
