@@ -101,7 +101,12 @@ pub struct Dependency {
 }
 
 /// The backends that this version generates for.
-pub const BACKENDS: [Backend; 3] = [Backend::Iceoryx2, Backend::Dds, Backend::Local];
+pub const BACKENDS: [Backend; 4] = [
+    Backend::Iceoryx2,
+    Backend::Dds,
+    Backend::Ros2,
+    Backend::Local,
+];
 
 /// What a new component's worker is called.
 pub const WORKER: &str = "SpecificWorker";

@@ -67,6 +67,7 @@ const SCAN: Operation = Operation {
     id: 21,
     type_hash: 7,
     two_way: true,
+    answers: &[],
 };
 
 /// Takes one value, however it was sent.
