@@ -218,8 +218,10 @@ fn names_that_are_one_in_ros_are_refused() {
         M.idsl:1:60: error[ros-name]: `a` and `SAElement` both become `msg/SAElement` in ROS 2; the other one at M.idsl:1:47 (rename one of the two)
     "#]].assert_eq(&told.concat());
 
-    let folder = folder("import \"N.idsl\"; module Laser { struct S { int x; }; };");
-    let other = "module RoboCompLaser { struct T { int x; }; };";
+    let folder = folder(
+        "import \"N.idsl\"; module Laser { exception Bad { }; interface I { void go() throws Bad, RoboCompLaser::Bad; }; };",
+    );
+    let other = "module RoboCompLaser { exception Bad { }; };";
     std::fs::write(folder.path().join("N.idsl"), other).expect("a file");
     let (code, _, err) = rcgen(
         folder.path(),
@@ -228,6 +230,7 @@ fn names_that_are_one_in_ros_are_refused() {
     assert_eq!(code, 1);
     expect![[r#"
         M.idsl:1:25: error[ros-name]: modules `RoboCompLaser` and `Laser` are both the package `robocomp_laser_msgs` in ROS 2; the other one at N.idsl:1:8 (name another one before `module`: `@ros("robot_msgs")`)
+        M.idsl:1:71: error[ros-name]: `go` throws two exceptions that are `bad` in ROS 2; one at M.idsl:1:43; the other one at N.idsl:1:34
     "#]].assert_eq(&err);
 }
 
@@ -380,6 +383,25 @@ fn it_is_checked_at_generation() {
         M.idsl:1:81: error[ros-mismatch]: `z` is `float32 z` in ROS 2, where `geometry_msgs/msg/Point` has `float64 z` (write `float64 z`)
     "#]].assert_eq(&err);
     assert_eq!(changed(&before, &files(folder.path())), [""; 0]);
+}
+
+/// Names matter to a component that is a node, and to no other one.
+#[test]
+fn names_are_checked_for_a_component_that_is_a_node() {
+    let folder = folder(
+        "module M { struct Data { int x; }; struct D_Ata { int x; }; interface I { void go(Data a, D_Ata b); }; };",
+    );
+    let cdsl =
+        "import \"M.idsl\"; Component C { communications { publishes I; }; language rust; };";
+    std::fs::write(folder.path().join("C.cdsl"), cdsl).expect("a file");
+    let args = ["C.cdsl", "--dry-run", "--format", "short", "--middleware"];
+    let (code, _, err) = rcgen(folder.path(), &[&args[..], &["ros2"]].concat());
+    assert_eq!(code, 1, "{err}");
+    expect![[r#"
+        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; the other one at M.idsl:1:19 (rename one of the two)
+    "#]].assert_eq(&err);
+    let (code, _, err) = rcgen(folder.path(), &[&args[..], &["dds"]].concat());
+    assert_eq!((code, err.as_str()), (0, ""));
 }
 
 fn library(path: &Path) -> rc_idsl::Library {

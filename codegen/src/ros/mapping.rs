@@ -324,14 +324,26 @@ impl<'a, 'f> Mapper<'a, 'f> {
             });
         }
         let mut codes = BTreeSet::from(["OK".to_owned()]);
+        let mut seen: HashMap<String, &Name> = HashMap::new();
         for (exception, number) in operation.throws.iter().zip(1..) {
-            let name = &self.library.ty(*exception).name.text;
+            let declared = &self.library.ty(*exception).name;
+            let name = &declared.text;
+            let field = words::field(name);
+            if let Some(first) = seen.insert(field.clone(), declared) {
+                let what = &operation.name.text;
+                let message = format!("`{what}` throws two exceptions that are `{field}` in ROS 2");
+                self.found.push(
+                    Diagnostic::error("ros-name", operation.name.span, message)
+                        .label(first.span, "one")
+                        .label(declared.span, "the other one"),
+                );
+            }
             let constant = free(&mut codes, &words::constant(name), "EXCEPTION");
             let doc = format!("Thrown where the code is {constant}; else of no meaning.");
             constants.push(code(&constant, number));
             fields.push(Field {
                 ty: FieldType::one(self.message(*exception)),
-                name: free(&mut taken, &words::field(name), "exception"),
+                name: free(&mut taken, &field, "exception"),
                 default: None,
                 doc: vec![doc],
                 unit: None,
