@@ -282,6 +282,11 @@ impl Server for RosServer {
             let reason = "too many requests of this client wait already";
             return self.refuse(place, &writer, id, reason).map(|()| true);
         }
+        if self.queue.waits() {
+            for service in &self.services {
+                service.replies.ear.look();
+            }
+        }
         let services = &self.services;
         let may = |waiting: &Waiting<Asked>| {
             let service = services.get(waiting.sample.sample.place);

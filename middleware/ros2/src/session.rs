@@ -226,6 +226,7 @@ impl Session {
             inbox: wanted.inbox,
             group: wanted.group.0,
             place: wanted.group.1,
+            board: self.board.clone(),
         }));
         let number = self.shared.number();
         let entity = self
@@ -300,6 +301,7 @@ impl Session {
 
     fn has_met(&self, port: &Port) -> bool {
         let ear = &port.ear;
+        ear.look();
         let others = self.board.notices(&ear.topic, !ear.sends, ear.sends);
         others.iter().all(|notice| {
             let (offered, requested): (&Promise, &Promise) = if ear.sends {
@@ -358,7 +360,7 @@ impl Port {
             &self.hello,
             &ear.promise,
         )?;
-        ear.post(posted);
+        ear.post(self.guid, posted);
         Ok(())
     }
 

@@ -384,7 +384,17 @@ impl Watcher {
             .map(|own| (own.guid, Arc::clone(&own.ear)))
             .collect();
         for (own, ear) in ends {
-            for misfit in ear.learned(|other| self.shared.told(other, &own)) {
+            let mut is_far = false;
+            let misfits = ear.learned(
+                |other| self.shared.told(other, &own),
+                |hello| {
+                    is_far |= hello.host != self.shared.host;
+                },
+            );
+            if is_far {
+                self.shared.has_found.store(true, Ordering::SeqCst);
+            }
+            for misfit in misfits {
                 self.differ(&ear, &misfit);
             }
         }
@@ -493,10 +503,16 @@ impl Watcher {
             Some((hello, found)) => (Some(hello), found),
             None => (None, false),
         };
+        let is_far = hello
+            .as_ref()
+            .is_some_and(|hello| hello.host != self.shared.host);
         if let Some(misfit) = ear.matched(other, hello, has_found_us) {
             self.differ(&ear, &misfit);
         }
-        self.shared.has_found.store(true, Ordering::SeqCst);
+        // Those on this machine are told by the notice board.
+        if is_far {
+            self.shared.has_found.store(true, Ordering::SeqCst);
+        }
     }
 
     fn is_to_tell(&self) -> bool {
@@ -567,7 +583,7 @@ impl Watcher {
                 hello,
                 connection: ear.connection,
                 topic: ear.topic.clone(),
-                found: ear.found(),
+                found: ear.found(&self.shared.host),
             };
             (&own.guid, told)
         });
