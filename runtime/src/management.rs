@@ -490,6 +490,7 @@ impl Facts {
                     "address": addresses.get(at),
                     "peers": counted.peers,
                     "handlers": counted.work.to_json(),
+                    "sent": status.sent(at),
                     "lost": counted.lost,
                 })
             })

@@ -244,12 +244,13 @@ fn live<C: Component>(
     let ports = Ports::new(description, &environment, &bindings)?;
     management.addresses(ports.addresses());
     let receivers = ports.receivers()?;
-    let core = Core::new(&arguments.name, &arguments.network, shared);
+    let core = Core::new(&arguments.name, &arguments.network, shared.clone());
     let mut component = match start(core, &ports, &configuration.parameters) {
         // A stop that came while the worker was being initialised is no failure of the worker.
         Err(StartError::Worker(_)) if environment.interrupt.is_stopping() => return Ok(()),
         other => other?,
     };
+    shared.status().sent = ports.sent();
     let ended = {
         let mut event_loop = EventLoop::new(&mut component, description, receivers)
             .map_err(|e| system("the event loop", &e))?;

@@ -2,7 +2,7 @@
 
 use crate::parameters::Proposal;
 use hdrhistogram::Histogram;
-use rc_middleware::Interrupt;
+use rc_middleware::{Counter, Interrupt};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -105,6 +105,8 @@ pub(crate) struct Status {
     pub(crate) overruns: u64,
     pub(crate) slots: Vec<SlotStatus>,
     pub(crate) last_error: Option<String>,
+    /// What the sending ends count, each with the number of its slot.
+    pub(crate) sent: Vec<(usize, Counter)>,
 }
 
 /// Counters and times of one slot.
@@ -141,7 +143,14 @@ impl Status {
             overruns: 0,
             slots,
             last_error: None,
+            sent: Vec::new(),
         }
+    }
+
+    /// How many values a slot has published, or how many calls it has made.
+    pub(crate) fn sent(&self, slot: usize) -> u64 {
+        let of = self.sent.iter().filter(|(at, _)| *at == slot);
+        of.map(|(_, counter)| counter.get()).sum()
     }
 }
 
