@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 /// How long the supervisor may take to answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(3);
 /// The longest answer: a status may be longer than a line of a component.
-const ANSWER_LENGTH: u64 = 64 * LIMIT as u64;
+pub(crate) const ANSWER_LENGTH: usize = 64 * LIMIT;
 
 /// What the supervisor of a network says of it.
 pub fn status(network: &str) -> Result<Status, Error> {
@@ -126,7 +126,7 @@ impl Connection {
             .or_cannot(&what)?;
         let mut line = String::new();
         (&mut self.stream)
-            .take(ANSWER_LENGTH)
+            .take(ANSWER_LENGTH as u64)
             .read_line(&mut line)
             .map_err(|error| self.unheard(error, &what))?;
         Ok(serde_json::from_str(&line).unwrap_or(Value::String(line)))

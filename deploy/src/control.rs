@@ -1,8 +1,12 @@
-//! The supervisor's own socket: `status` and `down`, as JSON-RPC 2.0 lines.
+//! The supervisor's own socket: `status`, `events` and `down`, as JSON-RPC 2.0 lines.
+//!
+//! Who asks for `events` gets those that are kept and all that come, a notification each: `event`, or `missed {"events"}`
+//! where it reads so slowly that some were given up.
 //!
 //! It only speaks; what the answers are is the supervisor's business. A client that does not read its
 //! answers is dropped.
 
+use crate::journal::Journal;
 use crate::lines::{Line, Lines, Overlong};
 use crate::status::Status;
 use serde::Deserialize;
@@ -17,6 +21,8 @@ pub(crate) const NAME: &str = "rcdeploy";
 const CLIENTS: usize = 16;
 /// How much of an answer may wait for a client to read.
 const WAITING: usize = 1 << 20;
+/// How much of it may be events; the others wait in the journal.
+const EVENTS_WAITING: usize = 64 << 10;
 
 /// The listening socket, and who is connected.
 #[derive(Debug)]
@@ -34,6 +40,8 @@ pub(crate) struct Client {
     out: Vec<u8>,
     /// It waits for its connection to close when all is down.
     awaits_end: bool,
+    /// It follows the events; the number of its next.
+    next_event: Option<u64>,
 }
 
 /// What a client wants.
@@ -47,6 +55,7 @@ pub(crate) struct Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Call {
     Status,
+    Events,
     Down,
 }
 
@@ -66,6 +75,27 @@ impl Client {
     fn send(&mut self, message: &Value) {
         self.out.extend_from_slice(message.to_string().as_bytes());
         self.out.push(b'\n');
+    }
+
+    /// Whether there were new events for it.
+    fn take_events(&mut self, journal: &Journal) -> bool {
+        let Some(mut next) = self.next_event else {
+            return false;
+        };
+        let mut told = false;
+        while self.out.len() < EVENTS_WAITING
+            && let Some(event) = journal.get(next)
+        {
+            let (method, params, count) = match event {
+                Ok(event) => ("event", event.clone(), 1),
+                Err(missed) => ("missed", json!({"events": missed}), missed),
+            };
+            self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
+            next += count;
+            told = true;
+        }
+        self.next_event = Some(next);
+        told
     }
 
     /// Writes what can be written; `false` if the client is lost.
@@ -100,9 +130,11 @@ impl Client {
             };
             let call = match method.as_str() {
                 "status" => Call::Status,
+                "events" => Call::Events,
                 "down" => Call::Down,
                 _ => {
-                    let text = format!("unknown method {method}; there are status and down");
+                    let text =
+                        format!("unknown method {method}; there are status, events and down");
                     self.send(&error(&id, -32601, &text));
                     continue;
                 }
@@ -159,6 +191,7 @@ impl Control {
             lines: Lines::new(Overlong::Skip),
             out: Vec::new(),
             awaits_end: false,
+            next_event: None,
         });
         self.next += 1;
     }
@@ -181,6 +214,24 @@ impl Control {
     /// Answers `status`.
     pub(crate) fn answer_status(&mut self, request: &Request, status: &Status) {
         self.answer(request, &json!(status), false);
+    }
+
+    /// Answers `events`; they follow with [`Self::tell`].
+    pub(crate) fn answer_events(&mut self, request: &Request, journal: &Journal) {
+        let (kept, first) = journal.kept();
+        self.answer(request, &json!({"kept": kept}), false);
+        let found = self.clients.iter_mut().find(|c| c.number == request.client);
+        if let Some(client) = found {
+            client.next_event = Some(first);
+        }
+    }
+
+    /// Hands new events to those who follow them, as fast as they read.
+    pub(crate) fn tell(&mut self, journal: &Journal) {
+        self.clients.retain_mut(|client| {
+            let told = client.take_events(journal);
+            !told || client.write()
+        });
     }
 
     /// Answers `down`: the connection closes when all is down.

@@ -15,6 +15,7 @@
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
 //! - [`export`](mod@export): the same for engines of another kind.
+//! - [`terminal`]: a live view, a client of the sockets of the supervisor and of the components.
 //! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
@@ -31,6 +32,7 @@ pub mod export;
 pub mod graph;
 pub mod guard;
 pub mod held;
+mod journal;
 mod lines;
 mod link;
 mod lock;
@@ -49,6 +51,7 @@ pub mod services;
 mod signals;
 pub mod status;
 mod supervise;
+pub mod terminal;
 mod unit;
 mod unsupported;
 pub mod up;

@@ -119,7 +119,8 @@ impl Follower {
         })
     }
 
-    fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
+    /// The last lines of a log, and what comes after them.
+    pub(crate) fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
         let mut follower = Self::open(path)?;
         let length = follower.file.metadata()?.len();
         let skipped = length.saturating_sub(TAIL);

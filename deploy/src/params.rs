@@ -164,7 +164,7 @@ fn ask<T: DeserializeOwned>(
 }
 
 /// What an error says, each finding of the checker on a line of its own.
-fn reason(error: &Value) -> Option<String> {
+pub(crate) fn reason(error: &Value) -> Option<String> {
     let Some(findings) = error["data"]["findings"].as_array() else {
         return error["message"].as_str().map(str::to_owned);
     };

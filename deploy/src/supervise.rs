@@ -151,6 +151,7 @@ impl<'p> Supervisor<'p> {
             if !alive && !to_come {
                 return self.finish(cleanup);
             }
+            self.control.tell(&self.report.journal());
             for source in self.wait() {
                 self.turn(source);
             }
@@ -357,6 +358,10 @@ impl<'p> Supervisor<'p> {
                     let status = self.status();
                     self.control.answer_status(&request, &status);
                 }
+                Call::Events => {
+                    let journal = self.report.journal();
+                    self.control.answer_events(&request, &journal);
+                }
                 Call::Down => {
                     self.control.answer_down(&request);
                     self.stop(Ending::Asked, "asked by `rcdeploy down`");
@@ -517,6 +522,7 @@ impl<'p> Supervisor<'p> {
         }
         let network = &self.plan.network;
         self.network_event(Severity::Info, "down", format!("network {network} is down"));
+        self.control.tell(&self.report.journal());
         self.report.flush();
         let outcome = match (self.ending.take(), &self.failed[..]) {
             (Some(Ending::Failed(message)), _) => Outcome::Failed(message),

@@ -9,6 +9,7 @@ use crate::lock::Lock;
 use crate::plan::Plan;
 use crate::report::{Format, Output, Reporter};
 use crate::supervise::Supervisor;
+use crate::terminal::Beside;
 use std::io;
 
 /// How a network is run.
@@ -18,6 +19,9 @@ pub struct Options {
     pub format: Format,
     /// Show what the components print.
     pub relay: bool,
+    /// Show the network full-screen, on the terminal that standard input and output are ([`crate::terminal::usable`]).
+    /// What is not as expected is reported behind it.
+    pub terminal: bool,
     /// This is the background process that [`detach`](fn@crate::detach) started: it leaves the terminal's session,
     /// and says on standard output when the network is up.
     pub supervisor: bool,
@@ -80,7 +84,14 @@ pub fn up(plan: &Plan, options: &Options, cleanup: &dyn Fn()) -> Outcome {
         Err(error) => return refused(error, "write events"),
     };
     let outcome = match prepare(plan, options, cleanup, &report) {
-        Ok(ready) => ready.with(starter).run(cleanup),
+        Ok(ready) => {
+            let view = options
+                .terminal
+                .then(|| Beside::start(&plan.network, report.covered()));
+            let outcome = ready.with(starter).run(cleanup);
+            drop(view);
+            outcome
+        }
         Err(error) => {
             let message = error.to_string();
             report.event(Event::network(Severity::Error, "refused", message.clone()));

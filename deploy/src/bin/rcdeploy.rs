@@ -11,6 +11,7 @@ use rc_codegen::view::BACKENDS;
 use rc_deploy::export::{self, Engine};
 use rc_deploy::graph::GraphFormat;
 use rc_deploy::network::{self, Network, Profile};
+use rc_deploy::terminal::{self, Left};
 use rc_deploy::{Format, GuardCommand, Options, params, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
@@ -78,11 +79,20 @@ enum Command {
         /// Leaves it running in the background; `rcdeploy down` ends it.
         #[arg(long)]
         detach: bool,
+        /// Prints events as lines, also where a terminal could show the network live.
+        #[arg(long)]
+        plain: bool,
         /// How events are printed: human or json (one object a line).
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
         #[arg(long, hide = true)]
         supervisor: bool,
+    },
+    /// Shows a network that is up live, as `up` does: states, processors, memory, rates, times, events, logs,
+    /// parameters and connections. The network goes on when this is left.
+    Top {
+        /// The network or its .ddsl; may be left out where only one is up.
+        network: Option<String>,
     },
     /// Ends a network that is up.
     Down {
@@ -307,9 +317,21 @@ fn run(command: Command) -> Result<u8, Failure> {
             input,
             build,
             detach,
+            plain,
             format,
             supervisor,
-        } => up(&input, build, detach, format, supervisor),
+        } => {
+            let screen = !plain && !supervisor && format == Format::Human && terminal::usable();
+            let options = Options {
+                format,
+                relay: !supervisor && !screen,
+                terminal: screen,
+                supervisor,
+                guard: None,
+            };
+            up(&input, build, detach, &options)
+        }
+        Command::Top { network } => top(&named(network)?),
         Command::Down { network } => {
             let network = named(network)?;
             // Components have limits of their own; this one is for a supervisor that does not answer.
@@ -565,13 +587,20 @@ fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
     Ok(0)
 }
 
-fn up(
-    input: &Input,
-    build: bool,
-    detach: bool,
-    format: Format,
-    supervisor: bool,
-) -> Result<u8, Failure> {
+/// Shows a network that is up.
+fn top(network: &str) -> Result<u8, Failure> {
+    if !terminal::usable() {
+        let message = "standard input and output are no terminal, or one that cannot show this; `rcdeploy status` prints how a network is";
+        return Err(Failure(2, message.to_owned()));
+    }
+    match terminal::top(network)? {
+        Left::Down => print_line(format_args!("network {network} is down")),
+        Left::Running | Left::Gone => {}
+    }
+    Ok(0)
+}
+
+fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
     let network = if build {
         let network = load(input, human, |network, found| {
@@ -625,10 +654,8 @@ fn up(
         .chain(["--hold".to_owned(), network.services()])
         .collect();
     let options = Options {
-        format,
-        relay: !supervisor,
-        supervisor,
         guard: Some(GuardCommand { args, ..own }),
+        ..options.clone()
     };
     let name = plan.network.clone();
     Ok(rc_deploy::up(&plan, &options, &|| wipe(&name)).exit_code())

@@ -37,6 +37,7 @@ fn up(arguments: &[String]) -> ExitCode {
             Format::Human
         },
         relay: has("--relay"),
+        terminal: has("--terminal"),
         supervisor: has("--supervisor"),
         guard: has("--no-guard").then(|| GuardCommand {
             program: "/bin/false".into(),
