@@ -43,6 +43,10 @@ pub(crate) struct Unit {
     restarts: Restarts,
     /// When it may be started again.
     due: Option<Instant>,
+    /// A command has stopped it: it stays so until it is released.
+    stopped: bool,
+    /// A command has started it: its failures are no longer those of the network's start.
+    released: bool,
 }
 
 #[derive(Debug)]
@@ -82,6 +86,8 @@ pub(crate) struct End {
     pub(crate) text: String,
     /// How long it ran.
     pub(crate) ran: Duration,
+    /// It did not end, and is given up.
+    lost: bool,
 }
 
 /// What the passing of time did to a component.
@@ -99,6 +105,8 @@ impl Unit {
         Self {
             restarts: Restarts::new(component.restart),
             due: None,
+            stopped: false,
+            released: false,
             component,
             log,
             phase: Phase::Waiting,
@@ -121,19 +129,61 @@ impl Unit {
 
     /// Whether it may be started as far as its own clock says.
     pub(crate) fn is_due(&self) -> bool {
-        self.is_waiting() && self.due.is_none()
+        self.is_waiting() && self.due.is_none() && !self.stopped
     }
 
-    /// Whether it has run before.
+    /// Whether it has run before, or was started by a command.
     pub(crate) fn is_restarted(&self) -> bool {
-        self.restarts.count() > 0
+        self.restarts.count() > 0 || self.released
+    }
+
+    /// Whether a command has stopped it, or is about to.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// Whether those that need it may start: it is ready, or will not be by itself.
+    pub(crate) fn lets_others_start(&self) -> bool {
+        self.ready || self.stopped || matches!(self.phase, Phase::Ended(_))
+    }
+
+    /// Whether it did not even end by SIGKILL.
+    pub(crate) fn is_lost(&self) -> bool {
+        matches!(&self.phase, Phase::Ended(end) if end.lost)
+    }
+
+    /// How it ended.
+    pub(crate) fn end_text(&self) -> Option<&str> {
+        match &self.phase {
+            Phase::Ended(end) => Some(&end.text),
+            _ => None,
+        }
+    }
+
+    /// Ends it, or keeps it from being started, until it is released.
+    pub(crate) fn hold(&mut self) {
+        self.stopped = true;
+        self.due = None;
+        self.ask_to_stop();
+    }
+
+    /// What does not run is started as if for the first time, but on its own account.
+    pub(crate) fn release(&mut self) {
+        self.stopped = false;
+        if !self.is_alive() {
+            self.phase = Phase::Waiting;
+            self.ready = false;
+            self.due = None;
+            self.released = true;
+            self.restarts.begin_anew();
+        }
     }
 
     pub(crate) fn is_alive(&self) -> bool {
         matches!(self.phase, Phase::Alive(_))
     }
 
-    /// Whether those that need it may start.
+    /// Whether it has reported ready since its last start.
     pub(crate) fn is_ready(&self) -> bool {
         self.ready
     }
@@ -378,11 +428,13 @@ impl Unit {
                 done: status.success() || (asked && status.signal() == Some(Signal::TERM.as_raw())),
                 text: describe(status),
                 ran,
+                lost: false,
             },
             Err(error) => End {
                 done: false,
                 text: error.to_string(),
                 ran,
+                lost: false,
             },
         };
         self.phase = Phase::Ended(end.clone());
@@ -394,10 +446,26 @@ impl Unit {
     pub(crate) fn follow(&mut self, ran: Duration, failed: bool) -> Next {
         let now = Instant::now();
         let next = self.restarts.after(failed, ran, now);
-        if let Next::Again(pause) = next {
-            self.phase = Phase::Waiting;
-            self.ready = false;
-            self.due = Some(now + pause);
+        match next {
+            Next::Again(pause) => {
+                self.phase = Phase::Waiting;
+                self.ready = false;
+                self.due = Some(now + pause);
+            }
+            Next::Nothing | Next::GiveUp(_) if self.is_waiting() => {
+                self.phase = Phase::Ended(End {
+                    done: false,
+                    text: "could not be started".to_owned(),
+                    ran,
+                    lost: false,
+                });
+            }
+            Next::Nothing | Next::GiveUp(_) => {
+                // One that was asked to end because it did not get ready may have ended well.
+                if let Phase::Ended(end) = &mut self.phase {
+                    end.done &= !failed;
+                }
+            }
         }
         next
     }
@@ -444,6 +512,7 @@ impl Unit {
                     done: false,
                     text,
                     ran,
+                    lost: true,
                 });
                 Overdue::NotKilled
             }
@@ -494,6 +563,8 @@ impl Unit {
             executable: self.component.executable.clone(),
             log: self.log.clone(),
             restarts: self.restarts.count(),
+            ready_ms: self.component.ready.as_millis() as u64,
+            stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
@@ -504,6 +575,7 @@ impl Unit {
 
     fn state(&self) -> State {
         match &self.phase {
+            Phase::Waiting | Phase::Ended(_) if self.stopped => State::Stopped,
             Phase::Waiting => State::Waiting,
             Phase::Ended(end) if end.done => State::Done,
             Phase::Ended(_) => State::Failed,
