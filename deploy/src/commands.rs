@@ -1,7 +1,8 @@
 //! `start`, `stop` and `restart` of components and groups while the network is up: which, in which order, and when it is done.
 //!
 //! What is stopped stays so until it is started; what needs it runs on. Of the components of one command, the one that
-//! needs another one is stopped before it and started after it.
+//! needs another one is stopped before it and started after it. Parameters that were changed and not saved survive a
+//! `restart`; a `start` begins with the configuration.
 
 use crate::control::Request;
 use crate::plan::reachable;
@@ -192,6 +193,9 @@ impl Commands {
             job.stop(units, reach);
             if job.stops.is_empty() {
                 for i in std::mem::take(&mut job.starts) {
+                    if job.verb == Verb::Start {
+                        units[i].forget_changes();
+                    }
                     units[i].release();
                 }
             }

@@ -47,6 +47,7 @@ mod realtime;
 mod relay;
 pub mod report;
 mod restart;
+mod restore;
 pub mod services;
 mod signals;
 pub mod status;

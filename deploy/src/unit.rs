@@ -10,11 +10,12 @@ use crate::process::{self, Identity, KILL_LIMIT, MARK, Mark, kill_group};
 use crate::realtime;
 use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
+use crate::restore::Changes;
 use crate::status::{ComponentStatus, State};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
-use std::io;
+use std::io::{self, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -47,6 +48,10 @@ pub(crate) struct Unit {
     stopped: bool,
     /// A command has started it: its failures are no longer those of the network's start.
     released: bool,
+    /// What was changed in it and not saved.
+    changes: Changes,
+    /// What of that its present run could not be told.
+    unkept: Option<String>,
 }
 
 #[derive(Debug)]
@@ -107,6 +112,8 @@ impl Unit {
             due: None,
             stopped: false,
             released: false,
+            changes: Changes::default(),
+            unkept: None,
             component,
             log,
             phase: Phase::Waiting,
@@ -165,6 +172,11 @@ impl Unit {
         self.stopped = true;
         self.due = None;
         self.ask_to_stop();
+    }
+
+    /// Its next run begins with what its configuration says.
+    pub(crate) fn forget_changes(&mut self) {
+        self.changes = Changes::default();
     }
 
     /// What does not run is started as if for the first time, but on its own account.
@@ -236,6 +248,11 @@ impl Unit {
             UnixStream::pair().map_err(|e| refused("make its link".to_owned(), e))?;
         link.set_nonblocking(true)
             .map_err(|e| refused("set up its link".to_owned(), e))?;
+        if let Some(line) = self.changes.line() {
+            (&link)
+                .write_all(line.as_bytes())
+                .map_err(|e| refused("hand over its changed parameters".to_owned(), e))?;
+        }
         // A wrong folder and a wrong program are the same error to the system.
         if !component.directory.is_dir() {
             return Err(format!(
@@ -276,6 +293,7 @@ impl Unit {
         self.heard = now;
         self.reported = None;
         self.lost.clear();
+        self.unkept = self.changes.lost();
         self.hung = false;
         self.garbage = false;
         self.phase = Phase::Alive(Running {
@@ -348,7 +366,24 @@ impl Unit {
                     let seconds = running.started.elapsed().as_secs_f64();
                     let text = format!("ready after {seconds:.2} s");
                     self.event(report, Severity::Info, "ready", text);
+                    if let Some(text) = self.unkept.take() {
+                        self.event(report, Severity::Warning, "not-restored", text);
+                    }
                 }
+            }
+            Message::Parameters { changed, unkept } => {
+                self.changes = Changes::new(changed, unkept);
+            }
+            Message::Restored(Ok(())) => {
+                let text = self.changes.restored();
+                self.event(report, Severity::Info, "restored", text);
+            }
+            Message::Restored(Err(why)) => {
+                let text = format!(
+                    "runs with its configuration; changed parameters were not restored: {why}"
+                );
+                self.event(report, Severity::Warning, "not-restored", text);
+                self.forget_changes();
             }
             Message::Heartbeat { age, lost } => {
                 self.heard = Instant::now();
