@@ -1,4 +1,5 @@
-//! The supervisor's own socket: `status`, `events` and `down`, as JSON-RPC 2.0 lines.
+//! The supervisor's own socket: `status`, `events`, `down`, and `start`, `stop`, `restart {"names": [NAME, …]}`, as
+//! JSON-RPC 2.0 lines.
 //!
 //! Who asks for `events` gets those that are kept and all that come, a notification each: `event`, or `missed {"events"}`
 //! where it reads so slowly that some were given up.
@@ -6,6 +7,7 @@
 //! It only speaks; what the answers are is the supervisor's business. A client that does not read its
 //! answers is dropped.
 
+use crate::commands::{Carried, Verb};
 use crate::journal::Journal;
 use crate::lines::{Line, Lines, Overlong};
 use crate::status::Status;
@@ -38,8 +40,8 @@ pub(crate) struct Client {
     pub(crate) stream: UnixStream,
     lines: Lines,
     out: Vec<u8>,
-    /// It waits for its connection to close when all is down.
-    awaits_end: bool,
+    /// How many answers it waits for that take their time; the end of the network is one, too.
+    awaits: u32,
     /// It follows the events; the number of its next.
     next_event: Option<u64>,
 }
@@ -52,18 +54,54 @@ pub(crate) struct Request {
     pub(crate) call: Call,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Call {
     Status,
     Events,
     Down,
+    /// The names are of components or groups, and may be wrong.
+    Command(Verb, Vec<String>),
 }
+
+/// The parameters are wrong.
+const INPUT: i32 = -32602;
 
 #[derive(Deserialize)]
 struct Incoming {
     #[serde(default)]
     id: Value,
     method: String,
+    #[serde(default)]
+    params: Value,
+}
+
+/// What a method means; the error has the code of JSON-RPC and is for people.
+fn call(method: &str, params: &Value) -> Result<Call, (i32, String)> {
+    match method {
+        "status" => return Ok(Call::Status),
+        "events" => return Ok(Call::Events),
+        "down" => return Ok(Call::Down),
+        _ => {}
+    }
+    let Some(verb) = Verb::of(method) else {
+        let text = format!(
+            "unknown method {method}; there are status, events, down, start, stop and restart"
+        );
+        return Err((-32601, text));
+    };
+    let names = params.get("names").and_then(Value::as_array);
+    let names: Option<Vec<String>> = names
+        .into_iter()
+        .flatten()
+        .map(|name| name.as_str().map(str::to_owned))
+        .collect();
+    match names.filter(|names| !names.is_empty()) {
+        Some(names) => Ok(Call::Command(verb, names)),
+        None => Err((
+            INPUT,
+            format!("`{method}` takes {{\"names\": [\"lidar\", …]}}"),
+        )),
+    }
 }
 
 impl Client {
@@ -120,7 +158,7 @@ impl Client {
                 Line::Text(text) => serde_json::from_str::<Incoming>(text).ok(),
                 Line::TooLong => None,
             };
-            let Some(Incoming { id, method }) = parsed else {
+            let Some(Incoming { id, method, params }) = parsed else {
                 self.send(&error(
                     &Value::Null,
                     -32700,
@@ -128,17 +166,14 @@ impl Client {
                 ));
                 continue;
             };
-            let call = match method.as_str() {
-                "status" => Call::Status,
-                "events" => Call::Events,
-                "down" => Call::Down,
-                _ => {
-                    let text =
-                        format!("unknown method {method}; there are status, events and down");
-                    self.send(&error(&id, -32601, &text));
+            let call = match call(&method, &params) {
+                Ok(call) => call,
+                Err((code, text)) => {
+                    self.send(&error(&id, code, &text));
                     continue;
                 }
             };
+            self.awaits += u32::from(call != Call::Status);
             requests.push(Request {
                 client: self.number,
                 id,
@@ -173,7 +208,7 @@ impl Control {
         &self.clients
     }
 
-    /// Lets one client in. If there are too many, the oldest goes that does not wait for the end.
+    /// Lets one client in. If there are too many, the oldest goes that does not wait for an answer.
     pub(crate) fn accept(&mut self) {
         let Ok((stream, _)) = self.listener.accept() else {
             return;
@@ -182,7 +217,7 @@ impl Control {
             return;
         }
         if self.clients.len() >= CLIENTS {
-            let oldest = self.clients.iter().position(|c| !c.awaits_end);
+            let oldest = self.clients.iter().position(|c| c.awaits == 0);
             self.clients.remove(oldest.unwrap_or(0));
         }
         self.clients.push(Client {
@@ -190,7 +225,7 @@ impl Control {
             stream,
             lines: Lines::new(Overlong::Skip),
             out: Vec::new(),
-            awaits_end: false,
+            awaits: 0,
             next_event: None,
         });
         self.next += 1;
@@ -213,13 +248,13 @@ impl Control {
 
     /// Answers `status`.
     pub(crate) fn answer_status(&mut self, request: &Request, status: &Status) {
-        self.answer(request, &json!(status), false);
+        self.answer(request, &result(&request.id, &json!(status)), 0);
     }
 
     /// Answers `events`; they follow with [`Self::tell`].
     pub(crate) fn answer_events(&mut self, request: &Request, journal: &Journal) {
         let (kept, first) = journal.kept();
-        self.answer(request, &json!({"kept": kept}), false);
+        self.answer(request, &result(&request.id, &json!({"kept": kept})), 0);
         let found = self.clients.iter_mut().find(|c| c.number == request.client);
         if let Some(client) = found {
             client.next_event = Some(first);
@@ -236,18 +271,33 @@ impl Control {
 
     /// Answers `down`: the connection closes when all is down.
     pub(crate) fn answer_down(&mut self, request: &Request) {
-        self.answer(request, &json!({"stopping": true}), true);
+        self.answer(request, &result(&request.id, &json!({"stopping": true})), 0);
     }
 
-    fn answer(&mut self, request: &Request, result: &Value, awaits_end: bool) {
+    /// Answers a command that was carried out as far as it could be.
+    pub(crate) fn answer_carried(&mut self, request: &Request, carried: &Carried) {
+        self.answer(request, &result(&request.id, &json!(carried)), 1);
+    }
+
+    /// Answers a command whose names are wrong.
+    pub(crate) fn answer_refused(&mut self, request: &Request, reason: &str) {
+        self.answer(request, &error(&request.id, INPUT, reason), 1);
+    }
+
+    /// Sends an answer; `awaited` of those that took their time.
+    fn answer(&mut self, request: &Request, answer: &Value, awaited: u32) {
         let found = self.clients.iter_mut().find(|c| c.number == request.client);
         let Some(client) = found else { return };
-        client.awaits_end |= awaits_end;
+        client.awaits = client.awaits.saturating_sub(awaited);
         if !request.id.is_null() {
-            client.send(&json!({"jsonrpc": "2.0", "id": request.id, "result": result}));
+            client.send(answer);
         }
         if !client.write() {
             self.clients.retain(|c| c.number != request.client);
         }
     }
+}
+
+fn result(id: &Value, result: &Value) -> Value {
+    json!({"jsonrpc": "2.0", "id": id, "result": result})
 }

@@ -18,9 +18,9 @@ pub enum Severity {
 
 /// One thing that happened.
 ///
-/// The codes: `recovered`, `starting`, `ready`, `up`, `state`, `exited`, `restarting`, `not-ready`, `gave-up`,
+/// The codes: `recovered`, `starting`, `ready`, `up`, `state`, `exited`, `restarting`, `restored`, `not-restored`, `not-ready`, `gave-up`,
 /// `start-failed`, `hung`, `answers-again`, `link-closed`, `garbage`, `killed`, `not-killed`, `left-over`,
-/// `stopping`, `guard-ended`, `guard-lost`, `not-written`, `not-cleaned`, `down`, `refused`, and `log` for a line
+/// `asked`, `stopped`, `stopping`, `guard-ended`, `guard-lost`, `not-written`, `not-cleaned`, `down`, `refused`, and `log` for a line
 /// that a component printed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Event {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! network → plan → up → supervise (a loop over units) → events → report
-//!          ├─ control   what status and down talk to
+//!          ├─ control   what status, down, start … talk to
 //!          └─ guard     a second process, which cleans up when the first one is gone
 //! ```
 //!
@@ -16,6 +16,7 @@
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
 //! - [`export`](mod@export): the same for engines of another kind.
 //! - [`terminal`]: a live view, a client of the sockets of the supervisor and of the components.
+//! - [`commands`]: components and groups that are stopped and started while all else runs on.
 //! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
@@ -23,6 +24,7 @@
 
 mod addresses;
 pub mod client;
+pub mod commands;
 mod configuration;
 mod control;
 pub mod detach;
@@ -47,6 +49,7 @@ mod realtime;
 mod relay;
 pub mod report;
 mod restart;
+mod restore;
 pub mod services;
 mod signals;
 pub mod status;
@@ -58,6 +61,7 @@ pub mod up;
 mod variant;
 
 pub use client::{down, status};
+pub use commands::{Carried, Verb};
 pub use detach::detach;
 pub use error::Error;
 pub use events::{Event, Severity};

@@ -2,6 +2,7 @@
 
 use crate::status::State;
 use serde::Deserialize;
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -9,12 +10,21 @@ use std::time::Duration;
 pub(crate) const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
 
 /// One notification.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub(crate) enum Message {
     /// The life cycle went on.
     State(State),
     /// The component has started.
     Ready,
+    /// Which parameters were changed and are in no file.
+    Parameters {
+        /// Their values, by path.
+        changed: Map<String, Value>,
+        /// The paths of those whose values are not told: they are secret, or too long.
+        unkept: Vec<String>,
+    },
+    /// What an earlier run had changed was set again, or why not.
+    Restored(Result<(), String>),
     /// The component is there.
     Heartbeat {
         /// How long ago its loop turned last.
@@ -37,6 +47,9 @@ struct Params {
     state: Option<State>,
     age_ms: Option<u64>,
     lost: BTreeMap<String, u64>,
+    changed: Map<String, Value>,
+    unkept: Vec<String>,
+    refused: Option<String>,
 }
 
 /// Reads one line; the error says what is wrong with it.
@@ -46,6 +59,11 @@ pub(crate) fn parse(line: &str) -> Result<Message, String> {
     let params = notification.params;
     match notification.method.as_str() {
         "ready" => Ok(Message::Ready),
+        "parameters" => Ok(Message::Parameters {
+            changed: params.changed,
+            unkept: params.unkept,
+        }),
+        "restored" => Ok(Message::Restored(params.refused.map_or(Ok(()), Err))),
         "heartbeat" => match params.age_ms {
             Some(age) => Ok(Message::Heartbeat {
                 age: Duration::from_millis(age),
@@ -80,6 +98,19 @@ mod tests {
         let lost = BTreeMap::from([("Laser".to_owned(), 3)]);
         let beat = r#"{"method":"heartbeat","params":{"age_ms":7,"lost":{"Laser":3}}}"#;
         assert_eq!(parse(beat), Ok(Message::Heartbeat { age, lost }));
+    }
+
+    #[test]
+    fn what_is_unsaved_is_told() {
+        let line =
+            r#"{"method":"parameters","params":{"changed":{"a[1].b":[1,"x"]},"unkept":["c"]}}"#;
+        let changed = Map::from_iter([("a[1].b".to_owned(), serde_json::json!([1, "x"]))]);
+        let unkept = vec!["c".to_owned()];
+        assert_eq!(parse(line), Ok(Message::Parameters { changed, unkept }));
+        let restored = r#"{"method":"restored","params":{}}"#;
+        assert_eq!(parse(restored), Ok(Message::Restored(Ok(()))));
+        let refused = r#"{"method":"restored","params":{"refused":"no"}}"#;
+        assert_eq!(parse(refused), Ok(Message::Restored(Err("no".to_owned()))));
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub enum State {
     Failed,
     /// It runs, and its loop has not turned for a while.
     Hung,
+    /// A command has stopped it, and nobody has started it since.
+    Stopped,
 }
 
 impl fmt::Display for State {
@@ -39,6 +41,7 @@ impl fmt::Display for State {
             Self::Done => "done",
             Self::Failed => "failed",
             Self::Hung => "hung",
+            Self::Stopped => "stopped",
         })
     }
 }
@@ -83,8 +86,12 @@ pub struct ComponentStatus {
     pub executable: PathBuf,
     /// What it printed.
     pub log: PathBuf,
-    /// How often it was started again.
+    /// How often it was started again by itself, without a command.
     pub restarts: u32,
+    /// How long it may take from its start until it is ready, in milliseconds.
+    pub ready_ms: u64,
+    /// How long it may take to end when it is asked to, in milliseconds.
+    pub stop_ms: u64,
     /// How many values its slots have lost in this run; slots that lost none are left out.
     #[serde(default)]
     pub lost: BTreeMap<String, u64>,

@@ -1,6 +1,7 @@
 //! The loop: one thread, one `poll`, which starts, watches and stops the units of a plan.
 
-use crate::control::{self, Call, Control};
+use crate::commands::{self, Commands, Verb};
+use crate::control::{self, Call, Control, Request};
 use crate::detach::Starter;
 use crate::error::{Error, OrCannot};
 use crate::events::{Event, Severity};
@@ -62,6 +63,7 @@ pub(crate) struct Supervisor<'p> {
     guard: Option<Guard>,
     guard_starts: u32,
     control: Control,
+    commands: Commands,
     signals: Signals,
     relay: Option<Relay>,
     starter: Option<Starter>,
@@ -114,11 +116,13 @@ impl<'p> Supervisor<'p> {
         };
         let mut guard = Guard::start(&guard_command, &plan.network, &lock, &guard_log, &held)?;
         guard.await_ready()?;
+        let needs = plan.needs();
         Ok(Self {
             plan,
             report,
             units,
-            needs: plan.needs(),
+            commands: Commands::new(&needs),
+            needs,
             held,
             lock,
             guard_command,
@@ -143,11 +147,15 @@ impl<'p> Supervisor<'p> {
     /// Starts the units and keeps them until they end or are to end.
     pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
         loop {
-            self.start_what_may();
+            self.command();
+            while self.start_what_may() {}
+            self.command();
             self.stop_what_may();
             self.note_up();
             let alive = self.units.iter().any(Unit::is_alive);
-            let to_come = self.ending.is_none() && self.units.iter().any(Unit::is_waiting);
+            // What a command has stopped can be started by another one.
+            let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();
+            let to_come = self.ending.is_none() && self.units.iter().any(may_come);
             if !alive && !to_come {
                 return self.finish(cleanup);
             }
@@ -163,13 +171,47 @@ impl<'p> Supervisor<'p> {
         self.report.event(Event::network(severity, code, message));
     }
 
-    fn start_what_may(&mut self) {
+    /// Says whether there was one: others may wait for one that could not be started.
+    fn start_what_may(&mut self) -> bool {
+        let mut any = false;
         for i in 0..self.units.len() {
-            let may = self.needs[i].iter().all(|&j| self.units[j].is_ready());
+            let lets = |&j: &usize| self.units[j].lets_others_start();
+            let may = self.needs[i].iter().all(lets);
             if self.ending.is_none() && may && self.units[i].is_due() {
                 self.start(i);
+                any = true;
             }
         }
+        any
+    }
+
+    /// Goes on with what was asked for over the socket.
+    fn command(&mut self) {
+        let answers = if self.ending.is_none() {
+            self.commands.advance(&mut self.units, &self.needs)
+        } else {
+            self.commands.end(&self.units)
+        };
+        for (request, carried) in answers {
+            self.control.answer_carried(&request, &carried);
+        }
+    }
+
+    /// Takes a command, or tells why not.
+    fn take(&mut self, request: Request, verb: Verb, names: &[String]) {
+        let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
+        let members = match commands::select(names, &all) {
+            Ok(members) if self.ending.is_none() => members,
+            Ok(_) => return self.control.answer_refused(&request, "the network stops"),
+            Err(wrong) => return self.control.answer_refused(&request, &wrong),
+        };
+        let text = format!("asked to {} {}", verb.word(), names.join(", "));
+        self.network_event(Severity::Info, "asked", text);
+        self.failed.retain(|name| {
+            let again = |&i: &usize| self.units[i].name() == name;
+            !members.iter().any(again)
+        });
+        self.commands.take(request, verb, members, &self.units);
     }
 
     fn start(&mut self, i: usize) {
@@ -187,6 +229,7 @@ impl<'p> Supervisor<'p> {
             Err(reason) if self.units[i].is_restarted() => {
                 let unit = &mut self.units[i];
                 let text = unit.failure(&reason);
+                self.commands.failed(i, &reason);
                 unit.event(self.report, Severity::Error, "start-failed", text);
                 let next = unit.follow(Duration::ZERO, true);
                 self.go_on(i, next, true);
@@ -233,7 +276,7 @@ impl<'p> Supervisor<'p> {
     }
 
     fn note_up(&mut self) {
-        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::is_ready) {
+        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::lets_others_start) {
             self.is_up = true;
             let text = format!("network {} is up", self.plan.network);
             self.network_event(Severity::Info, "up", text);
@@ -286,7 +329,8 @@ impl<'p> Supervisor<'p> {
         }
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
-        let deadline = units.chain(relay).min();
+        let commands = self.commands.deadline();
+        let deadline = units.chain(relay).chain(commands).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
@@ -353,7 +397,8 @@ impl<'p> Supervisor<'p> {
 
     fn serve(&mut self, number: u64) {
         for request in self.control.turn(number) {
-            match request.call {
+            match request.call.clone() {
+                Call::Command(verb, names) => self.take(request, verb, &names),
                 Call::Status => {
                     let status = self.status();
                     self.control.answer_status(&request, &status);
@@ -416,6 +461,19 @@ impl<'p> Supervisor<'p> {
         self.forget(i);
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
+        if goes_on && unit.is_stopped() {
+            let severity = if end.done {
+                Severity::Info
+            } else {
+                Severity::Warning
+            };
+            return unit.event(
+                self.report,
+                severity,
+                "stopped",
+                format!("stopped: {}", end.text),
+            );
+        }
         if goes_on && !unit.is_ready() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
         }
@@ -423,6 +481,9 @@ impl<'p> Supervisor<'p> {
         // ends without getting ready, however well it ends.
         let failed = !end.done || (goes_on && (asked || !unit.is_ready()));
         let text = format!("ended: {}", end.text);
+        if failed {
+            self.commands.failed(i, &unit.failure(&text));
+        }
         if !failed {
             unit.event(self.report, Severity::Info, "exited", text);
         } else if asked {
@@ -482,6 +543,7 @@ impl<'p> Supervisor<'p> {
                     let unit = &self.units[i];
                     let text = format!("was not ready within {:?}", unit.component.ready);
                     if unit.is_restarted() {
+                        self.commands.failed(i, &text);
                         unit.event(self.report, Severity::Warning, "not-ready", text);
                         self.units[i].ask_to_stop();
                     } else {
@@ -493,7 +555,7 @@ impl<'p> Supervisor<'p> {
                 Overdue::NotKilled => {
                     self.failed.push(self.units[i].name().to_owned());
                     // Whoever needs it would wait for ever.
-                    if self.ending.is_none() {
+                    if self.ending.is_none() && !self.units[i].is_stopped() {
                         self.fail(i, "cannot be ended, and so not be started again");
                     }
                 }

@@ -3,7 +3,7 @@
 //! Exit codes: 0 done, also an `up` that was ended by Ctrl-C; 1 the input is wrong; 2 wrong usage; 3 the system
 //! refused or a component failed.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
 use rc_codegen::files::Change;
@@ -12,7 +12,7 @@ use rc_deploy::export::{self, Engine};
 use rc_deploy::graph::GraphFormat;
 use rc_deploy::network::{self, Network, Profile};
 use rc_deploy::terminal::{self, Left};
-use rc_deploy::{Format, GuardCommand, Options, params, services};
+use rc_deploy::{Carried, Format, GuardCommand, Options, Verb, params, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
@@ -123,6 +123,23 @@ enum Command {
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
     },
+    /// Starts components that do not run, each after those that it needs, and waits until they are ready.
+    Start(Named),
+    /// Stops components, those first that need others of them. They stay so until they are started; what needs them
+    /// runs on without them.
+    Stop(Named),
+    /// Stops components, then starts them again.
+    Restart(Named),
+    /// Has a component enter its emergency, or leave it. It does not matter whether rcdeploy has started it.
+    Emergency {
+        /// The network or its .ddsl.
+        network: String,
+        /// The component.
+        name: String,
+        /// on or off.
+        #[arg(action = ArgAction::Set, value_parser = switch)]
+        active: bool,
+    },
     /// Shows the parameters of a running component, changes them, and saves what was changed.
     ///
     /// `params NETWORK NAME` shows all of them. It does not matter whether rcdeploy has started the component.
@@ -193,6 +210,27 @@ enum Action {
         #[command(flatten)]
         of: Running,
     },
+}
+
+/// Components of a network that is up.
+#[derive(Args)]
+struct Named {
+    /// The network or its .ddsl.
+    network: String,
+    /// Components by their whole names, or groups with all that is in them.
+    #[arg(required = true, value_name = "NAME")]
+    names: Vec<String>,
+    /// human, or json: one document.
+    #[arg(long, default_value = "human", value_parser = format)]
+    format: Format,
+}
+
+fn switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("an emergency is on or off".to_owned()),
+    }
 }
 
 /// A component that runs.
@@ -354,6 +392,17 @@ fn run(command: Command) -> Result<u8, Failure> {
             rc_deploy::logs::print(&network, component.as_deref(), lines, follow, format, out)?;
             Ok(0)
         }
+        Command::Start(named) => tell(Verb::Start, &named),
+        Command::Stop(named) => tell(Verb::Stop, &named),
+        Command::Restart(named) => tell(Verb::Restart, &named),
+        Command::Emergency {
+            network,
+            name,
+            active,
+        } => {
+            params::emergency(&network_of(&network)?, &name, active)?;
+            Ok(0)
+        }
         Command::Params {
             action: Some(action),
             ..
@@ -386,6 +435,27 @@ fn run(command: Command) -> Result<u8, Failure> {
             Ok(0)
         }
     }
+}
+
+/// Has components started or stopped, and says what has become of them.
+fn tell(verb: Verb, named: &Named) -> Result<u8, Failure> {
+    let carried = rc_deploy::client::command(&network_of(&named.network)?, verb, &named.names)?;
+    let lines = |carried: &Carried| -> String {
+        let word = match verb {
+            Verb::Start => "ready",
+            Verb::Stop => "stopped",
+            Verb::Restart => "ready again",
+        };
+        let done = carried.done.iter();
+        done.map(|name| format!("{name}: {word}\n")).collect()
+    };
+    if named.format == Format::Json || !carried.done.is_empty() {
+        show(named.format, &carried, lines)?;
+    }
+    for failed in &carried.failed {
+        eprintln!("rcdeploy: error: {}: {}", failed.name, failed.reason);
+    }
+    Ok(if carried.failed.is_empty() { 0 } else { 3 })
 }
 
 fn params(action: Action) -> Result<u8, Failure> {

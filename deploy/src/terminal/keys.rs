@@ -2,6 +2,7 @@
 
 use super::model::{Command, Host, Model, Page, Prompt};
 use super::rows::Kind;
+use crate::commands::Verb;
 use crate::params;
 use crate::status::State;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -105,9 +106,9 @@ impl Model {
             KeyCode::Char('p') => self.turn_to_component(Page::Parameters),
             KeyCode::Char('c') => self.turn_to_component(Page::Connections),
             KeyCode::Tab | KeyCode::BackTab => self.next_page(code == KeyCode::Tab),
-            KeyCode::Char('r') => return self.order("restart", true),
-            KeyCode::Char('x') => return self.order("stop", true),
-            KeyCode::Char('s') => return self.order("start", false),
+            KeyCode::Char('r') => return self.order(Verb::Restart),
+            KeyCode::Char('x') => return self.order(Verb::Stop),
+            KeyCode::Char('s') => return self.order(Verb::Start),
             KeyCode::Char('e') => return self.emergency(false),
             KeyCode::Char('E') => return self.emergency(true),
             KeyCode::Char('w') if self.page == Page::Parameters => {
@@ -267,16 +268,15 @@ impl Model {
         self.line = to.min(count.saturating_sub(1));
     }
 
-    /// `restart`, `stop` or `start` of what is chosen.
-    fn order(&mut self, method: &'static str, ask: bool) -> Option<Command> {
-        let chosen = self.chosen();
-        let names: Vec<String> = chosen.iter().map(|c| c.status.name.clone()).collect();
-        if names.is_empty() {
+    /// What stops something is asked first.
+    fn order(&mut self, verb: Verb) -> Option<Command> {
+        let count = self.chosen().len();
+        if count == 0 {
             return None;
         }
-        let question = format!("{method} {}?", self.what(names.len()));
-        let command = Command::Order { method, names };
-        self.asked(ask, question, command)
+        let question = format!("{} {}?", verb.word(), self.what(count));
+        let name = self.selected.clone();
+        self.asked(verb != Verb::Start, question, Command::Order { verb, name })
     }
 
     /// Into the emergency state at once; out of it when asked.

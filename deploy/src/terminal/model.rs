@@ -1,6 +1,7 @@
 //! What the view knows and what the user has chosen: no input, no output, no clock.
 
 use super::rows::{self, Row};
+use crate::commands::Verb;
 use crate::params::Parameters;
 use crate::status::{ComponentStatus, State, Status};
 use serde::Deserialize;
@@ -88,11 +89,8 @@ pub(crate) enum Command {
     Quit { interrupt: bool },
     /// Draws all anew, where something else has written on the terminal.
     Redraw,
-    /// `restart`, `stop` or `start` of these, by the supervisor.
-    Order {
-        method: &'static str,
-        names: Vec<String>,
-    },
+    /// Has the supervisor start, stop or restart a component or a group.
+    Order { verb: Verb, name: String },
     /// Lets these enter or leave the emergency state.
     Emergency { names: Vec<String>, active: bool },
     /// Changes a parameter.
@@ -522,6 +520,7 @@ impl Model {
             State::Waiting,
             State::Stopping,
             State::Done,
+            State::Stopped,
             State::Emergency,
             State::Hung,
             State::Failed,

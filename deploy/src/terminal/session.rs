@@ -4,6 +4,7 @@ use super::model::{Command, Host, Model, Page, Report};
 use super::peer::{Peer, Said};
 use super::screen::Screen;
 use super::{render, usage};
+use crate::commands::{Carried, Verb};
 use crate::control;
 use crate::error::{Error, OrCannot};
 use crate::logs::{Follower, Watch};
@@ -23,8 +24,6 @@ use std::time::{Duration, Instant};
 const TICK: Duration = Duration::from_secs(1);
 /// The shortest time between two pictures.
 const FRAME: Duration = Duration::from_millis(40);
-/// How long a component may take for an order: longer than its start and its stop.
-const ORDER_LIMIT: Duration = Duration::from_secs(120);
 
 /// Why the view ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +42,7 @@ enum Asked {
     Status,
     Events,
     Parameters,
-    Order { text: String, limit: Instant },
+    Order(String),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -349,13 +348,6 @@ impl<'s> Session<'s> {
             }
         }
         model.tick(now);
-        let now = Instant::now();
-        let late = |asked: &Asked| matches!(asked, Asked::Order { limit, .. } if now > *limit);
-        if self.orders.iter().any(|peer| peer.waiting().any(late)) {
-            self.orders.retain(|peer| !peer.waiting().any(late));
-            self.model
-                .say(format!("no answer within {ORDER_LIMIT:?}"), true);
-        }
     }
 
     fn supervisor_said(&mut self, said: Said<Asked>) {
@@ -432,14 +424,21 @@ impl<'s> Session<'s> {
 
     /// An order was obeyed, or not.
     fn answered(&mut self, said: Said<Asked>) {
-        let Said::Answer(Asked::Order { text, .. }, answer) = said else {
+        let Said::Answer(Asked::Order(text), answer) = said else {
             return;
         };
-        match answer {
-            Ok(_) => self.model.say(format!("{text}: done"), false),
+        let failed = answer.and_then(|done| {
+            // Of a component, the answer is another one.
+            let carried = Carried::deserialize(done).unwrap_or_default();
+            let failed = carried.failed.into_iter().next();
+            failed.map_or(Ok(()), |f| Err(format!("{} {}", f.name, f.reason)))
+        });
+        match failed {
+            Ok(()) => self.model.say(format!("{text}: done"), false),
             Err(reason) => {
-                let reason = reason.trim().replace("\n  ", "; ");
-                self.model.say(format!("{text}: {reason}"), true);
+                let reason: Vec<&str> = reason.lines().map(str::trim).collect();
+                let reason = reason.join(" ");
+                self.model.say(format!("{text}: {}", reason.trim()), true);
             }
         }
     }
@@ -474,7 +473,7 @@ impl<'s> Session<'s> {
                 let cleared = self.screen.terminal.clear();
                 cleared.or_cannot("draw on the terminal")?;
             }
-            Command::Order { method, names } => self.order(method, &names),
+            Command::Order { verb, name } => self.order(verb, &name),
             Command::Emergency { names, active } => {
                 for name in &names {
                     let text = format!("emergency {}: {name}", if active { "on" } else { "off" });
@@ -503,19 +502,13 @@ impl<'s> Session<'s> {
         Ok(())
     }
 
-    /// Asks the supervisor, which answers when it is done.
-    fn order(&mut self, method: &str, names: &[String]) {
-        let what = match names {
-            [one] => one.clone(),
-            many => format!("{} components", many.len()),
-        };
-        let text = format!("{method} {what}");
+    /// Asks the supervisor, which answers when it is done, or knows that it cannot be.
+    fn order(&mut self, verb: Verb, name: &str) {
+        let text = format!("{} {name}", verb.word());
         self.model.say(format!("{text} …"), false);
         match Peer::connect(&self.directory.socket(control::NAME)) {
             Ok(mut peer) => {
-                let limit = Instant::now() + ORDER_LIMIT;
-                let asked = Asked::Order { text, limit };
-                peer.ask(asked, method, &json!({ "names": names }));
+                peer.ask(Asked::Order(text), verb.word(), &json!({ "names": [name] }));
                 self.orders.push(peer);
             }
             Err(error) => self.model.say(format!("{text}: {error}"), true),
@@ -526,8 +519,7 @@ impl<'s> Session<'s> {
     fn tell(&mut self, name: &str, text: String, method: &str, params: &Value) {
         match self.components.get_mut(name) {
             Some(peer) => {
-                let limit = Instant::now() + ORDER_LIMIT;
-                peer.ask(Asked::Order { text, limit }, method, params);
+                peer.ask(Asked::Order(text), method, params);
             }
             None => self.model.say(format!("{name} does not answer"), true),
         }

@@ -33,7 +33,7 @@ impl Model {
             State::Running => self.good(),
             State::Waiting | State::Starting | State::Stopping => self.care(),
             State::Emergency | State::Failed | State::Hung => self.bad(),
-            State::Done => faint(),
+            State::Done | State::Stopped => faint(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::model::{Command, Event, Host, Model, Page, Report, Sample};
 use super::render;
+use crate::commands::Verb;
 use crate::params::Parameters;
 use crate::status::{ComponentStatus, State, Status};
 use expect_test::{Expect, expect};
@@ -38,6 +39,8 @@ fn status() -> Status {
         executable: "/robot/bin".into(),
         log: "/robot/log".into(),
         restarts: at as u32 / 4,
+        ready_ms: 10_000,
+        stop_ms: 5_000,
         lost: [("pose".to_owned(), 12)]
             .into_iter()
             .filter(|_| at == 4)
@@ -151,6 +154,11 @@ fn shows(model: &mut Model, width: u16, height: u16, expected: &Expect) {
 
 fn press(model: &mut Model, code: KeyCode) -> Option<Command> {
     model.key(KeyEvent::new(code, KeyModifiers::NONE))
+}
+
+fn order(verb: Verb, name: &str) -> Option<Command> {
+    let name = name.to_owned();
+    Some(Command::Order { verb, name })
 }
 
 fn keys(model: &mut Model, keys: &str) -> Option<Command> {
@@ -321,14 +329,7 @@ fn groups_are_folded_and_hold_what_is_in_them() {
     );
     // A group is ordered about as a whole.
     assert_eq!(keys(&mut model, "r"), None);
-    let order = |method, names: &[&str]| {
-        let names = names.iter().map(|&n| n.to_owned()).collect();
-        Some(Command::Order { method, names })
-    };
-    assert_eq!(
-        keys(&mut model, "y"),
-        order("restart", &["left.arm.gripper", "left.eye"])
-    );
+    assert_eq!(keys(&mut model, "y"), order(Verb::Restart, "left"));
     press(&mut model, KeyCode::Right);
     press(&mut model, KeyCode::Down);
     assert_eq!(model.selected, "left.arm");
@@ -349,16 +350,8 @@ fn what_hurts_is_asked_and_what_is_urgent_is_not() {
     assert_eq!(keys(&mut model, "n"), None);
     assert_eq!(model.prompt, None);
     let names = |names: &[&str]| names.iter().map(|&n| n.to_owned()).collect::<Vec<String>>();
-    let stop = Command::Order {
-        method: "stop",
-        names: names(&["simulator"]),
-    };
-    assert_eq!(keys(&mut model, "xy"), Some(stop));
-    let start = Command::Order {
-        method: "start",
-        names: names(&["simulator"]),
-    };
-    assert_eq!(keys(&mut model, "s"), Some(start));
+    assert_eq!(keys(&mut model, "xy"), order(Verb::Stop, "simulator"));
+    assert_eq!(keys(&mut model, "s"), order(Verb::Start, "simulator"));
     let enter = Command::Emergency {
         names: names(&["simulator"]),
         active: true,

@@ -12,6 +12,7 @@ mod patrol;
 mod pictures;
 mod probe;
 mod python;
+mod restored;
 mod settings;
 mod site;
 mod strangers;

@@ -2,7 +2,7 @@
 //!
 //! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names.
 
-use rc_deploy::{Format, GuardCommand, Options, Plan};
+use rc_deploy::{Format, GuardCommand, Options, Plan, Verb};
 use std::fs::File;
 use std::io::Write;
 use std::process::{Command, ExitCode};
@@ -58,6 +58,15 @@ fn main() -> ExitCode {
         "down" => {
             let limit = argument(2).parse().unwrap_or(20_000);
             rc_deploy::down(argument(1), Duration::from_millis(limit))
+        }
+        "start" | "stop" | "restart" => {
+            let verb = match argument(0) {
+                "start" => Verb::Start,
+                "stop" => Verb::Stop,
+                _ => Verb::Restart,
+            };
+            rc_deploy::client::command(argument(1), verb, &arguments[2..])
+                .map(|carried| println!("{}", serde_json::to_string(&carried).expect("json")))
         }
         "recover" => {
             let directory = rc_middleware::RunDirectory::of(argument(1));
