@@ -69,8 +69,14 @@ impl Screen {
             let out = self.terminal.backend_mut();
             execute!(out, EnterAlternateScreen, Hide)
         });
-        done.and_then(|()| self.terminal.clear())
+        done.and_then(|()| self.blank())
             .inspect_err(|_| give_back())
+    }
+
+    /// Empties the screen, so that all is drawn anew. `Terminal::clear` would ask the terminal for its cursor, and wait.
+    pub(crate) fn blank(&mut self) -> io::Result<()> {
+        let size = self.terminal.size()?;
+        self.terminal.resize(size.into())
     }
 
     /// Becomes readable when the terminal has another size, or when this process goes on after it was stopped.

@@ -470,8 +470,7 @@ impl<'s> Session<'s> {
                     .say("it is stopping; ctrl-c kills at once", false),
             },
             Command::Redraw => {
-                let cleared = self.screen.terminal.clear();
-                cleared.or_cannot("draw on the terminal")?;
+                self.screen.blank().or_cannot("draw on the terminal")?;
             }
             Command::Order { verb, name } => self.order(verb, &name),
             Command::Emergency { names, active } => {

@@ -17,4 +17,5 @@ mod settings;
 mod site;
 mod strangers;
 mod swap;
+mod terminal;
 mod variant;
