@@ -363,10 +363,8 @@ impl Model {
             self.components.push(component);
         }
         if self.row().is_none() {
-            let first = self.components.first();
-            let first = first.map(|c| c.status.name.clone()).unwrap_or_default();
-            self.selected = first;
-            self.show_selected();
+            let first = self.rows().first().map(|row| row.path.to_owned());
+            self.selected = first.unwrap_or_default();
         }
     }
 
@@ -466,15 +464,6 @@ impl Model {
     /// The selected row.
     pub(crate) fn row(&self) -> Option<usize> {
         self.rows().iter().position(|row| row.path == self.selected)
-    }
-
-    /// Unfolds what hides the selection.
-    fn show_selected(&mut self) {
-        let selected = &self.selected;
-        self.folded.retain(|group| {
-            let inside = selected.strip_prefix(group.as_str());
-            !inside.is_some_and(|rest| rest.starts_with('.'))
-        });
     }
 
     /// The selected component; none where a group is selected.

@@ -434,6 +434,8 @@ impl<'s> Session<'s> {
             failed.map_or(Ok(()), |f| Err(format!("{} {}", f.name, f.reason)))
         });
         match failed {
+            // Of several components, those that failed are more interesting.
+            Ok(()) if self.model.notice.as_ref().is_some_and(|n| n.failed) => {}
             Ok(()) => self.model.say(format!("{text}: done"), false),
             Err(reason) => {
                 let reason: Vec<&str> = reason.lines().map(str::trim).collect();
@@ -474,6 +476,7 @@ impl<'s> Session<'s> {
             }
             Command::Order { verb, name } => self.order(verb, &name),
             Command::Emergency { names, active } => {
+                self.model.notice = None;
                 for name in &names {
                     let text = format!("emergency {}: {name}", if active { "on" } else { "off" });
                     self.tell(name, text, "emergency", &json!({ "active": active }));
@@ -518,6 +521,9 @@ impl<'s> Session<'s> {
     fn tell(&mut self, name: &str, text: String, method: &str, params: &Value) {
         match self.components.get_mut(name) {
             Some(peer) => {
+                if self.model.notice.is_none() {
+                    self.model.say(format!("{text} …"), false);
+                }
                 peer.ask(Asked::Order(text), method, params);
             }
             None => self.model.say(format!("{name} does not answer"), true),
