@@ -11,6 +11,8 @@ mod params;
 mod patrol;
 mod pictures;
 mod probe;
+#[path = "../pty/mod.rs"]
+mod pty;
 mod python;
 mod restored;
 mod settings;

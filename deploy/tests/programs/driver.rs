@@ -1,6 +1,6 @@
 //! The smallest rcdeploy: the commands of the library without a language.
 //!
-//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names.
+//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names, or panics where there is `RC_TEST_PANIC`.
 
 use rc_deploy::{Format, GuardCommand, Options, Plan, Verb};
 use std::fs::File;
@@ -9,6 +9,10 @@ use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 fn cleanup() {
+    assert!(
+        std::env::var_os("RC_TEST_PANIC").is_none(),
+        "a panic was asked for"
+    );
     if let Some(path) = std::env::var_os("RC_TEST_CLEANED") {
         let file = File::options().append(true).create(true).open(path);
         let _ = file.and_then(|mut file| file.write_all(b"cleaned\n"));
