@@ -1,11 +1,11 @@
 //! What each key does.
 
+use super::input::Key;
 use super::model::{Command, Host, Model, Page, Prompt};
 use super::rows::Kind;
 use crate::commands::Verb;
 use crate::params;
 use crate::status::State;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 /// The keys, for the page that explains them.
 pub(crate) const HELP: [(&str, &str); 16] = [
@@ -37,34 +37,28 @@ pub(crate) fn leaving(host: Host) -> &'static str {
 
 impl Model {
     /// A key was pressed; what is to be done.
-    pub(crate) fn key(&mut self, key: KeyEvent) -> Option<Command> {
-        if key.kind == KeyEventKind::Release {
-            return None;
-        }
-        let control = key.modifiers.contains(KeyModifiers::CONTROL);
-        if control && key.code == KeyCode::Char('c') {
+    pub(crate) fn key(&mut self, key: Key) -> Option<Command> {
+        if key == Key::Control('c') {
             self.prompt = None;
             return Some(Command::Quit { interrupt: true });
         }
         self.notice = None;
         match self.prompt.take() {
-            Some(Prompt::Confirm { question, command }) => match key.code {
-                KeyCode::Char('y' | 'Y') if !control => Some(command),
-                KeyCode::Char('n' | 'N') | KeyCode::Esc => None,
+            Some(Prompt::Confirm { question, command }) => match key {
+                Key::Char('y' | 'Y') => Some(command),
+                Key::Char('n' | 'N') | Key::Esc => None,
                 // Neither: it stays.
                 _ => {
                     self.prompt = Some(Prompt::Confirm { question, command });
                     None
                 }
             },
-            Some(edit @ Prompt::Edit { .. }) => self.edit(edit, key.code, control),
-            None if control && key.code == KeyCode::Char('l') => Some(Command::Redraw),
-            None if control => None,
-            None => self.command(key.code),
+            Some(edit @ Prompt::Edit { .. }) => self.edit(edit, key),
+            None => self.command(key),
         }
     }
 
-    fn edit(&mut self, mut prompt: Prompt, code: KeyCode, control: bool) -> Option<Command> {
+    fn edit(&mut self, mut prompt: Prompt, key: Key) -> Option<Command> {
         let Prompt::Edit {
             path,
             text,
@@ -74,9 +68,9 @@ impl Model {
         else {
             return None;
         };
-        match code {
-            KeyCode::Esc => return None,
-            KeyCode::Enter => {
+        match key {
+            Key::Esc => return None,
+            Key::Enter => {
                 let value = if *is_text && !text.starts_with(['"', '\'']) {
                     text.as_str().into()
                 } else {
@@ -88,44 +82,45 @@ impl Model {
                     value,
                 });
             }
-            KeyCode::Backspace => drop(text.pop()),
-            KeyCode::Char('u') if control => text.clear(),
-            KeyCode::Char(letter) if !control => text.push(letter),
+            Key::Backspace => drop(text.pop()),
+            Key::Control('u') => text.clear(),
+            Key::Char(letter) => text.push(letter),
             _ => {}
         }
         self.prompt = Some(prompt);
         None
     }
 
-    fn command(&mut self, code: KeyCode) -> Option<Command> {
-        match code {
-            KeyCode::Char('q') => return Some(Command::Quit { interrupt: false }),
-            KeyCode::Char('?') => self.turn_to(Page::Help),
-            KeyCode::Esc | KeyCode::Backspace => self.turn_to(Page::Table),
-            KeyCode::Char('l') => self.turn_to_component(Page::Log),
-            KeyCode::Char('p') => self.turn_to_component(Page::Parameters),
-            KeyCode::Char('c') => self.turn_to_component(Page::Connections),
-            KeyCode::Tab | KeyCode::BackTab => self.next_page(code == KeyCode::Tab),
-            KeyCode::Char('r') => return self.order(Verb::Restart),
-            KeyCode::Char('x') => return self.order(Verb::Stop),
-            KeyCode::Char('s') => return self.order(Verb::Start),
-            KeyCode::Char('e') => return self.emergency(false),
-            KeyCode::Char('E') => return self.emergency(true),
-            KeyCode::Char('w') if self.page == Page::Parameters => {
+    fn command(&mut self, key: Key) -> Option<Command> {
+        match key {
+            Key::Char('q') => return Some(Command::Quit { interrupt: false }),
+            Key::Control('l') => return Some(Command::Redraw),
+            Key::Char('?') => self.turn_to(Page::Help),
+            Key::Esc | Key::Backspace => self.turn_to(Page::Table),
+            Key::Char('l') => self.turn_to_component(Page::Log),
+            Key::Char('p') => self.turn_to_component(Page::Parameters),
+            Key::Char('c') => self.turn_to_component(Page::Connections),
+            Key::Tab | Key::BackTab => self.next_page(key == Key::Tab),
+            Key::Char('r') => return self.order(Verb::Restart),
+            Key::Char('x') => return self.order(Verb::Stop),
+            Key::Char('s') => return self.order(Verb::Start),
+            Key::Char('e') => return self.emergency(false),
+            Key::Char('E') => return self.emergency(true),
+            Key::Char('w') if self.page == Page::Parameters => {
                 return Some(Command::Save {
                     name: self.selected.clone(),
                 });
             }
-            KeyCode::Enter => self.enter(),
-            KeyCode::Left | KeyCode::Char('h') if self.page == Page::Table => self.fold(true),
-            KeyCode::Right if self.page == Page::Table => self.fold(false),
-            KeyCode::Char(' ') if self.page == Page::Table => self.toggle(),
-            KeyCode::Up | KeyCode::Char('k') => self.go(-1),
-            KeyCode::Down | KeyCode::Char('j') => self.go(1),
-            KeyCode::PageUp => self.leaf(-1),
-            KeyCode::PageDown => self.leaf(1),
-            KeyCode::Home => self.go(isize::MIN),
-            KeyCode::End => self.go(isize::MAX),
+            Key::Enter => self.enter(),
+            Key::Left | Key::Char('h') if self.page == Page::Table => self.fold(true),
+            Key::Right if self.page == Page::Table => self.fold(false),
+            Key::Char(' ') if self.page == Page::Table => self.toggle(),
+            Key::Up | Key::Char('k') => self.go(-1),
+            Key::Down | Key::Char('j') => self.go(1),
+            Key::PageUp => self.leaf(-1),
+            Key::PageDown => self.leaf(1),
+            Key::Home => self.go(isize::MIN),
+            Key::End => self.go(isize::MAX),
             _ => {}
         }
         None

@@ -1,7 +1,7 @@
 //! A live view of a network on a terminal: `rcdeploy up` beside the supervisor, `rcdeploy top` from anywhere.
 //!
 //! ```text
-//! keys, sockets, log, clock → session → model → render → screen
+//! input, sockets, log, clock → session → model → render → screen
 //!                                └─ keys: what each key does
 //! ```
 //!
@@ -10,6 +10,7 @@
 //! else.
 
 mod details;
+mod input;
 mod keys;
 mod model;
 mod peer;

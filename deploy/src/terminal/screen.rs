@@ -13,8 +13,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
-use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Once};
 
 /// Whether the terminal is ours to give back.
 static TAKEN: AtomicBool = AtomicBool::new(false);
@@ -84,14 +84,17 @@ impl Screen {
         self.changes.pipe.as_fd()
     }
 
-    /// The terminal has changed: it is set up anew, unless it is somebody else's by now.
+    /// The terminal has changed. Another size is seen when it is drawn on; after a stop it is set up anew, unless it is
+    /// somebody else's by now.
     pub(crate) fn renew(&mut self) -> io::Result<()> {
         let mut buffer = [0; 64];
         while (&self.changes.pipe)
             .read(&mut buffer)
             .is_ok_and(|count| count == buffer.len())
         {}
-        if in_foreground() && TAKEN.load(Ordering::Relaxed) {
+        if self.changes.continued.swap(false, Ordering::Relaxed) && in_foreground() {
+            // The shell has changed its mode.
+            disable_raw_mode()?;
             self.set_up()?;
         }
         Ok(())
@@ -123,6 +126,8 @@ pub(crate) fn give_back_mode() {
 /// Signals that a terminal sends when it changes.
 struct Changes {
     pipe: UnixStream,
+    /// This process goes on after it was stopped.
+    continued: Arc<AtomicBool>,
     ids: Vec<SigId>,
 }
 
@@ -130,12 +135,18 @@ impl Changes {
     fn new() -> io::Result<Self> {
         let (pipe, write) = UnixStream::pair()?;
         pipe.set_nonblocking(true)?;
-        let mut ids = Vec::new();
+        let continued = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&continued);
+        let mut ids = vec![signal_hook::flag::register(SIGCONT, flag)?];
         for signal in [SIGWINCH, SIGCONT] {
             let write = write.try_clone()?;
             ids.push(signal_hook::low_level::pipe::register(signal, write)?);
         }
-        Ok(Self { pipe, ids })
+        Ok(Self {
+            pipe,
+            continued,
+            ids,
+        })
     }
 }
 

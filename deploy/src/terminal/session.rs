@@ -1,5 +1,6 @@
 //! The loop of the view: one thread, one `poll` over the keys, the sockets, the log and a clock of one second.
 
+use super::input::{Key, Keys};
 use super::model::{Command, Host, Model, Page, Report};
 use super::peer::{Peer, Said};
 use super::screen::Screen;
@@ -9,7 +10,6 @@ use crate::control;
 use crate::error::{Error, OrCannot};
 use crate::logs::{Follower, Watch};
 use crate::status::Status;
-use ratatui::crossterm::event::{self, Event as Input};
 use rc_middleware::RunDirectory;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Deserialize;
@@ -73,6 +73,9 @@ pub(crate) struct Session<'s> {
     model: Model,
     directory: RunDirectory,
     start: Instant,
+    keys: Keys,
+    /// When a key that is half there is taken as it is.
+    keys_due: Option<Instant>,
     /// Ends the view when something can be read from it.
     owner: BorrowedFd<'s>,
     supervisor: Peer<Asked>,
@@ -108,6 +111,8 @@ impl<'s> Session<'s> {
             model,
             directory,
             start: Instant::now(),
+            keys: Keys::default(),
+            keys_due: None,
             owner,
             supervisor,
             components: BTreeMap::new(),
@@ -136,6 +141,7 @@ impl<'s> Session<'s> {
                 tick = now + TICK;
                 self.tick();
             }
+            self.finish_keys(now)?;
             self.follow_log(now);
             let frame = drawn.map_or(now, |drawn| drawn + FRAME);
             if self.changed && now >= frame {
@@ -148,7 +154,10 @@ impl<'s> Session<'s> {
             }
             let due = self.log.as_ref().and_then(|log| log.due);
             let frame = self.changed.then_some(frame);
-            let wake = [Some(tick), due, frame].into_iter().flatten().min();
+            let wake = [Some(tick), due, frame, self.keys_due]
+                .into_iter()
+                .flatten()
+                .min();
             for source in self.wait(wake.unwrap_or(tick)) {
                 self.turn(&source)?;
             }
@@ -290,16 +299,40 @@ impl<'s> Session<'s> {
     }
 
     fn read_keys(&mut self) -> Result<(), Error> {
-        while event::poll(Duration::ZERO).or_cannot("read keys")? {
-            let input = event::read().or_cannot("read keys")?;
-            self.changed = true;
-            if let Input::Key(key) = input
-                && let Some(command) = self.model.key(key)
-            {
-                self.obey(command)?;
+        let mut bytes = [0; 1024];
+        let count = match rustix::io::read(io::stdin(), &mut bytes) {
+            Ok(0) => {
+                self.end = Some(End::Gone);
+                return Ok(());
+            }
+            Ok(count) => count,
+            Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => 0,
+            Err(error) => return Err(error).or_cannot("read keys"),
+        };
+        for key in self.keys.push(&bytes[..count]) {
+            self.press(key)?;
+        }
+        let half = self.keys.is_half();
+        self.keys_due = half.then(|| Instant::now() + FRAME);
+        Ok(())
+    }
+
+    fn finish_keys(&mut self, now: Instant) -> Result<(), Error> {
+        if self.keys_due.is_some_and(|due| now >= due) {
+            self.keys_due = None;
+            if let Some(key) = self.keys.finish() {
+                self.press(key)?;
             }
         }
         Ok(())
+    }
+
+    fn press(&mut self, key: Key) -> Result<(), Error> {
+        self.changed = true;
+        match self.model.key(key) {
+            Some(command) => self.obey(command),
+            None => Ok(()),
+        }
     }
 
     /// Asks all how they are.

@@ -1,5 +1,8 @@
 //! Golden screens, and what keys do.
 
+#![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use super::input::Key;
 use super::model::{Command, Event, Host, Model, Page, Report, Sample};
 use super::render;
 use crate::commands::Verb;
@@ -8,7 +11,6 @@ use crate::status::{ComponentStatus, State, Status};
 use expect_test::{Expect, expect};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -152,17 +154,17 @@ fn shows(model: &mut Model, width: u16, height: u16, expected: &Expect) {
     expected.assert_eq(&screen(model, width, height));
 }
 
-fn press(model: &mut Model, code: KeyCode) -> Option<Command> {
-    model.key(KeyEvent::new(code, KeyModifiers::NONE))
+fn press(model: &mut Model, key: Key) -> Option<Command> {
+    model.key(key)
 }
 
-fn order(verb: Verb, name: &str) -> Option<Command> {
+fn order(verb: Verb, name: &str) -> Command {
     let name = name.to_owned();
-    Some(Command::Order { verb, name })
+    Command::Order { verb, name }
 }
 
 fn keys(model: &mut Model, keys: &str) -> Option<Command> {
-    let pressed = keys.chars().map(|key| press(model, KeyCode::Char(key)));
+    let pressed = keys.chars().map(|key| press(model, Key::Char(key)));
     pressed.collect::<Vec<_>>().pop().flatten()
 }
 
@@ -304,10 +306,10 @@ fn without_colours_there_are_none() {
 fn groups_are_folded_and_hold_what_is_in_them() {
     let mut model = model(Host::Top);
     for _ in 0..2 {
-        press(&mut model, KeyCode::Down);
+        press(&mut model, Key::Down);
     }
     assert_eq!(model.selected, "left");
-    press(&mut model, KeyCode::Enter);
+    press(&mut model, Key::Enter);
     shows(
         &mut model,
         60,
@@ -329,12 +331,12 @@ fn groups_are_folded_and_hold_what_is_in_them() {
     );
     // A group is ordered about as a whole.
     assert_eq!(keys(&mut model, "r"), None);
-    assert_eq!(keys(&mut model, "y"), order(Verb::Restart, "left"));
-    press(&mut model, KeyCode::Right);
-    press(&mut model, KeyCode::Down);
+    assert_eq!(keys(&mut model, "y"), Some(order(Verb::Restart, "left")));
+    press(&mut model, Key::Right);
+    press(&mut model, Key::Down);
     assert_eq!(model.selected, "left.arm");
-    press(&mut model, KeyCode::Left);
-    press(&mut model, KeyCode::Left);
+    press(&mut model, Key::Left);
+    press(&mut model, Key::Left);
     assert_eq!(model.selected, "left");
     // A group has no log.
     keys(&mut model, "l");
@@ -350,8 +352,8 @@ fn what_hurts_is_asked_and_what_is_urgent_is_not() {
     assert_eq!(keys(&mut model, "n"), None);
     assert_eq!(model.prompt, None);
     let names = |names: &[&str]| names.iter().map(|&n| n.to_owned()).collect::<Vec<String>>();
-    assert_eq!(keys(&mut model, "xy"), order(Verb::Stop, "simulator"));
-    assert_eq!(keys(&mut model, "s"), order(Verb::Start, "simulator"));
+    assert_eq!(keys(&mut model, "xy"), Some(order(Verb::Stop, "simulator")));
+    assert_eq!(keys(&mut model, "s"), Some(order(Verb::Start, "simulator")));
     let enter = Command::Emergency {
         names: names(&["simulator"]),
         active: true,
@@ -374,7 +376,7 @@ fn what_hurts_is_asked_and_what_is_urgent_is_not() {
     assert_eq!(model.notice.as_ref().map(|n| n.failed), Some(true));
     // The way out is always open.
     keys(&mut model, "r");
-    let control_c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    let control_c = Key::Control('c');
     assert_eq!(
         model.key(control_c),
         Some(Command::Quit { interrupt: true })
@@ -428,9 +430,9 @@ fn parameters_are_shown_and_edited() {
         enter change  w save  tab connections  r restart  esc back  q stop the network
     "#]],
     );
-    press(&mut model, KeyCode::Enter);
-    press(&mut model, KeyCode::Backspace);
-    press(&mut model, KeyCode::Backspace);
+    press(&mut model, Key::Enter);
+    press(&mut model, Key::Backspace);
+    press(&mut model, Key::Backspace);
     keys(&mut model, "5");
     let shown = screen(&mut model, 80, 12);
     assert!(shown.ends_with("speed = 4005\n"), "{shown}");
@@ -438,24 +440,21 @@ fn parameters_are_shown_and_edited() {
         let (name, path) = ("simulator".to_owned(), path.to_owned());
         Some(Command::Set { name, path, value })
     };
-    assert_eq!(press(&mut model, KeyCode::Enter), set("speed", json!(4005)));
+    assert_eq!(press(&mut model, Key::Enter), set("speed", json!(4005)));
     keys(&mut model, "j");
-    assert_eq!(press(&mut model, KeyCode::Enter), None);
+    assert_eq!(press(&mut model, Key::Enter), None);
     assert_eq!(model.prompt, None, "it is fixed");
     keys(&mut model, "j");
-    press(&mut model, KeyCode::Enter);
+    press(&mut model, Key::Enter);
     keys(&mut model, "12");
     // A text stays one.
-    assert_eq!(
-        press(&mut model, KeyCode::Enter),
-        set("name", json!("left12"))
-    );
+    assert_eq!(press(&mut model, Key::Enter), set("name", json!("left12")));
     keys(&mut model, "j");
-    press(&mut model, KeyCode::Enter);
+    press(&mut model, Key::Enter);
     keys(&mut model, "qx");
     let shown = screen(&mut model, 80, 12);
     assert!(shown.ends_with("token = **\n"), "{shown}");
-    assert_eq!(press(&mut model, KeyCode::Esc), None);
+    assert_eq!(press(&mut model, Key::Esc), None);
     assert_eq!(
         keys(&mut model, "w"),
         Some(Command::Save {
@@ -492,7 +491,7 @@ fn connections_say_who_is_at_the_other_end() {
 #[test]
 fn a_log_follows_until_it_is_scrolled() {
     let mut model = model(Host::Top);
-    press(&mut model, KeyCode::Enter);
+    press(&mut model, Key::Enter);
     model.log_lines((1..=50).map(|i| format!("line {i}")).collect());
     shows(
         &mut model,
@@ -510,7 +509,7 @@ fn a_log_follows_until_it_is_scrolled() {
         tab parameters  r restart  x stop  esc back  q leave
     "#]],
     );
-    press(&mut model, KeyCode::PageUp);
+    press(&mut model, Key::PageUp);
     model.log_lines(vec!["line 51".to_owned()]);
     shows(
         &mut model,
@@ -528,9 +527,9 @@ fn a_log_follows_until_it_is_scrolled() {
         tab parameters  r restart  x stop  esc back  q leave
     "#]],
     );
-    press(&mut model, KeyCode::Home);
+    press(&mut model, Key::Home);
     assert!(screen(&mut model, 60, 9).contains("\nline 1\nline 2\n"));
-    press(&mut model, KeyCode::End);
+    press(&mut model, Key::End);
     assert!(screen(&mut model, 60, 9).contains("\nline 51\n"));
 }
 
@@ -569,7 +568,7 @@ fn the_help_fits_a_usual_terminal() {
         esc back  q leave
     "#]],
     );
-    press(&mut model, KeyCode::Esc);
+    press(&mut model, Key::Esc);
     assert_eq!(model.page, Page::Table);
 }
 
