@@ -18,6 +18,7 @@ use crate::signals::Signals;
 use crate::status::Status;
 use crate::unit::{Overdue, Unit, until};
 use crate::up::{Options, Outcome};
+use crate::watch::Rounds;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
 use std::io;
@@ -27,6 +28,9 @@ use std::time::{Duration, Instant};
 
 /// How often a guard that ends is started anew.
 const GUARD_STARTS: u32 = 5;
+
+/// How often the memory of processes is looked at.
+const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 
 /// Why the network ends.
 #[derive(Debug)]
@@ -66,6 +70,7 @@ pub(crate) struct Supervisor<'p> {
     commands: Commands,
     signals: Signals,
     relay: Option<Relay>,
+    rounds: Rounds,
     starter: Option<Starter>,
     is_up: bool,
     /// Units that failed after they were ready.
@@ -132,6 +137,7 @@ impl<'p> Supervisor<'p> {
             control,
             signals,
             relay,
+            rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
             starter: None,
             is_up: false,
             failed: Vec::new(),
@@ -257,6 +263,7 @@ impl<'p> Supervisor<'p> {
     fn stop(&mut self, ending: Ending, why: &str) {
         if self.ending.is_none() {
             self.ending = Some(ending);
+            self.units.iter_mut().for_each(Unit::be_quiet);
             self.network_event(Severity::Info, "stopping", format!("stopping: {why}"));
         }
     }
@@ -329,7 +336,8 @@ impl<'p> Supervisor<'p> {
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
-        let deadline = units.chain(relay).chain(commands).min();
+        let deadline = units.chain(relay).chain(commands);
+        let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
@@ -530,6 +538,12 @@ impl<'p> Supervisor<'p> {
         let now = Instant::now();
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
+        }
+        if self.rounds.is_due(now) {
+            let pause = self.rounds.pause;
+            for unit in &mut self.units {
+                unit.measure(pause, self.report);
+            }
         }
         for i in 0..self.units.len() {
             match self.units[i].check(now, self.report) {

@@ -10,6 +10,7 @@ use crate::plan::Plan;
 use crate::report::{Format, Output, Reporter};
 use crate::supervise::Supervisor;
 use std::io;
+use std::time::Duration;
 
 /// How a network is run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -21,6 +22,8 @@ pub struct Options {
     /// This is the background process that [`detach`](fn@crate::detach) started: it leaves the terminal's session,
     /// and says on standard output when the network is up.
     pub supervisor: bool,
+    /// How often the memory of components is read; twice a minute if not told.
+    pub memory_pause: Option<Duration>,
     /// How the guard is started, if not as this program with the argument `guard`.
     pub guard: Option<GuardCommand>,
 }

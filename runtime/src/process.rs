@@ -251,7 +251,7 @@ fn live<C: Component>(
         other => other?,
     };
     let ended = {
-        let mut event_loop = EventLoop::new(&mut component, description, receivers)
+        let mut event_loop = EventLoop::new(&mut component, description, &ports, receivers)
             .map_err(|e| system("the event loop", &e))?;
         management.ready();
         if let Process::Part(running) = process {

@@ -698,6 +698,7 @@ fn up(
         format,
         relay: !supervisor,
         supervisor,
+        memory_pause: None,
         guard: Some(GuardCommand { args, ..own }),
     };
     let name = plan.network.clone();

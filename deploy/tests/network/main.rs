@@ -18,3 +18,4 @@ mod site;
 mod strangers;
 mod swap;
 mod variant;
+mod watched;

@@ -38,6 +38,7 @@ fn up(arguments: &[String]) -> ExitCode {
         },
         relay: has("--relay"),
         supervisor: has("--supervisor"),
+        memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
         guard: has("--no-guard").then(|| GuardCommand {
             program: "/bin/false".into(),
             ..own
