@@ -14,6 +14,7 @@ use crate::process::{Identity, Mark};
 use crate::relay::Relay;
 use crate::report::Reporter;
 use crate::restart::Next;
+use crate::rotate::{self, Rotation};
 use crate::signals::Signals;
 use crate::status::Status;
 use crate::unit::{Overdue, Unit, until};
@@ -45,6 +46,7 @@ enum Source {
     Signals,
     Starter,
     Relay,
+    Rotation,
     Listener,
     Client(u64),
     Guard,
@@ -70,6 +72,7 @@ pub(crate) struct Supervisor<'p> {
     commands: Commands,
     signals: Signals,
     relay: Option<Relay>,
+    rotation: Rotation,
     rounds: Rounds,
     starter: Option<Starter>,
     is_up: bool,
@@ -106,6 +109,10 @@ impl<'p> Supervisor<'p> {
             })
             .transpose()
             .or_cannot("follow the logs")?;
+        let limit = options.log_limit.unwrap_or(rotate::LIMIT);
+        let logs = units.iter().map(|unit| unit.log.clone());
+        let logs = logs.chain([guard_log.clone(), supervisor_log]).collect();
+        let rotation = Rotation::new(&log_directory, logs, limit).or_cannot("watch the logs")?;
         let signals = Signals::new().or_cannot("listen to signals")?;
         let own = Identity::own().ok_or_else(|| io::Error::from(io::ErrorKind::Unsupported));
         let own = own.or_cannot("read /proc/self/stat")?;
@@ -137,6 +144,7 @@ impl<'p> Supervisor<'p> {
             control,
             signals,
             relay,
+            rotation,
             rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
             starter: None,
             is_up: false,
@@ -312,6 +320,9 @@ impl<'p> Supervisor<'p> {
         if let Some(watch) = self.relay.as_ref().and_then(Relay::descriptor) {
             add(Source::Relay, watch.as_fd(), PollFlags::IN);
         }
+        if let Some(watch) = self.rotation.descriptor() {
+            add(Source::Rotation, watch.as_fd(), PollFlags::IN);
+        }
         if let Some(guard) = &self.guard {
             add(Source::Guard, guard.descriptor().as_fd(), PollFlags::IN);
         }
@@ -337,6 +348,7 @@ impl<'p> Supervisor<'p> {
         let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
         let deadline = units.chain(relay).chain(commands);
+        let deadline = deadline.chain(self.rotation.deadline());
         let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
@@ -369,6 +381,7 @@ impl<'p> Supervisor<'p> {
                     relay.wake();
                 }
             }
+            Source::Rotation => self.rotation.wake(),
             Source::Listener => self.control.accept(),
             Source::Client(number) => self.serve(number),
             Source::Guard => self.guard_ended(),
@@ -539,7 +552,9 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
         }
+        self.rotation.look(now, self.report);
         if self.rounds.is_due(now) {
+            self.rotation.look_at_disk(self.report);
             let pause = self.rounds.pause;
             for unit in &mut self.units {
                 unit.measure(pause, self.report);

@@ -22,6 +22,8 @@ pub struct Options {
     /// This is the background process that [`detach`](fn@crate::detach) started: it leaves the terminal's session,
     /// and says on standard output when the network is up.
     pub supervisor: bool,
+    /// How long a log may become before it is turned over, in bytes; 16 MiB if not told.
+    pub log_limit: Option<u64>,
     /// How often the memory of components is read; twice a minute if not told.
     pub memory_pause: Option<Duration>,
     /// How the guard is started, if not as this program with the argument `guard`.

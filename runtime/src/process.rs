@@ -406,6 +406,8 @@ fn log(level: &str) -> Result<(), StartError> {
         .with_max_level(level)
         .with_target(false)
         .with_ansi(false)
+        // What cannot be logged, as on a full disk, would be told on the same stream, with a panic.
+        .log_internal_errors(false)
         .with_writer(std::io::stderr)
         .try_init();
     Ok(())

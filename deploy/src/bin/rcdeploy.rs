@@ -81,6 +81,9 @@ enum Command {
         /// How events are printed: human or json (one object a line).
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
+        /// How many MiB a log may have. A longer one becomes the older part beside it, in the place of the one before.
+        #[arg(long, value_name = "MIB", default_value_t = 16, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+        log_limit: u64,
         #[arg(long, hide = true)]
         supervisor: bool,
     },
@@ -346,8 +349,9 @@ fn run(command: Command) -> Result<u8, Failure> {
             build,
             detach,
             format,
+            log_limit,
             supervisor,
-        } => up(&input, build, detach, format, supervisor),
+        } => up(&input, build, detach, format, log_limit, supervisor),
         Command::Down { network } => {
             let network = named(network)?;
             // Components have limits of their own; this one is for a supervisor that does not answer.
@@ -640,6 +644,7 @@ fn up(
     build: bool,
     detach: bool,
     format: Format,
+    log_limit: u64,
     supervisor: bool,
 ) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
@@ -672,6 +677,7 @@ fn up(
             .arg(&input.file)
             .args(["--supervisor", "--format", "json"]);
         command.args(["--profile", input.profile.word()]);
+        command.args(["--log-limit", &log_limit.to_string()]);
         if let Some(middleware) = input.middleware {
             command.args(["--middleware", middleware.word()]);
         }
@@ -698,6 +704,7 @@ fn up(
         format,
         relay: !supervisor,
         supervisor,
+        log_limit: Some(log_limit << 20),
         memory_pause: None,
         guard: Some(GuardCommand { args, ..own }),
     };

@@ -22,6 +22,7 @@ fn up(arguments: &[String]) -> ExitCode {
     if has("--detach") {
         let mut command = Command::new(std::env::current_exe().expect("this program"));
         command.args(["up", &arguments[1], "--supervisor", "--json"]);
+        command.args(arguments[2..].iter().filter(|flag| *flag != "--detach"));
         let outcome = rc_deploy::detach(&plan, command);
         match outcome.message() {
             Some(message) => eprintln!("error: {message}"),
@@ -38,6 +39,7 @@ fn up(arguments: &[String]) -> ExitCode {
         },
         relay: has("--relay"),
         supervisor: has("--supervisor"),
+        log_limit: has("--small-logs").then_some(256 * 1024),
         memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
         guard: has("--no-guard").then(|| GuardCommand {
             program: "/bin/false".into(),

@@ -221,6 +221,27 @@ fn main() -> ExitCode {
             );
             program.live(Some(0), false, None);
         }
+        // LINES: it prints so many, numbered, at a pace that can be followed.
+        "count" => {
+            program.ready();
+            for line in 0..number(0) {
+                println!("line {line} {}", "x".repeat(90));
+                if line % 5 == 0 {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+            }
+            program.live(Some(0), false, None);
+        }
+        // It fills the disk of the logs until it ends.
+        "fill" => {
+            program.ready();
+            let state = std::env::var_os("XDG_STATE_HOME").unwrap_or_default();
+            let ballast = std::path::Path::new(&state).join("ballast");
+            let mut file = File::create(&ballast).expect("a file");
+            while file.write_all(&[0; 4096]).is_ok() {}
+            program.live(Some(0), false, None);
+            let _ = std::fs::remove_file(ballast);
+        }
         // MILLISECONDS: it prints that long, as fast as it can.
         "chatter" => {
             program.ready();
