@@ -95,8 +95,22 @@ pub struct ComponentStatus {
     /// How many values its slots have lost in this run; slots that lost none are left out.
     #[serde(default)]
     pub lost: BTreeMap<String, u64>,
+    /// What is wrong with it now.
+    #[serde(default)]
+    pub troubles: Vec<Trouble>,
     /// How it ended.
     pub exit: Option<String>,
+}
+
+/// Something that has begun and is not over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Trouble {
+    /// The code of the event with which it began.
+    pub code: String,
+    /// The same for people, as it was seen last.
+    pub message: String,
+    /// When it began, in UTC.
+    pub since: String,
 }
 
 impl fmt::Display for Status {
@@ -146,6 +160,9 @@ impl fmt::Display for Status {
                 write!(f, "  {slot} lost {lost}")?;
             }
             writeln!(f)?;
+            for trouble in &component.troubles {
+                writeln!(f, "{:width$}  {}: {}", "", trouble.code, trouble.message)?;
+            }
         }
         Ok(())
     }

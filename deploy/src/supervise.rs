@@ -14,10 +14,12 @@ use crate::process::{Identity, Mark};
 use crate::relay::Relay;
 use crate::report::Reporter;
 use crate::restart::Next;
+use crate::rotate::{self, Rotation};
 use crate::signals::Signals;
 use crate::status::Status;
 use crate::unit::{Overdue, Unit, until};
 use crate::up::{Options, Outcome};
+use crate::watch::Rounds;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
 use std::io;
@@ -27,6 +29,9 @@ use std::time::{Duration, Instant};
 
 /// How often a guard that ends is started anew.
 const GUARD_STARTS: u32 = 5;
+
+/// How often the memory of processes is looked at.
+const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 
 /// Why the network ends.
 #[derive(Debug)]
@@ -41,6 +46,7 @@ enum Source {
     Signals,
     Starter,
     Relay,
+    Rotation,
     Listener,
     Client(u64),
     Guard,
@@ -66,6 +72,8 @@ pub(crate) struct Supervisor<'p> {
     commands: Commands,
     signals: Signals,
     relay: Option<Relay>,
+    rotation: Rotation,
+    rounds: Rounds,
     starter: Option<Starter>,
     is_up: bool,
     /// Units that failed after they were ready.
@@ -101,6 +109,10 @@ impl<'p> Supervisor<'p> {
             })
             .transpose()
             .or_cannot("follow the logs")?;
+        let limit = options.log_limit.unwrap_or(rotate::LIMIT);
+        let logs = units.iter().map(|unit| unit.log.clone());
+        let logs = logs.chain([guard_log.clone(), supervisor_log]).collect();
+        let rotation = Rotation::new(&log_directory, logs, limit).or_cannot("watch the logs")?;
         let signals = Signals::new().or_cannot("listen to signals")?;
         let own = Identity::own().ok_or_else(|| io::Error::from(io::ErrorKind::Unsupported));
         let own = own.or_cannot("read /proc/self/stat")?;
@@ -132,6 +144,8 @@ impl<'p> Supervisor<'p> {
             control,
             signals,
             relay,
+            rotation,
+            rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
             starter: None,
             is_up: false,
             failed: Vec::new(),
@@ -258,6 +272,7 @@ impl<'p> Supervisor<'p> {
     fn stop(&mut self, ending: Ending, why: &str) {
         if self.ending.is_none() {
             self.ending = Some(ending);
+            self.units.iter_mut().for_each(Unit::be_quiet);
             self.network_event(Severity::Info, "stopping", format!("stopping: {why}"));
         }
     }
@@ -306,6 +321,9 @@ impl<'p> Supervisor<'p> {
         if let Some(watch) = self.relay.as_ref().and_then(Relay::descriptor) {
             add(Source::Relay, watch.as_fd(), PollFlags::IN);
         }
+        if let Some(watch) = self.rotation.descriptor() {
+            add(Source::Rotation, watch.as_fd(), PollFlags::IN);
+        }
         if let Some(guard) = &self.guard {
             add(Source::Guard, guard.descriptor().as_fd(), PollFlags::IN);
         }
@@ -330,7 +348,9 @@ impl<'p> Supervisor<'p> {
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
-        let deadline = units.chain(relay).chain(commands).min();
+        let deadline = units.chain(relay).chain(commands);
+        let deadline = deadline.chain(self.rotation.deadline());
+        let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
@@ -362,6 +382,7 @@ impl<'p> Supervisor<'p> {
                     relay.wake();
                 }
             }
+            Source::Rotation => self.rotation.wake(),
             Source::Listener => self.control.accept(),
             Source::Client(number) => self.serve(number),
             Source::Guard => self.guard_ended(),
@@ -535,6 +556,14 @@ impl<'p> Supervisor<'p> {
         let now = Instant::now();
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
+        }
+        self.rotation.look(now, self.report);
+        if self.rounds.is_due(now) {
+            self.rotation.look_at_disk(self.report);
+            let pause = self.rounds.pause;
+            for unit in &mut self.units {
+                unit.measure(pause, self.report);
+            }
         }
         for i in 0..self.units.len() {
             match self.units[i].check(now, self.report) {

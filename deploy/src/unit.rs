@@ -12,6 +12,7 @@ use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
 use crate::restore::Changes;
 use crate::status::{ComponentStatus, State};
+use crate::watch::{self, Watch};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
@@ -41,6 +42,8 @@ pub(crate) struct Unit {
     /// When it was last heard of, or became ready.
     heard: Instant,
     garbage: bool,
+    /// What goes wrong in this run.
+    watch: Watch,
     restarts: Restarts,
     /// When it may be started again.
     due: Option<Instant>,
@@ -123,6 +126,7 @@ impl Unit {
             hung: false,
             heard: Instant::now(),
             garbage: false,
+            watch: Watch::default(),
         }
     }
 
@@ -296,6 +300,7 @@ impl Unit {
         self.unkept = self.changes.lost();
         self.hung = false;
         self.garbage = false;
+        self.watch = Watch::default();
         self.phase = Phase::Alive(Running {
             child,
             pid,
@@ -385,9 +390,15 @@ impl Unit {
                 self.event(report, Severity::Warning, "not-restored", text);
                 self.forget_changes();
             }
-            Message::Heartbeat { age, lost } => {
+            Message::Heartbeat(mut beat) => {
                 self.heard = Instant::now();
-                self.lost = lost;
+                self.lost = std::mem::take(&mut beat.lost);
+                let age = beat.age;
+                if !self.is_asked_to_stop() {
+                    for (severity, code, text) in self.watch.beat(beat) {
+                        self.event(report, severity, code, text);
+                    }
+                }
                 if age <= HEARTBEAT_LIMIT {
                     if std::mem::take(&mut self.hung) {
                         self.event(
@@ -404,6 +415,24 @@ impl Unit {
                     );
                 }
             }
+        }
+    }
+
+    /// The network ends: what goes wrong from now on is no news.
+    pub(crate) fn be_quiet(&mut self) {
+        self.watch.be_quiet();
+    }
+
+    /// Looks how much memory the process has, `pause` after the last time.
+    pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
+        let Phase::Alive(running) = &self.phase else {
+            return;
+        };
+        if self.ready
+            && let Some(bytes) = watch::resident(running.identity.pid)
+            && let Some((severity, code, text)) = self.watch.memory(bytes, pause)
+        {
+            self.event(report, severity, code, text);
         }
     }
 
@@ -601,6 +630,7 @@ impl Unit {
             ready_ms: self.component.ready.as_millis() as u64,
             stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
+            troubles: running.map_or_else(Vec::new, |_| self.watch.troubles()),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,

@@ -3,10 +3,10 @@
 //! The socket is `NAME.sock` in the network's run directory and speaks JSON-RPC 2.0, one object a line:
 //! `status`, `parameters {"paths": ["speed"]}`, `parameters_set {"changes": {"speed": 300}}`, `parameters_save`,
 //! `period {"ms": 50}`, `emergency {"active": true}`, `stop`. A component whose environment has `RC_SUPERVISED` has its
-//! supervisor at its standard input, a socket: it tells `state`, `ready`, `parameters` and, twice a second, `heartbeat
-//! {"age_ms", "lost"}` (`lost` by slot), takes `restore`, and ends when the other side closes.
+//! supervisor at its standard input, a socket: it tells `state`, `ready`, `parameters` and, twice a second, `heartbeat`
+//! (ARCHITECTURE.md), takes `restore`, and ends when the other side closes.
 
-use crate::component::Description;
+use crate::component::{Description, Role};
 use crate::link::Link;
 use crate::name::Name;
 use crate::parameters::{Answer, Asker, Refusal, Tuning};
@@ -239,9 +239,7 @@ impl Server {
             self.send(answers);
             if beat.elapsed() >= HEARTBEAT {
                 beat = Instant::now();
-                let lost = self.facts.lost(&self.shared);
-                let age_ms = self.shared.age_ms();
-                self.tell("heartbeat", &json!({ "age_ms": age_ms, "lost": lost }));
+                self.tell("heartbeat", &self.facts.heartbeat(&self.shared));
             }
         }
     }
@@ -484,14 +482,34 @@ impl Facts {
         Some(envelope(&id?, result))
     }
 
-    /// How many values were lost, by slot; slots that lost none are left out.
-    fn lost(&self, shared: &Shared) -> Map<String, Value> {
-        let status = shared.status();
+    /// How old the last turn of the loop is, what the slots that need somebody have, and what was noticed since the
+    /// last time.
+    fn heartbeat(&self, shared: &Shared) -> Value {
+        let mut status = shared.status();
+        let news = std::mem::take(&mut status.news);
         let slots = self.description.slots.iter().zip(&status.slots);
-        slots
-            .filter(|(_, counted)| counted.lost > 0)
+        // Slots that lost none are left out.
+        let lost = slots.clone().filter(|(_, counted)| counted.lost > 0);
+        let lost: Map<String, Value> = lost
             .map(|(slot, counted)| (slot.name.to_owned(), counted.lost.into()))
-            .collect()
+            .collect();
+        let needing =
+            slots.filter(|(slot, _)| matches!(slot.role, Role::Requires | Role::SubscribesTo));
+        let peers: Map<String, Value> = needing
+            .map(|(slot, counted)| (slot.name.to_owned(), counted.peers.into()))
+            .collect();
+        let mut beat = json!({
+            "age_ms": shared.age_ms(),
+            "lost": lost,
+            "peers": peers,
+            "silent": news.silences(self.description.slots),
+            "mismatches": news.mismatches,
+        });
+        if let Some(mut overruns) = news.overruns(self.description.slots) {
+            overruns["period_ms"] = (status.period.as_secs_f64() * 1e3).into();
+            beat["overruns"] = overruns;
+        }
+        beat
     }
 
     fn status(&self, shared: &Shared) -> Value {

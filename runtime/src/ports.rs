@@ -110,6 +110,12 @@ impl Ports {
         self.sent.borrow_mut().push((slot, counter.clone()));
     }
 
+    /// What was found since the last look and does not fit to these connections.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        let all = self.backends.iter().map(|(_, backend)| backend);
+        all.flat_map(|backend| backend.mismatches()).collect()
+    }
+
     /// Lets what was sent arrive.
     pub(crate) fn linger(&self, limit: Duration) {
         for (_, backend) in &self.backends {

@@ -85,6 +85,9 @@ enum Command {
         /// How events are printed: human or json (one object a line).
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
+        /// How many MiB a log may have. A longer one becomes the older part beside it, in the place of the one before.
+        #[arg(long, value_name = "MIB", default_value_t = 16, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+        log_limit: u64,
         #[arg(long, hide = true)]
         supervisor: bool,
     },
@@ -357,6 +360,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             detach,
             plain,
             format,
+            log_limit,
             supervisor,
         } => {
             let screen = !plain && !supervisor && format == Format::Human && terminal::usable();
@@ -366,6 +370,8 @@ fn run(command: Command) -> Result<u8, Failure> {
                 terminal: screen,
                 supervisor,
                 guard: None,
+                log_limit: Some(log_limit << 20),
+                memory_pause: None,
             };
             up(&input, build, detach, &options)
         }
@@ -701,6 +707,9 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
             .arg(&input.file)
             .args(["--supervisor", "--format", "json"]);
         command.args(["--profile", input.profile.word()]);
+        if let Some(bytes) = options.log_limit {
+            command.args(["--log-limit", &(bytes >> 20).to_string()]);
+        }
         if let Some(middleware) = input.middleware {
             command.args(["--middleware", middleware.word()]);
         }

@@ -59,6 +59,10 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
     if let Some(text) = status.exit.as_ref().or(error) {
         next(vec![Span::styled(plain(text), model.bad())]);
     }
+    for trouble in &status.troubles {
+        let text = format!("{}: {}", trouble.code, plain(&trouble.message));
+        next(vec![Span::styled(text, model.care())]);
+    }
     let tabs = [
         (Page::Log, "log"),
         (Page::Parameters, "parameters"),

@@ -355,10 +355,14 @@ fn state(model: &Model, row: &Row<'_>, members: &[&Component]) -> (String, Style
     if row.kind == Kind::Component
         && let Some(one) = members.first()
     {
-        return if one.silent && one.status.state == State::Running {
+        let state = one.status.state;
+        return if one.silent && state == State::Running {
             ("silent".to_owned(), model.care())
+        } else if state == State::Running && !one.status.troubles.is_empty() {
+            // Its page tells what is wrong.
+            (format!("{state} !"), model.care())
         } else {
-            (one.status.state.to_string(), model.state(one.status.state))
+            (state.to_string(), model.state(state))
         };
     }
     let is = |state: State| members.iter().filter(|c| c.status.state == state).count();

@@ -7,7 +7,7 @@ use super::model::{Command, Event, Host, Model, Page, Report, Sample};
 use super::render;
 use crate::commands::Verb;
 use crate::params::Parameters;
-use crate::status::{ComponentStatus, State, Status};
+use crate::status::{ComponentStatus, State, Status, Trouble};
 use expect_test::{Expect, expect};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -47,6 +47,7 @@ fn status() -> Status {
             .into_iter()
             .filter(|_| at == 4)
             .collect(),
+        troubles: Vec::new(),
         exit: (at == 5).then(|| "signal 11 (SIGSEGV)".to_owned()),
     });
     Status {
@@ -531,6 +532,25 @@ fn a_log_follows_until_it_is_scrolled() {
     assert!(screen(&mut model, 60, 9).contains("\nline 1\nline 2\n"));
     press(&mut model, Key::End);
     assert!(screen(&mut model, 60, 9).contains("\nline 51\n"));
+}
+
+#[test]
+fn what_is_wrong_with_a_component_is_marked_and_told() {
+    let mut model = model(Host::Top);
+    let mut status = status();
+    status.components[1].troubles.push(Trouble {
+        code: "overrun".to_owned(),
+        message: "needs longer than its period".to_owned(),
+        since: "2026-11-21T13:56:02.000Z".to_owned(),
+    });
+    model.status(status);
+    assert!(screen(&mut model, 40, 10).contains("avoider            running !"));
+    keys(&mut model, "jc");
+    let page = screen(&mut model, 60, 10);
+    assert!(
+        page.contains("\noverrun: needs longer than its period\n"),
+        "{page}"
+    );
 }
 
 #[test]

@@ -21,3 +21,4 @@ mod strangers;
 mod swap;
 mod terminal;
 mod variant;
+mod watched;

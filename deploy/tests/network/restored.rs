@@ -2,25 +2,12 @@
 
 use crate::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
 
 const JOINTS: &str = include_str!("../../../components/networks/joints.ddsl");
 const MOTORS: &str = include_str!("../../../components/motor_bus/etc/config.toml");
 
-/// The events of the supervisor about a component, with their messages.
-fn events(site: &Site, component: &str) -> Vec<(String, String)> {
-    let log = site.log("rcdeploy");
-    let events = log
-        .lines()
-        .filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let of = events.filter(|event| event["component"] == component);
-    let text = |event: &Value, key: &str| event[key].as_str().unwrap_or_default().to_owned();
-    of.map(|event| (text(&event, "code"), text(&event, "message")))
-        .collect()
-}
-
 fn count(site: &Site, component: &str, code: &str) -> usize {
-    let events = events(site, component);
+    let events = site.events(component);
     events.iter().filter(|(c, _)| c == code).count()
 }
 
@@ -68,7 +55,8 @@ fn what_was_changed_is_set_again_before_the_component_is_ready() {
     kill_process(pid.expect("a pid"), Signal::KILL).expect("to kill it");
     Site::until("it is ready again", || count(&site, "bus", "ready") == 2);
     as_set();
-    let codes: Vec<String> = events(&site, "bus")
+    let codes: Vec<String> = site
+        .events("bus")
         .into_iter()
         .map(|(code, _)| code)
         .collect();
@@ -91,7 +79,7 @@ fn what_was_changed_is_set_again_before_the_component_is_ready() {
     assert_ne!(wide, MOTORS);
     std::fs::write(&file, wide).expect("to write");
     restart();
-    let refused = events(&site, "bus");
+    let refused = site.events("bus");
     let refused = refused.iter().find(|(code, _)| code == "not-restored");
     let (_, message) = refused.expect("an event");
     assert!(

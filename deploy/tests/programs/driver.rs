@@ -26,6 +26,7 @@ fn up(arguments: &[String]) -> ExitCode {
     if has("--detach") {
         let mut command = Command::new(std::env::current_exe().expect("this program"));
         command.args(["up", &arguments[1], "--supervisor", "--json"]);
+        command.args(arguments[2..].iter().filter(|flag| *flag != "--detach"));
         let outcome = rc_deploy::detach(&plan, command);
         match outcome.message() {
             Some(message) => eprintln!("error: {message}"),
@@ -43,6 +44,8 @@ fn up(arguments: &[String]) -> ExitCode {
         relay: has("--relay"),
         terminal: has("--terminal"),
         supervisor: has("--supervisor"),
+        log_limit: has("--small-logs").then_some(256 * 1024),
+        memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
         guard: has("--no-guard").then(|| GuardCommand {
             program: "/bin/false".into(),
             ..own

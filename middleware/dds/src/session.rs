@@ -51,6 +51,20 @@ struct Known {
     ends: [Mutex<HashMap<Guid, End>>; 2],
     /// The ends of this component on which it hears requests.
     serving: Mutex<Vec<Weak<Ear>>>,
+    /// What was said of ends that do not fit, until somebody takes it.
+    mismatches: Mutex<Vec<String>>,
+}
+
+/// How much of that is kept; the log has it all.
+const MISMATCHES: usize = 64;
+
+impl Known {
+    fn mismatch(&self, text: String) {
+        let mut mismatches = lock(&self.mismatches);
+        if mismatches.len() < MISMATCHES {
+            mismatches.push(text);
+        }
+    }
 }
 
 /// What the watcher is told, in the order in which it happened.
@@ -321,6 +335,11 @@ impl Session {
         }
     }
 
+    /// Takes what was said of ends that do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        std::mem::take(&mut *lock(&self.known.mismatches))
+    }
+
     /// Waits until what was sent has arrived.
     pub(crate) fn linger(&self, limit: Duration) {
         let begin = Instant::now();
@@ -427,10 +446,12 @@ impl Watcher {
         for ear in lock(&self.known.serving).iter().filter_map(Weak::upgrade) {
             if ear.topic == end.topic && ear.may_tell_of(&end.guid) {
                 let address = ear.topic.trim_end_matches("_Request");
-                tracing::error!(
+                let text = format!(
                     "`{address}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
                     rival.who(&self.host)
                 );
+                tracing::error!("{text}");
+                self.known.mismatch(text);
             }
         }
     }
@@ -470,9 +491,11 @@ impl Watcher {
         {
             let (topic, who) = (&ear.topic, hello.who(&self.host));
             let (ours, theirs) = (&ear.types, &hello.types);
-            tracing::error!(
+            let text = format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
             );
+            tracing::error!("{text}");
+            self.known.mismatch(text);
         }
     }
 
@@ -496,11 +519,13 @@ impl Watcher {
                 None => format!("the end {}", hello::hex(&end.guid)),
             };
             let (topic, differences) = (&ear.topic, differences.join("; "));
-            if ear.sends {
-                tracing::warn!("what is sent on `{topic}` does not reach {who}: {differences}");
+            let text = if ear.sends {
+                format!("what is sent on `{topic}` does not reach {who}: {differences}")
             } else {
-                tracing::warn!("`{topic}` hears nothing of {who}: {differences}");
-            }
+                format!("`{topic}` hears nothing of {who}: {differences}")
+            };
+            tracing::warn!("{text}");
+            self.known.mismatch(text);
         }
     }
 }
