@@ -3,6 +3,9 @@
 //! Exit codes: 0 done, also an `up` that was ended by Ctrl-C; 1 the input is wrong; 2 wrong usage; 3 the system
 //! refused or a component failed.
 
+#[path = "rcdeploy/top.rs"]
+mod top;
+
 use clap::{ArgAction, Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
@@ -11,7 +14,7 @@ use rc_codegen::view::BACKENDS;
 use rc_deploy::export::{self, Engine};
 use rc_deploy::graph::GraphFormat;
 use rc_deploy::network::{self, Network, Profile};
-use rc_deploy::terminal::{self, Left};
+use rc_deploy::terminal;
 use rc_deploy::{Carried, Format, GuardCommand, Options, Verb, params, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
@@ -375,7 +378,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             };
             up(&input, build, detach, &options)
         }
-        Command::Top { network } => top(&named(network)?),
+        Command::Top { network } => top::top(&named(network)?),
         Command::Down { network } => {
             let network = named(network)?;
             // Components have limits of their own; this one is for a supervisor that does not answer.
@@ -659,19 +662,6 @@ fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
             "{}: {components} components, {connections} connections, nothing wrong",
             network.name()
         ));
-    }
-    Ok(0)
-}
-
-/// Shows a network that is up.
-fn top(network: &str) -> Result<u8, Failure> {
-    if !terminal::usable() {
-        let message = "standard input and output are no terminal, or one that cannot show this; `rcdeploy status` prints how a network is";
-        return Err(Failure(2, message.to_owned()));
-    }
-    match terminal::top(network)? {
-        Left::Down => print_line(format_args!("network {network} is down")),
-        Left::Running | Left::Gone => {}
     }
     Ok(0)
 }

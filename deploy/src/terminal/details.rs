@@ -1,8 +1,9 @@
 //! The pages of one component: its log, its parameters, its connections.
 
-use super::model::{Component, Model, Page, Rate, Role, Slot};
+use super::model::{Component, Model, Page, Rate};
 use super::render::{fit, offset, opt, put, times};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
+use super::told::{Role, Slot};
 use crate::params::text;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

@@ -12,7 +12,9 @@
 mod details;
 mod input;
 mod keys;
+mod log;
 mod model;
+mod orders;
 mod peer;
 mod render;
 mod rows;
@@ -21,6 +23,7 @@ mod session;
 mod style;
 #[cfg(test)]
 mod tests;
+mod told;
 mod usage;
 
 pub use screen::usable;

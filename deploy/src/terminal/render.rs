@@ -2,9 +2,10 @@
 
 use super::details;
 use super::keys::{HELP, leaving};
-use super::model::{Component, Event, Figures, Host, Model, Page, Prompt};
+use super::model::{Component, Figures, Host, Model, Page, Prompt};
 use super::rows::{Kind, Row};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, time, uptime};
+use super::told::{Event, Work};
 use crate::status::State;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -91,7 +92,7 @@ pub(super) fn opt<T>(value: Option<T>, show: impl FnOnce(T) -> String) -> String
     value.map_or_else(|| "-".to_owned(), show)
 }
 
-pub(super) fn times(work: super::model::Work) -> String {
+pub(super) fn times(work: Work) -> String {
     format!("{}/{}", time(work.p50_us), time(work.p99_us))
 }
 

@@ -1,30 +1,29 @@
 //! The loop of the view: one thread, one `poll` over the keys, the sockets, the log and a clock of one second.
 
 use super::input::{Key, Keys};
-use super::model::{Command, Host, Model, Page, Report};
+use super::log::Log;
+use super::model::{Host, Model, Page};
 use super::peer::{Peer, Said};
 use super::screen::Screen;
+use super::told::{Event, Report};
 use super::{render, usage};
-use crate::commands::{Carried, Verb};
 use crate::control;
 use crate::error::{Error, OrCannot};
-use crate::follower::Follower;
 use crate::logs::Watch;
 use crate::status::Status;
 use rc_middleware::RunDirectory;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::os::fd::{AsFd, BorrowedFd};
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How often all are asked.
 const TICK: Duration = Duration::from_secs(1);
 /// The shortest time between two pictures.
-const FRAME: Duration = Duration::from_millis(40);
+pub(super) const FRAME: Duration = Duration::from_millis(40);
 
 /// Why the view ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +38,7 @@ pub(crate) enum End {
 
 /// What was asked of the supervisor, of a component, or by an order.
 #[derive(Debug)]
-enum Asked {
+pub(super) enum Asked {
     Status,
     Events,
     Parameters,
@@ -59,20 +58,10 @@ enum Source {
     Log,
 }
 
-/// The log that is shown.
-struct Log {
-    name: String,
-    path: PathBuf,
-    watch: Option<Watch>,
-    follower: Option<Follower>,
-    /// When to look again, where something was written.
-    due: Option<Instant>,
-}
-
 pub(crate) struct Session<'s> {
-    screen: &'s mut Screen,
-    model: Model,
-    directory: RunDirectory,
+    pub(super) screen: &'s mut Screen,
+    pub(super) model: Model,
+    pub(super) directory: RunDirectory,
     start: Instant,
     keys: Keys,
     /// When a key that is half there is taken as it is.
@@ -80,12 +69,12 @@ pub(crate) struct Session<'s> {
     /// Ends the view when something can be read from it.
     owner: BorrowedFd<'s>,
     supervisor: Peer<Asked>,
-    components: BTreeMap<String, Peer<Asked>>,
+    pub(super) components: BTreeMap<String, Peer<Asked>>,
     /// Orders to the supervisor, each on a connection of its own, which is answered when it is done.
-    orders: Vec<Peer<Asked>>,
-    log: Option<Log>,
-    changed: bool,
-    end: Option<End>,
+    pub(super) orders: Vec<Peer<Asked>>,
+    pub(super) log: Option<Log>,
+    pub(super) changed: bool,
+    pub(super) end: Option<End>,
 }
 
 impl<'s> Session<'s> {
@@ -409,7 +398,7 @@ impl<'s> Session<'s> {
                 if params["code"] == "down" {
                     self.end = Some(End::Down);
                 }
-                if let Ok(event) = super::model::Event::deserialize(params) {
+                if let Ok(event) = Event::deserialize(params) {
                     self.model.event(event);
                 }
             }
@@ -456,167 +445,12 @@ impl<'s> Session<'s> {
         }
     }
 
-    /// An order was obeyed, or not.
-    fn answered(&mut self, said: Said<Asked>) {
-        let Said::Answer(Asked::Order(text), answer) = said else {
-            return;
-        };
-        let failed = answer.and_then(|done| {
-            // Of a component, the answer is another one.
-            let carried = Carried::deserialize(done).unwrap_or_default();
-            let failed = carried.failed.into_iter().next();
-            failed.map_or(Ok(()), |f| Err(format!("{} {}", f.name, f.reason)))
-        });
-        match failed {
-            // Of several components, those that failed are more interesting.
-            Ok(()) if self.model.notice.as_ref().is_some_and(|n| n.failed) => {}
-            Ok(()) => self.model.say(format!("{text}: done"), false),
-            Err(reason) => {
-                let reason: Vec<&str> = reason.lines().map(str::trim).collect();
-                let reason = reason.join(" ");
-                self.model.say(format!("{text}: {}", reason.trim()), true);
-            }
-        }
-    }
-
-    fn show_parameters(&mut self, name: &str) {
+    pub(super) fn show_parameters(&mut self, name: &str) {
         if self.model.page == Page::Parameters
             && self.model.selected == name
             && let Some(peer) = self.components.get_mut(name)
         {
             peer.ask(Asked::Parameters, "parameters", &json!({}));
-        }
-    }
-
-    fn obey(&mut self, command: Command) -> Result<(), Error> {
-        match command {
-            Command::Quit { interrupt } => match self.model.host {
-                Host::Top => self.end = Some(End::Left),
-                Host::Up if interrupt || !self.model.stopping => {
-                    self.model.stopping = true;
-                    // The supervisor does what it does without a view: once stops, twice kills.
-                    let own = rustix::process::getpid();
-                    let sent = rustix::process::kill_process(own, rustix::process::Signal::INT);
-                    if let Err(error) = sent {
-                        self.model.say(error.to_string(), true);
-                    }
-                }
-                Host::Up => self
-                    .model
-                    .say("it is stopping; ctrl-c kills at once", false),
-            },
-            Command::Redraw => {
-                self.screen.blank().or_cannot("draw on the terminal")?;
-            }
-            Command::Order { verb, name } => self.order(verb, &name),
-            Command::Emergency { names, active } => {
-                self.model.notice = None;
-                for name in &names {
-                    let text = format!("emergency {}: {name}", if active { "on" } else { "off" });
-                    self.tell(name, text, "emergency", &json!({ "active": active }));
-                }
-            }
-            Command::Set { name, path, value } => {
-                let shown = crate::params::text(&value);
-                let text = format!("{path} = {shown}");
-                let text = match &self.model.parameters {
-                    Some(Ok(known))
-                        if known.parameters.iter().any(|p| p.path == path && p.secret) =>
-                    {
-                        path.clone()
-                    }
-                    _ => text,
-                };
-                let changes = json!({ "changes": { path: value } });
-                self.tell(&name, text, "parameters_set", &changes);
-            }
-            Command::Save { name } => {
-                let text = format!("save the parameters of {name}");
-                self.tell(&name, text, "parameters_save", &json!({}));
-            }
-        }
-        Ok(())
-    }
-
-    /// Asks the supervisor, which answers when it is done, or knows that it cannot be.
-    fn order(&mut self, verb: Verb, name: &str) {
-        let text = format!("{} {name}", verb.word());
-        self.model.say(format!("{text} …"), false);
-        match Peer::connect(&self.directory.socket(control::NAME)) {
-            Ok(mut peer) => {
-                peer.ask(Asked::Order(text), verb.word(), &json!({ "names": [name] }));
-                self.orders.push(peer);
-            }
-            Err(error) => self.model.say(format!("{text}: {error}"), true),
-        }
-    }
-
-    /// Tells a component something.
-    fn tell(&mut self, name: &str, text: String, method: &str, params: &Value) {
-        match self.components.get_mut(name) {
-            Some(peer) => {
-                if self.model.notice.is_none() {
-                    self.model.say(format!("{text} …"), false);
-                }
-                peer.ask(Asked::Order(text), method, params);
-            }
-            None => self.model.say(format!("{name} does not answer"), true),
-        }
-    }
-
-    /// Opens the log that is to be shown, and reads what has come.
-    fn follow_log(&mut self, now: Instant) {
-        let selected = self.model.component();
-        let wanted = selected.filter(|_| self.model.page == Page::Log);
-        let Some((name, path)) = wanted.map(|c| (c.status.name.clone(), c.status.log.clone()))
-        else {
-            self.log = None;
-            if self.model.page == Page::Parameters && self.model.parameters.is_none() {
-                let name = self.model.selected.clone();
-                let asked = self.components.get(&name);
-                if asked.is_some_and(|p| !p.waiting().any(|a| matches!(a, Asked::Parameters))) {
-                    self.show_parameters(&name);
-                }
-            }
-            return;
-        };
-        if self.log.as_ref().is_none_or(|log| log.name != name) {
-            let watch = path.parent().and_then(|folder| Watch::new(folder).ok());
-            let (name, due) = (name, Some(now));
-            self.model.log.clear();
-            self.log = Some(Log {
-                name,
-                path,
-                watch,
-                follower: None,
-                due,
-            });
-        }
-        let Some(log) = self
-            .log
-            .as_mut()
-            .filter(|log| log.due.is_some_and(|due| now >= due))
-        else {
-            return;
-        };
-        log.due = None;
-        let lines = match &mut log.follower {
-            Some(follower) => {
-                let (lines, more) = follower.read();
-                log.due = more.then(|| now + FRAME);
-                lines
-            }
-            None => match Follower::at_last_lines(&log.path, super::model::LOG) {
-                Ok((lines, follower)) => {
-                    log.follower = Some(follower);
-                    lines
-                }
-                Err(error) => vec![format!("{}: {error}", log.path.display())],
-            },
-        };
-        if !lines.is_empty() {
-            self.model.log_lines(lines);
-            self.changed = true;
         }
     }
 }

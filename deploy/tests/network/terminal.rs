@@ -3,6 +3,7 @@
 use crate::pty::{SETSID, Terminal};
 use crate::site::Site;
 use rustix::process::{Signal, kill_process};
+use serde_json::Value;
 use std::path::Path;
 
 fn start(site: &Site, size: (u16, u16), args: &[&str]) -> Terminal {
@@ -86,6 +87,15 @@ fn a_network_in_the_background_is_looked_at_and_left_alone() {
     terminal.until_text("3 running");
     // What happened before is told, too.
     terminal.until_text("network top");
+    // What the rates are made of: poses that were sent, scans that were asked for.
+    for (component, slot) in [("simulator", "FullPoseEstimationPub"), ("avoider", "Laser")] {
+        Site::until("something that was sent", || {
+            let slots = site.ask(component, "status")["slots"].clone();
+            let slots = slots.as_array().cloned().unwrap_or_default();
+            let sent = |s: &Value| s["name"] == slot && s["sent"].as_u64() > Some(1);
+            slots.iter().any(sent)
+        });
+    }
     terminal.press("q");
     assert_eq!(terminal.end().0, Some(0));
     assert_ne!(pid_of(&site, "avoider"), 0);
