@@ -10,6 +10,7 @@ use crate::plan::Plan;
 use crate::report::{Format, Output, Reporter};
 use crate::supervise::Supervisor;
 use crate::terminal::Beside;
+use std::cell::RefCell;
 use std::io;
 use std::time::Duration;
 
@@ -90,12 +91,14 @@ pub fn up(plan: &Plan, options: &Options, cleanup: &dyn Fn()) -> Outcome {
     };
     let outcome = match prepare(plan, options, cleanup, &report) {
         Ok(ready) => {
-            let view = options
-                .terminal
-                .then(|| Beside::start(&plan.network, report.covered()));
-            let outcome = ready.with(starter).run(cleanup);
-            drop(view);
-            outcome
+            let covered = || Beside::start(&plan.network, report.covered());
+            let view = RefCell::new(options.terminal.then(covered));
+            let cleanup = || {
+                // What the clean-up says is to be read.
+                drop(view.take());
+                cleanup();
+            };
+            ready.with(starter).run(&cleanup)
         }
         Err(error) => {
             let message = error.to_string();

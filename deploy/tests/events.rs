@@ -66,7 +66,7 @@ fn who_follows_events_gets_those_before_and_all_to_the_end() {
 }
 
 /// The driver in a terminal, with its view.
-fn screen(bench: &Bench, components: Vec<rc_deploy::Component>, panic: bool) -> Terminal {
+fn screen(bench: &Bench, components: Vec<rc_deploy::Component>) -> Terminal {
     let plan = bench.write(components);
     let driver = bench.driver(&["up", &plan, "--terminal"]);
     let [setsid, argument] = SETSID;
@@ -74,12 +74,10 @@ fn screen(bench: &Bench, components: Vec<rc_deploy::Component>, panic: bool) -> 
     command
         .arg(argument)
         .arg(driver.get_program())
-        .args(driver.get_args());
+        .args(driver.get_args())
+        .env("RC_TEST_PANIC", bench.path("panic"));
     for (name, value) in driver.get_envs() {
         command.env(name, value.unwrap_or_default());
-    }
-    if panic {
-        command.env("RC_TEST_PANIC", "");
     }
     Terminal::start(command, (100, 30))
 }
@@ -87,13 +85,23 @@ fn screen(bench: &Bench, components: Vec<rc_deploy::Component>, panic: bool) -> 
 #[test]
 fn a_panic_gives_the_terminal_back_and_can_be_read() {
     let bench = Bench::new();
-    let mut terminal = screen(&bench, vec![well("a")], true);
+    let mut terminal = screen(&bench, vec![well("a")]);
     terminal.until_text("1 running");
-    terminal.press("q");
+    assert!(terminal.is_raw());
+    std::fs::write(bench.path("panic"), "").expect("written");
+    terminal.until_text("a panic was asked for");
+    terminal.until("the usual screen", |screen| !screen.alternate_screen());
+    // The network goes on; Ctrl-C is a signal again.
+    assert!(!terminal.is_raw());
+    assert_eq!(
+        bench.status().components[0].state,
+        rc_deploy::State::Running
+    );
+    terminal.press("\u{3}");
     let (code, screen) = terminal.end();
-    assert_eq!(code, Some(101), "{screen}");
-    assert!(screen.contains("a panic was asked for"), "{screen}");
-    bench.assert_no_process_left();
+    assert_eq!(code, Some(0), "{screen}");
+    assert!(screen.contains("is down"), "{screen}");
+    bench.assert_nothing_left();
 }
 
 #[test]
@@ -101,7 +109,7 @@ fn a_second_control_c_kills_what_does_not_stop() {
     let bench = Bench::new();
     let mut deaf = component("deaf", "deaf", &[]);
     deaf.stop = LIMIT * 10;
-    let mut terminal = screen(&bench, vec![deaf], false);
+    let mut terminal = screen(&bench, vec![deaf]);
     terminal.until_text("1 running");
     terminal.press("\u{3}");
     terminal.until_text("STOPPING");
@@ -119,11 +127,7 @@ fn a_second_control_c_kills_what_does_not_stop() {
 #[test]
 fn a_start_that_fails_is_told_behind_the_view() {
     let bench = Bench::new();
-    let terminal = screen(
-        &bench,
-        vec![well("a"), component("bad", "exit 7", &["a"])],
-        false,
-    );
+    let terminal = screen(&bench, vec![well("a"), component("bad", "exit 7", &["a"])]);
     let (code, screen) = terminal.end();
     assert_eq!(code, Some(3), "{screen}");
     assert!(

@@ -205,6 +205,16 @@ fn footer(model: &Model, at: Rect, buf: &mut Buffer) {
         return put(buf, at, [Span::styled(plain(&notice.text), style)]);
     }
     let (keys, last): (&[(&str, &str)], _) = match model.page {
+        Page::Table if model.component().is_none() => (
+            &[
+                ("r", "restart"),
+                ("x", "stop"),
+                ("s", "start"),
+                ("e", "emergency"),
+                ("enter", "fold"),
+            ],
+            ("?", "help"),
+        ),
         Page::Table => (
             &[
                 ("r", "restart"),

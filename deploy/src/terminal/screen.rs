@@ -107,6 +107,11 @@ impl Drop for Screen {
     }
 }
 
+/// Whether the terminal is ours; a panic of any thread gives it back.
+pub(crate) fn is_taken() -> bool {
+    TAKEN.load(Ordering::Relaxed)
+}
+
 /// Gives the terminal back as it was. Any thread may do so, and does it once.
 pub(crate) fn give_back() {
     if TAKEN.swap(false, Ordering::Relaxed) {

@@ -6,7 +6,7 @@ use super::model::{Host, Model, Page};
 use super::peer::{Peer, Said};
 use super::screen::Screen;
 use super::told::{Event, Report};
-use super::{render, usage};
+use super::{render, screen, usage};
 use crate::control;
 use crate::error::{Error, OrCannot};
 use crate::logs::Watch;
@@ -155,6 +155,10 @@ impl<'s> Session<'s> {
     }
 
     fn draw(&mut self) -> Result<(), Error> {
+        if !screen::is_taken() {
+            self.end = Some(End::Gone);
+            return Ok(());
+        }
         let model = &mut self.model;
         let drawn = self.screen.terminal.draw(|frame| {
             let area = frame.area();

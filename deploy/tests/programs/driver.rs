@@ -1,25 +1,36 @@
 //! The smallest rcdeploy: the commands of the library without a language.
 //!
-//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names, or panics where there is `RC_TEST_PANIC`.
+//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names. A thread panics as soon as there
+//! is a file that `RC_TEST_PANIC` names.
 
 use rc_deploy::{Format, GuardCommand, Options, Plan, Verb};
 use std::fs::File;
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 fn cleanup() {
-    assert!(
-        std::env::var_os("RC_TEST_PANIC").is_none(),
-        "a panic was asked for"
-    );
     if let Some(path) = std::env::var_os("RC_TEST_CLEANED") {
         let file = File::options().append(true).create(true).open(path);
         let _ = file.and_then(|mut file| file.write_all(b"cleaned\n"));
     }
 }
 
+/// Panics, on a thread of its own, when that file is there.
+fn panic_at(path: PathBuf) {
+    std::thread::spawn(move || {
+        while !path.exists() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        panic!("a panic was asked for");
+    });
+}
+
 fn up(arguments: &[String]) -> ExitCode {
+    if let Some(path) = std::env::var_os("RC_TEST_PANIC") {
+        panic_at(path.into());
+    }
     let text = std::fs::read_to_string(&arguments[1]).expect("a plan");
     let plan: Plan = serde_json::from_str(&text).expect("a plan");
     let has = |flag: &str| arguments.iter().any(|argument| argument == flag);
