@@ -3,7 +3,8 @@
 use crate::component::{Description, Role, Slot};
 use rc_middleware::typed::{Caller, Topic};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, OpenError, Server, Subscriber, TypeIdentity,
+    Address, Backend, Counter, Endpoint, Environment, Foreign, OpenError, Server, Subscriber,
+    TypeIdentity,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -149,6 +150,7 @@ impl Ports {
             address: self.addresses[slot].clone(),
             types,
             qos: *qos,
+            foreign: self.description.slots[slot].foreign().collect(),
         }
     }
 
@@ -159,6 +161,7 @@ impl Ports {
             qos,
             ..
         } = &self.description.slots[slot];
+        let foreign = self.description.slots[slot].foreign().nth(operation);
         let operation = &operations[operation];
         let types = TypeIdentity {
             name: format!("{type_name}/{}", operation.name),
@@ -168,7 +171,21 @@ impl Ports {
             address: self.addresses[slot].join(operation.name),
             types,
             qos: *qos,
+            foreign: foreign.into_iter().collect(),
         }
+    }
+}
+
+impl Slot {
+    /// Its operations as a middleware with types of its own knows them.
+    fn foreign(&self) -> impl Iterator<Item = Foreign> {
+        let operations = self.operations.iter().zip(self.foreign);
+        operations.map(|(operation, type_name)| Foreign {
+            slot: self.name.to_owned(),
+            operation: operation.name.to_owned(),
+            id: operation.id,
+            type_name: (*type_name).to_owned(),
+        })
     }
 }
 

@@ -12,9 +12,17 @@ fn await_event(site: &Site, component: &str, code: &str, text: &str) {
     });
 }
 
-fn count(site: &Site, component: &str, code: &str) -> usize {
-    let events = site.events(component);
-    events.iter().filter(|(c, _)| c == code).count()
+/// What begins is told once until it is over: on a busy machine it may begin again. About one slot, where that is named.
+fn assert_by_turns(site: &Site, component: &str, [begins, over]: [&str; 2], slot: &str) {
+    let mut events = site.events(component);
+    events.retain(|(code, text)| [begins, over].contains(&code.as_str()) && text.contains(slot));
+    let right = [begins, over].into_iter().cycle();
+    let codes = events.iter().map(|(code, _)| code.as_str());
+    assert!(
+        codes.zip(right).all(|(code, right)| code == right),
+        "{events:?}"
+    );
+    assert!(!events.is_empty(), "no {begins}");
 }
 
 fn has_trouble(component: &serde_json::Value, code: &str, text: &str) -> bool {
@@ -51,8 +59,7 @@ fn overruns_silence_and_peers_that_vanish_are_told_once_and_when_they_are_over()
     );
     site.tell("avoider", "period", &json!({ "ms": 200 }));
     await_event(&site, "avoider", "in-time", "");
-    assert_eq!(count(&site, "avoider", "overrun"), 1);
-    site.await_component("avoider", |c| !has_trouble(c, "overrun", ""));
+    assert_by_turns(&site, "avoider", ["overrun", "in-time"], "");
 
     // The monitor wants to hear of poses every second.
     assert_eq!(site.rcdeploy(&["stop", net, "simulator"], false).code, 0);
@@ -81,13 +88,19 @@ fn overruns_silence_and_peers_that_vanish_are_told_once_and_when_they_are_over()
     }
     await_event(&site, "monitor", "peer-back", "FullPoseEstimationPub");
     await_event(&site, "monitor", "heard-again", "FullPoseEstimationPub");
-    site.await_component("monitor", |c| c["troubles"] == json!([]));
-    for code in ["silent", "heard-again", "peer-vanished", "peer-back"] {
-        assert_eq!(count(&site, "monitor", code), 1, "{code}");
-    }
+    site.await_component("monitor", |c| !has_trouble(c, "peer-vanished", ""));
+    let slot = "FullPoseEstimationPub";
+    assert_by_turns(&site, "monitor", ["silent", "heard-again"], slot);
+    assert_by_turns(&site, "monitor", ["peer-vanished", "peer-back"], slot);
+    let told = ["avoider", "monitor"].map(|name| (name, site.events(name).len()));
     assert_eq!(site.rcdeploy(&["down", net], false).code, 0);
     // That all go in the end is no news.
-    assert_eq!(count(&site, "monitor", "peer-vanished"), 1);
-    assert_eq!(count(&site, "avoider", "peer-vanished"), 2);
+    for (name, told) in told {
+        let last = site.events(name).split_off(told);
+        assert!(
+            last.iter().all(|(code, _)| code != "peer-vanished"),
+            "{last:?}"
+        );
+    }
     site.assert_nothing_left();
 }

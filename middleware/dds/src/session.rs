@@ -1,17 +1,17 @@
 //! One component's part in a domain: the participant, what is known of the domain, and the thread that learns it.
 
-use crate::board::Board;
 use crate::config;
 use crate::ear::{Ear, Entity, Inbox};
-use crate::hello::{self, Hello, Promise, Role};
+use crate::qos;
 use crate::report;
 use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
+use rc_network::{Board, Hello, Role, lock};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -100,11 +100,6 @@ pub(crate) struct Wanted<'a> {
     pub(crate) inbox: Arc<dyn Inbox>,
 }
 
-/// Locks also what a thread that panicked held: no state of ours is left half written.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Session {
     pub(crate) fn open(environment: &Environment) -> Result<Self, OpenError> {
         rc_ddsc::set_log(report::library);
@@ -139,7 +134,7 @@ impl Session {
         };
         let discoveries = Arc::new([discover(false)?, discover(true)?]);
         let known = Arc::new(Known::default());
-        let host = hello::host(&folder);
+        let host = rc_network::host(&folder);
         let watching = Watcher {
             host: host.clone(),
             known: Arc::clone(&known),
@@ -322,7 +317,7 @@ impl Session {
             } else {
                 (&notice.promise, &ear.promise)
             };
-            !hello::differences(offered, requested).is_empty()
+            !rc_network::differences(offered, requested).is_empty()
                 || (ear.has_found(&notice.guid) && notice.found.contains(&port.guid))
         })
     }
@@ -504,19 +499,19 @@ impl Watcher {
         self.discover(!ear.sends);
         let known = lock(&self.known.ends[usize::from(!ear.sends)]);
         for end in known.values().filter(|end| end.topic == ear.topic) {
-            let theirs = Promise::from(end);
+            let theirs = qos::promise_of(end);
             let (offered, requested) = if ear.sends {
                 (&ear.promise, &theirs)
             } else {
                 (&theirs, &ear.promise)
             };
-            let differences = hello::differences(offered, requested);
+            let differences = rc_network::differences(offered, requested);
             if differences.is_empty() || !ear.may_tell_of(&end.guid) {
                 continue;
             }
             let who = match Hello::parse(&end.user_data) {
                 Some(hello) => format!("the {} {}", hello.role.word(), hello.who(&self.host)),
-                None => format!("the end {}", hello::hex(&end.guid)),
+                None => format!("the end {}", rc_network::hex(&end.guid)),
             };
             let (topic, differences) = (&ear.topic, differences.join("; "));
             let text = if ear.sends {
