@@ -6,7 +6,7 @@ use crate::qos;
 use crate::report;
 use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
-use rc_network::{Board, Hello, Role, lock};
+use rc_network::{Board, Hello, Mismatches, Role, lock};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -51,20 +51,7 @@ struct Known {
     ends: [Mutex<HashMap<Guid, End>>; 2],
     /// The ends of this component on which it hears requests.
     serving: Mutex<Vec<Weak<Ear>>>,
-    /// What was said of ends that do not fit, until somebody takes it.
-    mismatches: Mutex<Vec<String>>,
-}
-
-/// How much of that is kept; the log has it all.
-const MISMATCHES: usize = 64;
-
-impl Known {
-    fn mismatch(&self, text: String) {
-        let mut mismatches = lock(&self.mismatches);
-        if mismatches.len() < MISMATCHES {
-            mismatches.push(text);
-        }
-    }
+    mismatches: Mismatches,
 }
 
 /// What the watcher is told, in the order in which it happened.
@@ -332,7 +319,7 @@ impl Session {
 
     /// Takes what was said of ends that do not fit.
     pub(crate) fn mismatches(&self) -> Vec<String> {
-        std::mem::take(&mut *lock(&self.known.mismatches))
+        self.known.mismatches.take()
     }
 
     /// Waits until what was sent has arrived.
@@ -445,8 +432,7 @@ impl Watcher {
                     "`{address}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
                     rival.who(&self.host)
                 );
-                tracing::error!("{text}");
-                self.known.mismatch(text);
+                self.known.mismatches.error(text);
             }
         }
     }
@@ -489,8 +475,7 @@ impl Watcher {
             let text = format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
             );
-            tracing::error!("{text}");
-            self.known.mismatch(text);
+            self.known.mismatches.error(text);
         }
     }
 
@@ -519,8 +504,7 @@ impl Watcher {
             } else {
                 format!("`{topic}` hears nothing of {who}: {differences}")
             };
-            tracing::warn!("{text}");
-            self.known.mismatch(text);
+            self.known.mismatches.warn(text);
         }
     }
 }
