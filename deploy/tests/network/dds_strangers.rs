@@ -310,6 +310,7 @@ impl Herald {
             .expect("the slot");
         let (_, hash) = slot.split_once("type_hash: 0x").expect("its hash");
         let endpoint = Endpoint {
+            foreign: Vec::new(),
             address: Address::parse(&address).expect("an address"),
             types: TypeIdentity {
                 name: "RcHerald::Herald".to_owned(),
