@@ -111,7 +111,6 @@ fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
     settings.set("dds", "interfaces", vec!["lo".to_owned()]);
     let there: Box<dyn Backend> = rc_dds::connect(&environment).expect("the domain");
     let publisher = there.publisher(&Endpoint {
-        foreign: Vec::new(),
         address: Address::parse(&format!("{}/Reports/report", bench.network)).expect("an address"),
         types: TypeIdentity {
             name: "RcHerald::Reports/report".to_owned(),
@@ -121,6 +120,7 @@ fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
             reliability: rc_middleware::qos::Reliability::BestEffort,
             ..Qos::PUBLISHER
         },
+        foreign: Vec::new(),
     });
     let message = up.await_event("mismatch", Some("herald"));
     assert!(

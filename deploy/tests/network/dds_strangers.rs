@@ -310,13 +310,13 @@ impl Herald {
             .expect("the slot");
         let (_, hash) = slot.split_once("type_hash: 0x").expect("its hash");
         let endpoint = Endpoint {
-            foreign: Vec::new(),
             address: Address::parse(&address).expect("an address"),
             types: TypeIdentity {
                 name: "RcHerald::Herald".to_owned(),
                 hash: u64::from_str_radix(&hash[..16], 16).expect("a hash"),
             },
             qos: Qos::CALL,
+            foreign: Vec::new(),
         };
         let client = backend.client(&endpoint).expect("a client");
         Site::until("the herald is found", || client.peers() == 1);
