@@ -23,14 +23,14 @@ pub(crate) const HELP: [(&str, &str); 16] = [
     ("e", "emergency, at once; again to leave it"),
     ("E", "emergency of all components, at once"),
     ("enter, w", "parameters: changes one, saves all"),
-    ("ctrl-l", "draws the screen anew"),
-    ("q, ctrl-c", ""),
+    ("ctrl+l", "draws the screen anew"),
+    ("q, ctrl+c", ""),
 ];
 
 /// What leaving means.
 pub(crate) fn leaving(host: Host) -> &'static str {
     match host {
-        Host::Up => "stops the network; a second ctrl-c kills",
+        Host::Up => "stops the network; a second ctrl+c kills",
         Host::Top => "leaves; the network goes on",
     }
 }

@@ -25,7 +25,7 @@ impl Session<'_> {
                 }
                 Host::Up => self
                     .model
-                    .say("it is stopping; ctrl-c kills at once", false),
+                    .say("it is stopping; ctrl+c kills at once", false),
             },
             Command::Redraw => {
                 self.screen.blank().or_cannot("draw on the terminal")?;

@@ -137,7 +137,7 @@ fn header(model: &Model, at: Rect, buf: &mut Buffer) {
     let mut spans = vec![Span::styled(model.network.clone(), strong())];
     if model.stopping {
         let text = match model.host {
-            Host::Up => "  STOPPING, ctrl-c kills",
+            Host::Up => "  STOPPING, ctrl+c kills",
             Host::Top => "  STOPPING",
         };
         spans.push(Span::styled(text, model.care()));

@@ -187,8 +187,8 @@ fn the_help_fits_a_usual_terminal() {
         e             emergency, at once; again to leave it
         E             emergency of all components, at once
         enter, w      parameters: changes one, saves all
-        ctrl-l        draws the screen anew
-        q, ctrl-c     leaves; the network goes on
+        ctrl+l        draws the screen anew
+        q, ctrl+c     leaves; the network goes on
 
 
 
