@@ -321,6 +321,11 @@ impl Session {
         }
     }
 
+    /// Takes what was said of ends that do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        self.shared.mismatches.take()
+    }
+
     /// Waits until what was sent has arrived.
     pub(crate) fn linger(&self, limit: Duration) {
         let begin = Instant::now();

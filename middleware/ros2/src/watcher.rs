@@ -6,7 +6,7 @@ use crate::ear::{Ear, Peer};
 use crate::presence::{self, Told};
 use crate::qos;
 use crate::wire::{self, Body, Member, Reader, Sample, Writer};
-use rc_network::{Guid, Hello, Promise, Role, Seldom, hex, lock};
+use rc_network::{Guid, Hello, Mismatches, Promise, Role, Seldom, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
 use rustdds::mio1::{Events, Interest, Poll, Registry, Token, Waker, event::Source};
@@ -57,6 +57,7 @@ pub(crate) struct Shared {
     /// Whether ends have found others.
     has_found: AtomicBool,
     stops: AtomicBool,
+    pub(crate) mismatches: Mismatches,
 }
 
 /// Another component of ours, or this one.
@@ -211,6 +212,7 @@ impl Watcher {
             is_new: AtomicBool::new(true),
             has_found: AtomicBool::new(false),
             stops: AtomicBool::new(false),
+            mismatches: Mismatches::default(),
         });
         Ok(Self {
             shared,
@@ -413,10 +415,10 @@ impl Watcher {
                     .topic
                     .trim_start_matches("rq")
                     .trim_end_matches("Request");
-                tracing::error!(
+                self.shared.mismatches.error(format!(
                     "`{service}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
                     hello.who(&self.shared.host)
-                );
+                ));
             }
         }
     }
@@ -427,9 +429,9 @@ impl Watcher {
         {
             let (topic, who) = (&ear.topic, hello.who(&self.shared.host));
             let (ours, theirs) = (&ear.types, &hello.types);
-            tracing::error!(
+            self.shared.mismatches.error(format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
-            );
+            ));
         }
     }
 
@@ -549,11 +551,11 @@ impl Watcher {
             some => some,
         };
         let topic = &ear.topic;
-        if ear.sends {
-            tracing::warn!("what is sent on `{topic}` does not reach {who}: {differences}");
+        self.shared.mismatches.warn(if ear.sends {
+            format!("what is sent on `{topic}` does not reach {who}: {differences}")
         } else {
-            tracing::warn!("`{topic}` hears nothing of {who}: {differences}");
-        }
+            format!("`{topic}` hears nothing of {who}: {differences}")
+        });
     }
 
     /// Tells others of the ends of this component, and ROS of its node. What does not go out is told again after a pause.
