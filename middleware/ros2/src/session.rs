@@ -19,8 +19,9 @@ use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long a component waits, in all, for ends on this machine that it does not find over the network.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// How long a component waits, in all, for ends on this machine that it does not find over the network: a process whose
+/// first announcement was lost, as where very many start at once, announces itself again after ten seconds.
+const PATIENCE: Duration = Duration::from_secs(12);
 /// How long after its start a client that finds no server waits for one on another machine.
 const GRACE: Duration = Duration::from_millis(400);
 /// How often the notices of others are looked at while they are waited for.
