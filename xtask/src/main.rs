@@ -21,10 +21,12 @@ use soak::Middleware;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 12] = [
+const COMPONENTS: [&str; 14] = [
     "simulator",
     "avoider",
     "pose_monitor",
+    "pose_relay",
+    "pose_listener",
     "camera",
     "image_monitor",
     "speech_server",

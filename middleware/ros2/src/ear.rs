@@ -74,8 +74,9 @@ impl Peer {
 
 /// What is shared between an end and the thread that listens.
 pub(crate) struct Ear {
-    /// The name of the topic in DDS.
+    /// The name of the topic in DDS, and of its type.
     pub(crate) topic: String,
+    pub(crate) type_name: String,
     pub(crate) role: Role,
     pub(crate) types: TypeIdentity,
     /// The component that it is of, and the number of its connection there.
@@ -126,6 +127,7 @@ pub(crate) type Group = Arc<Mutex<Vec<(usize, Arc<Reader>)>>>;
 /// What a new ear has to know.
 pub(crate) struct Listening {
     pub(crate) topic: String,
+    pub(crate) type_name: String,
     pub(crate) role: Role,
     pub(crate) types: TypeIdentity,
     pub(crate) instance: String,
@@ -143,6 +145,7 @@ impl Ear {
     pub(crate) fn new(listening: Listening) -> Self {
         Self {
             topic: listening.topic,
+            type_name: listening.type_name,
             role: listening.role,
             types: listening.types,
             instance: listening.instance,
@@ -208,8 +211,10 @@ impl Ear {
         guid: Guid,
         hello: Option<Hello>,
         has_found_us: bool,
+        same_type: bool,
     ) -> Option<Peer> {
-        let fits = hello.as_ref().is_none_or(|hello| hello.types == self.types);
+        let same = hello.as_ref().is_none_or(|hello| hello.types == self.types);
+        let fits = same && same_type;
         let peer = Peer {
             guid,
             hello,

@@ -213,10 +213,11 @@ impl Session {
         let Ends { policies, promise } = wanted.qos;
         let topic = self
             .participant
-            .create_topic(name.clone(), type_name, &policies, TopicKind::NoKey)
+            .create_topic(name.clone(), type_name.clone(), &policies, TopicKind::NoKey)
             .map_err(|error| backend(&error))?;
         let ear = Arc::new(Ear::new(Listening {
             topic: name,
+            type_name,
             role: wanted.role,
             types: hello.types.clone(),
             instance: hello.instance.clone(),

@@ -29,6 +29,8 @@ const ALIVE: Token = Token(3);
 const FIRST: usize = 16;
 /// In the last byte of an identity: the end is one of the library's own (RTPS 2.5, 9.3.1.2).
 const BUILT_IN: u8 = 0xc0;
+/// Of how many ends of others the types are remembered.
+const MOST_TYPES: usize = 65_536;
 /// Shortest time between two messages of what has changed; the first one is told at once.
 const PAUSE: Duration = Duration::from_millis(5);
 /// How many ends are remembered that were found before they were known.
@@ -156,6 +158,8 @@ pub(crate) struct Watcher {
     lease: Duration,
     /// Ends that do not fit, and of which nothing else tells.
     seldom: Seldom,
+    /// The types of the ends of others: the library compares only topics.
+    types: HashMap<Guid, String>,
     // Readers and writers go before the participant does.
     ends: (Reader, Writer),
     alive: (Reader, Writer),
@@ -222,6 +226,7 @@ impl Watcher {
             node: config.node.clone(),
             lease: config.lease,
             seldom: Seldom::new(),
+            types: HashMap::new(),
             ends,
             alive,
             nodes,
@@ -447,8 +452,14 @@ impl Watcher {
                     local_reader,
                     remote_writer,
                 } => self.matched(wire::guid(local_reader), wire::guid(remote_writer)),
+                Status::ReaderDetected { reader: end } | Status::WriterDetected { writer: end } => {
+                    if self.types.len() < MOST_TYPES {
+                        self.types.insert(wire::guid(end.guid), end.type_name);
+                    }
+                }
                 Status::ReaderLost { guid, .. } | Status::WriterLost { guid, .. } => {
                     let guid = wire::guid(guid);
+                    self.types.remove(&guid);
                     self.lost(|other| *other == guid);
                 }
                 Status::ParticipantLost { id, .. } => {
@@ -508,8 +519,21 @@ impl Watcher {
         let is_far = hello
             .as_ref()
             .is_some_and(|hello| hello.host != self.shared.host);
-        if let Some(misfit) = ear.matched(other, hello, has_found_us) {
-            self.differ(&ear, &misfit);
+        let theirs = self
+            .types
+            .get(&other)
+            .filter(|theirs| **theirs != ear.type_name);
+        if let Some(misfit) = ear.matched(other, hello, has_found_us, theirs.is_none()) {
+            match theirs {
+                Some(theirs) if ear.may_tell_of(&other) => {
+                    let (topic, ours) = (&ear.topic, &ear.type_name);
+                    tracing::error!(
+                        "`{topic}` is {ours} here and {theirs} to the end {}; they do not hear each other",
+                        hex(&other)
+                    );
+                }
+                _ => self.differ(&ear, &misfit),
+            }
         }
         // Those on this machine are told by the notice board.
         if is_far {
