@@ -219,6 +219,8 @@ fn live<C: Component>(
         .unwrap_or("info");
     log(level)?;
     let bindings = bindings(description, arguments, configuration)?;
+    let settings = settings(configuration, arguments);
+    warn_of_rules(description, &settings);
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)
         .map_err(|e| StartError::System(format!("the run directory cannot be made: {e}")))?;
@@ -232,7 +234,7 @@ fn live<C: Component>(
         instance: arguments.name.clone(),
         directory,
         interrupt,
-        settings: settings(configuration, arguments),
+        settings,
     };
     let management = Management::start(
         description,
@@ -393,6 +395,22 @@ fn settings(configuration: &Configuration, arguments: &Arguments) -> Settings {
     }
     settings.extend(&arguments.settings);
     settings
+}
+
+/// Tells of rules for names that concern nothing of this component. A network may have them for another one.
+fn warn_of_rules(description: &Description, settings: &Settings) {
+    let slots = description.slots.iter();
+    let slots = slots.map(|s| (s.name, s.operations.iter().map(|o| o.name).collect()));
+    let slots: Vec<(&str, Vec<&str>)> = slots.collect();
+    for (middleware, _) in description.backends {
+        for rule in settings.values(middleware, "remap") {
+            let from = rc_settings::ros::remapping(rule).map_or("", |(from, _)| from);
+            if let Some(hint) = rc_settings::ros::misses(from, &slots) {
+                let name = description.name;
+                tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
+            }
+        }
+    }
 }
 
 fn log(level: &str) -> Result<(), StartError> {
