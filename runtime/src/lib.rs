@@ -16,6 +16,7 @@ mod parameters;
 mod ports;
 mod probe;
 mod process;
+mod ros_arguments;
 mod status;
 
 pub use component::{Component, Connect, Description, Role, Slot, WorkerError};

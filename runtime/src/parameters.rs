@@ -48,7 +48,7 @@ impl Refusal {
     }
 
     /// What the checker has found.
-    fn found(found: &Diagnostics) -> Self {
+    pub(crate) fn found(found: &Diagnostics) -> Self {
         let line = |finding: &Diagnostic| match &finding.help {
             Some(help) => format!("{} ({help})", finding.message),
             None => finding.message.clone(),

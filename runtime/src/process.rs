@@ -6,12 +6,14 @@ use crate::context::Core;
 use crate::event_loop::EventLoop;
 use crate::management::Management;
 use crate::notify;
+use crate::parameters::Refusal;
 use crate::ports::Ports;
 use crate::probe;
+use crate::ros_arguments::ROS2;
 use crate::status::Shared;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory, Settings};
-use rc_pdsl::config::{self, Configuration, Values};
+use rc_pdsl::config::{self, Configuration, Live, Values};
 use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -283,8 +285,31 @@ pub(crate) struct Configured {
     pub(crate) file: Option<PathBuf>,
 }
 
-/// Reads and checks the configuration.
+/// Reads and checks the configuration, and what the command line says of parameters in its place.
 fn configure(description: &Description, arguments: &Arguments) -> Result<Configured, StartError> {
+    let mut configured = read(description, arguments)?;
+    if arguments.parameters.is_empty() {
+        return Ok(configured);
+    }
+    let Some(model) = &configured.parameters else {
+        let message = format!("{} has no parameters, and -p names one", description.name);
+        return Err(StartError::Usage(message));
+    };
+    let live = Live::new(model.clone(), &configured.configuration.parameters);
+    let given = arguments.parameters.iter();
+    let given: Vec<(&str, serde_json::Value)> = given
+        .map(|(path, text)| (path.as_str(), live.spelled(path, text)))
+        .collect();
+    let given = given.iter().map(|(path, value)| (*path, value));
+    let accepted = live.check_start(given).map_err(|found| {
+        let (name, reason) = (description.name, Refusal::found(&found).message);
+        StartError::Configuration(format!("{name}: error: -p: {reason}\n"))
+    })?;
+    configured.configuration.parameters = accepted.values();
+    Ok(configured)
+}
+
+fn read(description: &Description, arguments: &Arguments) -> Result<Configured, StartError> {
     let parameters = match description
         .parameters
         .map(Parameters::from_json)
@@ -394,6 +419,11 @@ fn settings(configuration: &Configuration, arguments: &Arguments) -> Settings {
         }
     }
     settings.extend(&arguments.settings);
+    if !arguments.remap.is_empty() {
+        let mut rules = arguments.remap.clone();
+        rules.extend_from_slice(settings.values(ROS2, "remap"));
+        settings.set(ROS2, "remap", rules);
+    }
     settings
 }
 
