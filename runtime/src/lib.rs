@@ -12,6 +12,7 @@ mod event_loop;
 mod management;
 mod name;
 mod notify;
+mod parameter_service;
 mod parameters;
 mod ports;
 mod probe;

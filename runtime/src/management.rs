@@ -8,15 +8,19 @@
 
 use crate::component::Description;
 use crate::name::Name;
+use crate::parameter_service::{self, Question, Questions};
 use crate::parameters::{Answer, Asker, Refusal, Tuning};
 use crate::process::{Configured, StartError};
 use crate::status::{Shared, State, Wish};
+use rc_middleware::parameters::ParameterService;
 use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::{UnixListener, UnixStream};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -33,6 +37,7 @@ pub(crate) struct Management {
     shared: Arc<Shared>,
     facts: Arc<Facts>,
     end: Arc<UnixStream>,
+    questions: Arc<Questions>,
     thread: Option<std::thread::JoinHandle<()>>,
     /// Given back after everything else.
     _name: Name,
@@ -74,6 +79,7 @@ impl Management {
         let (end, ended) =
             UnixStream::pair().map_err(|e| refuse("a socket pair cannot be made", &e))?;
         let end = Arc::new(end);
+        let questions = Arc::new(Questions::new(end.clone()));
         let Configured {
             parameters,
             configuration,
@@ -88,6 +94,8 @@ impl Management {
                 end.clone(),
             ),
             shared: shared.clone(),
+            questions: questions.clone(),
+            asked: BTreeMap::new(),
             listener,
             ended,
             callers: Vec::new(),
@@ -108,6 +116,7 @@ impl Management {
             shared: shared.clone(),
             facts,
             end,
+            questions,
             thread: Some(thread),
             _name: name,
         })
@@ -121,6 +130,11 @@ impl Management {
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         *known = addresses.iter().map(ToString::to_string).collect();
+    }
+
+    /// The parameters, for others than the worker.
+    pub(crate) fn parameters(&self) -> Arc<dyn ParameterService> {
+        self.questions.clone()
     }
 
     /// The worker is initialised; the loop begins.
@@ -148,6 +162,10 @@ struct Server {
     listener: UnixListener,
     ended: UnixStream,
     tuning: Tuning,
+    /// What backends ask about parameters.
+    questions: Arc<Questions>,
+    /// Which of them wait for the worker, by the number of the request.
+    asked: BTreeMap<u64, SyncSender<Result<Value, Refusal>>>,
     callers: Vec<Caller>,
     /// How many callers there have been.
     called: u64,
@@ -212,6 +230,7 @@ impl Server {
                     self.tell("ready", &json!({}));
                 }
                 if bytes[..count].contains(&b'e') || count == 0 {
+                    self.questions.close();
                     let answers = self.tuning.end();
                     self.send(answers);
                     self.tell_state();
@@ -228,6 +247,7 @@ impl Server {
                 self.linked();
             }
             self.serve(events.get(4..).unwrap_or_default());
+            self.answer_backends();
             let answers = self.tuning.turn(&self.shared);
             self.send(answers);
             if beat.elapsed() >= HEARTBEAT {
@@ -358,10 +378,35 @@ impl Server {
         });
     }
 
+    fn answer_backends(&mut self) {
+        for question in self.questions.take() {
+            match question {
+                // Who does not wait any more has what it needs.
+                Question::List(answer) => drop(answer.try_send(self.tuning.all())),
+                Question::Set(changes, answer) => {
+                    self.called += 1;
+                    self.asked.insert(self.called, answer);
+                    let asker = Asker {
+                        caller: parameter_service::CALLER,
+                        id: Some(self.called.into()),
+                    };
+                    self.tuning.change(asker, changes);
+                }
+            }
+        }
+    }
+
     /// Answers those who have waited, if they are still there.
     fn send(&mut self, answers: Vec<Answer>) {
         for (asker, result) in answers {
             let Some(id) = asker.id else { continue };
+            if asker.caller == parameter_service::CALLER {
+                let asked = id.as_u64().and_then(|id| self.asked.remove(&id));
+                if let Some(answer) = asked {
+                    let _ = answer.try_send(result);
+                }
+                continue;
+            }
             let answer = envelope(&id, result);
             self.callers
                 .retain_mut(|c| c.number != asker.caller || c.send(&answer).is_ok());

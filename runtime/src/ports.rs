@@ -1,11 +1,13 @@
 //! The connections of a component, opened in the order of its description.
 
 use crate::component::{Description, Role, Slot};
+use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Caller, Topic};
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, Foreign, OpenError, Server, Subscriber, TypeIdentity,
 };
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The receiving ends, which the loop serves.
@@ -94,6 +96,14 @@ impl Ports {
     /// The address of every slot.
     pub(crate) fn addresses(&self) -> &[Address] {
         &self.addresses
+    }
+
+    /// Shows the parameters of the component to the middlewares.
+    pub(crate) fn parameters(&self, service: &Arc<dyn ParameterService>) -> Result<(), OpenError> {
+        let backends = self.backends.iter();
+        backends
+            .map(|(_, backend)| backend.parameters(Arc::clone(service)))
+            .collect()
     }
 
     /// Lets what was sent arrive.

@@ -247,6 +247,9 @@ fn live<C: Component>(
     )?;
     let ports = Ports::new(description, &environment, &bindings)?;
     management.addresses(ports.addresses());
+    if configured.parameters.is_some() {
+        ports.parameters(&management.parameters())?;
+    }
     let receivers = ports.receivers()?;
     let core = Core::new(&arguments.name, &arguments.network, shared);
     let mut component = match start(core, &ports, &configuration.parameters) {

@@ -6,7 +6,7 @@ use super::parameters::Reader;
 use super::path::{Target, resolve};
 use super::rules;
 use super::values::{SECRET, Values};
-use crate::model::{Kind, Parameter, Parameters, Type, Value};
+use crate::model::{Kind, Parameter, Parameters, Range, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
@@ -100,6 +100,12 @@ pub struct ParameterStatus {
     /// Its documentation, line by line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doc: Vec<String>,
+    /// Its type, and whether it is an array of that; known in the component itself.
+    #[serde(skip)]
+    pub ty: Option<(Type, bool)>,
+    /// Its range; known in the component itself.
+    #[serde(skip)]
+    pub range: Option<Range>,
 }
 
 impl ParameterStatus {
@@ -436,6 +442,11 @@ fn status(
         restart: parameter.restart,
         secret: parameter.secret,
         doc: parameter.doc.clone(),
+        ty: match &parameter.kind {
+            Kind::Scalar { ty, array } => Some((*ty, array.is_some())),
+            Kind::Group(_) | Kind::List { .. } => None,
+        },
+        range: parameter.range.clone(),
     }
 }
 
