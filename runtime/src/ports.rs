@@ -100,10 +100,8 @@ impl Ports {
 
     /// Shows the parameters of the component to the middlewares.
     pub(crate) fn parameters(&self, service: &Arc<dyn ParameterService>) -> Result<(), OpenError> {
-        let backends = self.backends.iter();
-        backends
-            .map(|(_, backend)| backend.parameters(Arc::clone(service)))
-            .collect()
+        let mut backends = self.backends.iter();
+        backends.try_for_each(|(_, backend)| backend.parameters(Arc::clone(service)))
     }
 
     /// Lets what was sent arrive.

@@ -1,5 +1,8 @@
 //! The parameter services of a component that runs, in both mappings, asked as another node asks them.
 
+#[path = "../../../deploy/tests/network/python.rs"]
+mod python;
+
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{
@@ -272,4 +275,66 @@ fn the_parameter_services_answer_in_the_enhanced_mapping() {
 #[test]
 fn the_parameter_services_answer_in_the_cyclone_mapping() {
     services_answer("cyclone", 1);
+}
+
+/// What a node of ROS 2 on Cyclone DDS hears from the six services.
+#[test]
+fn a_stranger_lists_describes_gets_and_sets() {
+    let test = "a_stranger_lists_describes_gets_and_sets";
+    let Some(python) = python::interpreter("cyclonedds==11.0.1", test) else {
+        return;
+    };
+    let network = format!("rosparam_stranger_{}", std::process::id());
+    let domain = (20 + (2 + std::process::id() * 3) % 80).to_string();
+    let mut args = vec![
+        "--network",
+        &network,
+        "--ros-args",
+        "-r",
+        "__ns:=/robot",
+        "--",
+    ];
+    let set = format!("ros2.domain={domain}");
+    for setting in [&set, "ros2.service_mapping=cyclone", "ros2.interfaces=lo"] {
+        args.extend(["--set-middleware", setting]);
+    }
+    let component = embed(&NODE, Worker::start, &args).expect("a component");
+    let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stranger/parameters.py");
+    let loopback = "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>";
+    let said = std::process::Command::new(python)
+        .args(["-B", program, &network, &domain, "/robot/tuned"])
+        .env("CYCLONEDDS_URI", loopback)
+        .output()
+        .expect("Python");
+    component.stop();
+    component.join().expect("a good end");
+    let (out, failed) = (
+        String::from_utf8_lossy(&said.stdout),
+        String::from_utf8_lossy(&said.stderr),
+    );
+    let lines: Vec<&str> = out.lines().collect();
+    let expected = [
+        "list speed count arm.joints in arm",
+        "describe speed 3 How fast. | ",
+        "describe count 2  | ",
+        "describe arm.joints 9  | ",
+        "types 3 2 9",
+        "get 1.0 7 ['a', 'b']",
+        "set True ",
+        "set False ",
+        "set False ",
+        "set True",
+        "get 3.5 ['x', 'y', 'z']",
+    ];
+    assert_eq!(lines.len(), expected.len(), "{out}{failed}");
+    for (line, expected) in lines.iter().zip(expected) {
+        assert!(line.starts_with(expected), "{expected}: {out}");
+    }
+    assert!(lines[1].ends_with("False (0.0, 10.0)"), "{out}");
+    assert!(lines[2].ends_with("True (1, 2147483647)"), "{out}");
+    assert!(lines[7].contains("from 0 to 10"), "{out}");
+    assert!(
+        lines[8].contains("fixed when the component starts"),
+        "{out}"
+    );
 }
