@@ -8,7 +8,7 @@
 
 use crate::component::Description;
 use crate::name::Name;
-use crate::parameter_service::{self, Question, Questions};
+use crate::parameter_service::{self, Backends, Questions};
 use crate::parameters::{Answer, Asker, Refusal, Tuning};
 use crate::process::{Configured, StartError};
 use crate::status::{Shared, State, Wish};
@@ -16,11 +16,9 @@ use rc_middleware::parameters::ParameterService;
 use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -94,8 +92,7 @@ impl Management {
                 end.clone(),
             ),
             shared: shared.clone(),
-            questions: questions.clone(),
-            asked: BTreeMap::new(),
+            backends: Backends::new(questions.clone()),
             listener,
             ended,
             callers: Vec::new(),
@@ -162,10 +159,7 @@ struct Server {
     listener: UnixListener,
     ended: UnixStream,
     tuning: Tuning,
-    /// What backends ask about parameters.
-    questions: Arc<Questions>,
-    /// Which of them wait for the worker, by the number of the request.
-    asked: BTreeMap<u64, SyncSender<Result<Value, Refusal>>>,
+    backends: Backends,
     callers: Vec<Caller>,
     /// How many callers there have been.
     called: u64,
@@ -230,7 +224,7 @@ impl Server {
                     self.tell("ready", &json!({}));
                 }
                 if bytes[..count].contains(&b'e') || count == 0 {
-                    self.questions.close();
+                    self.backends.end();
                     let answers = self.tuning.end();
                     self.send(answers);
                     self.tell_state();
@@ -247,7 +241,7 @@ impl Server {
                 self.linked();
             }
             self.serve(events.get(4..).unwrap_or_default());
-            self.answer_backends();
+            self.backends.turn(&mut self.tuning);
             let answers = self.tuning.turn(&self.shared);
             self.send(answers);
             if beat.elapsed() >= HEARTBEAT {
@@ -378,33 +372,12 @@ impl Server {
         });
     }
 
-    fn answer_backends(&mut self) {
-        for question in self.questions.take() {
-            match question {
-                // Who does not wait any more has what it needs.
-                Question::List(answer) => drop(answer.try_send(self.tuning.all())),
-                Question::Set(changes, answer) => {
-                    self.called += 1;
-                    self.asked.insert(self.called, answer);
-                    let asker = Asker {
-                        caller: parameter_service::CALLER,
-                        id: Some(self.called.into()),
-                    };
-                    self.tuning.change(asker, changes);
-                }
-            }
-        }
-    }
-
     /// Answers those who have waited, if they are still there.
     fn send(&mut self, answers: Vec<Answer>) {
         for (asker, result) in answers {
             let Some(id) = asker.id else { continue };
             if asker.caller == parameter_service::CALLER {
-                let asked = id.as_u64().and_then(|id| self.asked.remove(&id));
-                if let Some(answer) = asked {
-                    let _ = answer.try_send(result);
-                }
+                self.backends.answer(&id, result);
                 continue;
             }
             let answer = envelope(&id, result);

@@ -1,11 +1,12 @@
 //! The parameters of a component for its backends: what they ask is answered on the management thread, as what comes over the
 //! socket is.
 
-use crate::parameters::Refusal;
+use crate::parameters::{Asker, Refusal, Tuning};
 use rc_middleware::parameters::{Parameter, ParameterService, ParameterValue};
 use rc_pdsl::config::ParameterStatus;
 use rc_pdsl::model::{Type, Value as Given};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -18,9 +19,60 @@ const LIMIT: Duration = Duration::from_secs(4);
 pub(crate) const CALLER: u64 = 0;
 
 /// What is asked, and where the answer goes.
-pub(crate) enum Question {
+enum Question {
     List(SyncSender<Vec<ParameterStatus>>),
     Set(Map<String, Value>, SyncSender<Result<Value, Refusal>>),
+}
+
+/// The management thread's side: it answers at once, or when the worker has decided.
+pub(crate) struct Backends {
+    questions: Arc<Questions>,
+    /// Who waits for the worker, by the number of the request.
+    waiting: BTreeMap<u64, SyncSender<Result<Value, Refusal>>>,
+    /// How many have waited.
+    asked: u64,
+}
+
+impl Backends {
+    pub(crate) fn new(questions: Arc<Questions>) -> Self {
+        Self {
+            questions,
+            waiting: BTreeMap::new(),
+            asked: 0,
+        }
+    }
+
+    /// Takes what was asked.
+    pub(crate) fn turn(&mut self, tuning: &mut Tuning) {
+        for question in self.questions.take() {
+            match question {
+                // Who does not wait any more has what it needs.
+                Question::List(answer) => drop(answer.try_send(tuning.all())),
+                Question::Set(changes, answer) => {
+                    self.asked += 1;
+                    self.waiting.insert(self.asked, answer);
+                    let asker = Asker {
+                        caller: CALLER,
+                        id: Some(self.asked.into()),
+                    };
+                    tuning.change(asker, changes);
+                }
+            }
+        }
+    }
+
+    /// Hands on what became of the request with this number.
+    pub(crate) fn answer(&mut self, id: &Value, result: Result<Value, Refusal>) {
+        let waiting = id.as_u64().and_then(|id| self.waiting.remove(&id));
+        if let Some(answer) = waiting {
+            let _ = answer.try_send(result);
+        }
+    }
+
+    /// Who asks now is told that the component ends.
+    pub(crate) fn end(&self) {
+        self.questions.close();
+    }
 }
 
 /// What waits for the management thread.
@@ -44,7 +96,7 @@ impl Questions {
     }
 
     /// Takes what was asked.
-    pub(crate) fn take(&self) -> Vec<Question> {
+    fn take(&self) -> Vec<Question> {
         self.waiting()
             .as_mut()
             .map(std::mem::take)
@@ -52,7 +104,7 @@ impl Questions {
     }
 
     /// Who asks now, or waits, is told that the component ends.
-    pub(crate) fn close(&self) {
+    fn close(&self) {
         *self.waiting() = None;
     }
 
