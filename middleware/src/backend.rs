@@ -113,6 +113,11 @@ pub trait Backend {
         Ok(())
     }
 
+    /// Ends that were found since the last look and do not fit to those of this component, a text for people each.
+    fn mismatches(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Waits until what was sent has reached those who are there, at most `limit`; called before the ports of
     /// a component that ends are closed.
     fn linger(&self, limit: Duration);

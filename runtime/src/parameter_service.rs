@@ -15,8 +15,8 @@ use std::time::Duration;
 
 /// Longer than a change may wait for the worker.
 const LIMIT: Duration = Duration::from_secs(4);
-/// The one that this module is among those who ask.
-pub(crate) const CALLER: u64 = 0;
+/// The one that this module is among those who ask; callers are counted from 1, and the supervisor is 0.
+pub(crate) const CALLER: u64 = u64::MAX;
 
 /// What is asked, and where the answer goes.
 enum Question {

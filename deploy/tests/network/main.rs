@@ -11,9 +11,14 @@ mod params;
 mod patrol;
 mod pictures;
 mod probe;
+#[path = "../pty/mod.rs"]
+mod pty;
 mod python;
+mod restored;
 mod settings;
 mod site;
 mod strangers;
 mod swap;
+mod terminal;
 mod variant;
+mod watched;

@@ -71,6 +71,10 @@ impl Backend for Ros2 {
         Ok(())
     }
 
+    fn mismatches(&self) -> Vec<String> {
+        self.session.mismatches()
+    }
+
     fn linger(&self, limit: Duration) {
         self.session.linger(limit);
     }
