@@ -152,7 +152,7 @@ fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
     let component = &project.component;
     let slots = component.slots.iter().map(|slot| {
         let interface = component.library.interface(slot.interface);
-        let operations = interface.operations.iter().map(|o| o.name.as_str());
+        let operations = interface.operations.iter().map(|o| o.name.text.as_str());
         (slot.name.as_str(), operations.collect())
     });
     let slots: Vec<(&str, Vec<&str>)> = slots.collect();

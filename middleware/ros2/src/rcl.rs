@@ -247,3 +247,96 @@ pub(crate) fn answer(
     let body = writer.finish().map_err(|error| error.to_string())?;
     Ok(body.to_vec())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Fixed;
+
+    impl ParameterService for Fixed {
+        fn list(&self) -> Result<Vec<Parameter>, String> {
+            let paths = ["speed", "arm.joints", "arm.left.max"];
+            let parameter = |path: &str| Parameter {
+                path: path.to_owned(),
+                value: ParameterValue::Float(1.5),
+                doc: String::new(),
+                allowed: String::new(),
+                editable: true,
+                range: None,
+            };
+            Ok(paths.map(parameter).into())
+        }
+
+        fn set(&self, _: &[(String, ParameterValue)]) -> Result<(), String> {
+            Err("no".to_owned())
+        }
+    }
+
+    #[test]
+    fn prefixes_and_depth_choose() {
+        let all = Fixed.list().expect("parameters");
+        let names = |prefixes: &[&str], depth| {
+            let prefixes: Vec<String> = prefixes.iter().map(|p| (*p).to_owned()).collect();
+            listed(&all, &prefixes, depth).0.join(" ")
+        };
+        assert_eq!(names(&[], 0), "speed arm.joints arm.left.max");
+        assert_eq!(names(&[], 1), "speed");
+        assert_eq!(names(&[], 2), "speed arm.joints");
+        assert_eq!(names(&["arm"], 0), "arm.joints arm.left.max");
+        assert_eq!(names(&["arm"], 1), "arm.joints");
+        assert_eq!(names(&["arm.left", "speed"], 0), "speed arm.left.max");
+        assert_eq!(names(&["ar", "speed.x"], 0), "");
+        let (_, within) = listed(&all, &[], 0);
+        assert_eq!(within, ["arm", "arm.left"]);
+    }
+
+    #[test]
+    fn values_come_back() {
+        let texts = vec!["a".to_owned(), String::new()];
+        for value in [
+            ParameterValue::None,
+            ParameterValue::Bool(true),
+            ParameterValue::Int(-3),
+            ParameterValue::Float(0.5),
+            ParameterValue::Text("x".to_owned()),
+            ParameterValue::Bools(vec![true, false]),
+            ParameterValue::Ints(vec![1, 2]),
+            ParameterValue::Floats(vec![1.0]),
+            ParameterValue::Texts(texts),
+        ] {
+            let mut writer = Writer::default();
+            writer.put(&Named("n".to_owned(), value.clone()));
+            let bytes = writer.into_bytes();
+            let Named(name, back) = Reader::new(&bytes).get().expect("a parameter");
+            assert_eq!((name.as_str(), back), ("n", value));
+        }
+    }
+
+    /// Whatever comes, it is an answer or an error, and asks for no memory.
+    #[test]
+    fn hostile_requests_are_errors() {
+        let mut wanted = Writer::default();
+        wanted.put(&vec![Named("speed".to_owned(), ParameterValue::Float(2.0))]);
+        let wanted = wanted.into_bytes();
+        let huge = [0xff; 64];
+        for (service, ..) in Service::ALL {
+            assert!(answer(service, &[], &Fixed).is_err());
+            assert!(answer(service, &huge, &Fixed).is_err());
+        }
+        for end in 0..wanted.len() {
+            assert!(
+                answer(Service::Set, &wanted[..end], &Fixed).is_err(),
+                "{end}"
+            );
+            // One byte is another one: any answer will do.
+            let mut spoilt = wanted.clone();
+            spoilt[end] ^= 0x55;
+            let _ = answer(Service::Set, &spoilt, &Fixed);
+        }
+        let refused = answer(Service::Set, &wanted, &Fixed).expect("an answer");
+        let mut reader = Reader::new(&refused);
+        let (count, done): (u32, bool) = (reader.get().expect("1"), reader.get().expect("2"));
+        assert_eq!((count, done, reader.get()), (1, false, Ok("no".to_owned())));
+    }
+}
