@@ -140,7 +140,10 @@ impl<'a> Agreement<'a> {
         }
         let word = |set: Option<&Setting>| match set {
             Some(_) => value(set).unwrap_or_default(),
-            None => format!("the default ({})", value(None).unwrap_or_default()),
+            None => match key.default {
+                Some(default) => format!("the default ({default})"),
+                None => "what ROS_DOMAIN_ID says".to_owned(),
+            },
         };
         let message = format!(
             "{ends} are in different domains: {} and {}",

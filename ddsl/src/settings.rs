@@ -120,11 +120,16 @@ impl<'a> Block<'a> {
     }
 
     fn value(&mut self, key: &Key, literal: &Literal) -> Option<String> {
+        let word = match &literal.kind {
+            LiteralKind::Name(word) if matches!(key.kind, Kind::Word(_)) => word.to_lowercase(),
+            _ => String::new(),
+        };
         let value = match &literal.kind {
             LiteralKind::Int(number) => Value::Int(*number),
             LiteralKind::Duration(time) => Value::Time(*time),
             LiteralKind::Text(text) => Value::Text(text),
             LiteralKind::Bool(choice) => Value::Bool(*choice),
+            LiteralKind::Name(_) if matches!(key.kind, Kind::Word(_)) => Value::Text(&word),
             LiteralKind::Name(word) if word.eq_ignore_ascii_case("on") => Value::Bool(true),
             LiteralKind::Name(word) if word.eq_ignore_ascii_case("off") => Value::Bool(false),
             LiteralKind::Name(_) | LiteralKind::Float(_) => Value::Other,
@@ -165,8 +170,13 @@ impl<'a> Block<'a> {
     }
 }
 
-/// The words that begin a setting of some middleware.
+/// The words that begin a setting of some middleware, each once.
 pub(crate) fn words() -> impl Iterator<Item = &'static str> {
-    let keys = MIDDLEWARES.iter().flat_map(|(_, keys)| *keys);
-    keys.map(|key| key.name)
+    let mut words = Vec::new();
+    for key in MIDDLEWARES.iter().flat_map(|(_, keys)| *keys) {
+        if !words.contains(&key.name) {
+            words.push(key.name);
+        }
+    }
+    words.into_iter()
 }

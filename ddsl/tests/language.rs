@@ -171,9 +171,9 @@ fn settings_of_middlewares_hold_for_a_block() {
     let flat = flat.map(|i| format!("{} {:?} {}", i.path, i.middleware, settings(i)));
     expect![[r#"
         a Iceoryx2 dds.domain=7 dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.multicast=false dds.lease=500ms
-        b Dds dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.lease=2s dds.multicast=true dds.domain=3
+        b Dds dds.interfaces=eth0 dds.peers=10.0.0.2,10.0.0.3:7410 dds.lease=2s dds.multicast=true dds.domain=3 ros2.domain=3
         g.c Dds dds.domain=7 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.peers=10.0.0.9
-        g.h.d Ros2 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.peers=10.0.0.9 dds.domain=8"#]].assert_eq(&flat.collect::<Vec<_>>().join("\n"));
+        g.h.d Ros2 dds.interfaces=eth0 dds.multicast=false dds.lease=500ms dds.peers=10.0.0.9 dds.domain=8 ros2.domain=8"#]].assert_eq(&flat.collect::<Vec<_>>().join("\n"));
     check(
         "middleware dds { domian 7; lease 50ms; interfaces 5; peers \"a b\", \"c\"; multicast maybe; lease 1s; domain 1, 2; };\n\
          domain 3;\nGroup g { middleware iceoryx2 { x 1; }; middleware dds; Component c { cdsl \"c\"; middleware dds { lease; lease 1s 2s; § 1; multicast off lease 1s; }; middleware dds { domain 1; }; middleware { }; }; };\nComponent z { cdsl \"z\"; domain x; };",
@@ -190,11 +190,33 @@ fn settings_of_middlewares_hold_for_a_block() {
             n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
-            n.ddsl:4:118: error[unknown-field]: `§` does not begin a setting of a middleware (allowed here: `domain`, `interfaces`, `peers`, `multicast`, `lease`)
+            n.ddsl:4:118: error[unknown-field]: `§` does not begin a setting of a middleware (allowed here: `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`)
             n.ddsl:4:136: error[missing-semicolon]: `;` expected here
             n.ddsl:4:161: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:4:92
             n.ddsl:4:191: error[syntax-error]: expected a name, found `{`
             n.ddsl:5:32: error[syntax-error]: expected a number, found `x`
+        "#]],
+    );
+}
+
+#[test]
+fn ros_has_words_and_names() {
+    let deployment = check(
+        "middleware ros2 { service_mapping Cyclone; namespace \"/robot\"; };\n\
+         Component a { cdsl \"a\"; middleware ros2 { node \"lidar\"; remap \"LaserPub/newScan:=/scan\", \"Base:=~/b\"; }; };",
+        &expect![""],
+    );
+    let flat: Vec<String> = deployment.instances.iter().map(settings).collect();
+    expect!["ros2.service_mapping=cyclone ros2.namespace=/robot ros2.node=lidar ros2.remap=LaserPub/newScan:=/scan,Base:=~/b"].assert_eq(&flat.join("\n"));
+    check(
+        "middleware ros2 { service_mapping basic; namespace \"robot\"; node 7; remap \"Laser=/scan\"; nod \"x\"; };\n\
+         Component a { cdsl \"a\"; };",
+        &expect![[r#"
+            n.ddsl:2:35: error[bad-setting]: `service_mapping` cannot be `basic` (allowed is one of enhanced, cyclone)
+            n.ddsl:2:52: error[bad-setting]: `namespace` cannot be the text "robot" (allowed is a namespace of ROS 2, such as "/robot": letters, digits and single `_`, no digit first, behind each `/`)
+            n.ddsl:2:66: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
+            n.ddsl:2:75: error[bad-setting]: `remap` cannot be the text "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": a slot, SLOT/operation or a name of ROS 2, and the name in its place)
+            n.ddsl:2:90: error[unknown-key]: `nod` cannot be set of ros2 (did you mean `node`?)
         "#]],
     );
 }
@@ -259,10 +281,10 @@ fn every_construct_reaches_the_model() {
         )
     });
     expect![[r#"
-        base Dds dds.domain=7 None, restart OnFailure Some((3, 60s)) 250ms
-        idle Dds dds.domain=7 None, restart Always None 500ms
-        arm.left.motor Iceoryx2 dds.domain=8 Some(1), restart Never None 500ms
-        arm.other Iceoryx2 dds.domain=7 Some(0), restart Never None 500ms"#]]
+        base Dds dds.domain=7 ros2.domain=7 None, restart OnFailure Some((3, 60s)) 250ms
+        idle Dds dds.domain=7 ros2.domain=7 None, restart Always None 500ms
+        arm.left.motor Iceoryx2 dds.domain=8 ros2.domain=8 Some(1), restart Never None 500ms
+        arm.other Iceoryx2 dds.domain=7 ros2.domain=7 Some(0), restart Never None 500ms"#]]
     .assert_eq(&flat.collect::<Vec<_>>().join("\n"));
     let groups = deployment.groups.iter().map(|g| {
         let exports: Vec<&str> = g.exports.iter().map(|e| e.text.as_str()).collect();
@@ -460,9 +482,9 @@ fn imports_are_merged() {
         .map(|i| format!("{} {:?} {}", i.path, i.middleware, settings(i)))
         .collect();
     expect![[r#"
-        base Ros2 dds.domain=3
-        arm.motor Iceoryx2 dds.domain=3
-        a Iceoryx2 dds.domain=3"#]]
+        base Ros2 dds.domain=3 ros2.domain=3
+        arm.motor Iceoryx2 dds.domain=3 ros2.domain=3
+        a Iceoryx2 dds.domain=3 ros2.domain=3"#]]
     .assert_eq(&flat.join("\n"));
     check_files(
         "import \"robots.ddsl\";\nimport \"robts.ddsl\";\nDeployment n { Component Base { cdsl \"a\"; }; Host robot { address \"x\"; }; };",

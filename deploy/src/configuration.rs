@@ -142,5 +142,29 @@ fn configuration(
         let diagnostic = Diagnostic::error("unknown-slot", Span::new(source, 0, 0), message);
         found.push(diagnostic.suggest(slot, slots.iter().copied()));
     }
+    rules(&configuration.middleware, project, found);
     configuration.middleware
+}
+
+/// Finds rules for names in ROS 2 that concern nothing of the component.
+fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
+    let set = settings.get("ros2").and_then(|keys| keys.get("remap"));
+    let component = &project.component;
+    let slots = component.slots.iter().map(|slot| {
+        let interface = component.library.interface(slot.interface);
+        let operations = interface.operations.iter().map(|o| o.name.text.as_str());
+        (slot.name.as_str(), operations.collect())
+    });
+    let slots: Vec<(&str, Vec<&str>)> = slots.collect();
+    for (set, rule) in set
+        .iter()
+        .flat_map(|set| set.values.iter().map(move |r| (set, r)))
+    {
+        let from = rc_settings::ros::remapping(rule).map_or("", |(from, _)| from);
+        if let Some(hint) = rc_settings::ros::misses(from, &slots) {
+            let name = &component.name.text;
+            let message = format!("`remap`: {name} has no `{from}`");
+            found.push(Diagnostic::error("unknown-slot", set.span, message).help(hint));
+        }
+    }
 }

@@ -6,8 +6,10 @@
 //! asks the kernel.) Waiting without a limit is nowhere possible.
 
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
+use crate::parameters::ParameterService;
 use crate::{Address, Qos};
 use std::os::fd::BorrowedFd;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What travels beside a body.
@@ -104,6 +106,12 @@ pub trait Backend {
 
     /// The one end that answers them; a second live one is refused and told who the first is.
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError>;
+
+    /// Shows the parameters of the component, where the middleware has a way to show them.
+    fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
+        drop(service);
+        Ok(())
+    }
 
     /// Ends that were found since the last look and do not fit to those of this component, a text for people each.
     fn mismatches(&self) -> Vec<String> {

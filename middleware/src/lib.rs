@@ -8,6 +8,7 @@
 //! - [`typed`]: the layer between both, which generated code uses.
 //! - [`gaps`]: what a receiver never saw.
 //! - [`environment`]: the network that a process belongs to, and its run directory.
+//! - [`parameters`]: those of a component, for a middleware that shows them.
 //! - [`settings`]: what a configuration says of a middleware.
 //!
 //! No backend is named here.
@@ -21,6 +22,7 @@ pub mod error;
 pub mod gaps;
 pub mod in_place;
 pub mod interrupt;
+pub mod parameters;
 pub mod qos;
 pub mod rpc;
 pub mod settings;

@@ -280,6 +280,35 @@ fn settings_of_middlewares() {
 }
 
 #[test]
+fn names_of_ros() {
+    let text = "[middleware.ros2]\nservice_mapping = \"cyclone\"\nnamespace = \"/robot\"\n\
+                [middleware.ros2.remap]\n\"LaserPub/newScan\" = \"/scan\"\nBase = \"~/base\"\n";
+    let (configuration, _, rendered) = read(text, None);
+    assert_eq!(rendered, "");
+    let set = &configuration.middleware["ros2"];
+    assert_eq!(set["service_mapping"].values, ["cyclone"]);
+    let rules = ["LaserPub/newScan:=/scan", "Base:=~/base"];
+    assert_eq!(set["remap"].values, rules);
+    let list = format!(
+        "[middleware.ros2]\nremap = [\"{}\", \"{}\"]\n",
+        rules[0], rules[1]
+    );
+    let (configuration, _, rendered) = read(&list, None);
+    assert_eq!(rendered, "");
+    assert_eq!(configuration.middleware["ros2"]["remap"].values, rules);
+    let text = "[middleware.ros2]\nservice_mapping = \"basic\"\nnamespace = \"robot\"\nnode = \"a/b\"\n\
+                [middleware.ros2.remap]\nLaser = 1\nBase = \"a b\"\n";
+    let (_, _, rendered) = read(text, None);
+    expect![[r#"
+        config.toml:2:19: error[bad-setting]: `middleware.ros2.service_mapping` cannot be the text "basic" (allowed is one of enhanced, cyclone)
+        config.toml:3:13: error[bad-setting]: `middleware.ros2.namespace` cannot be the text "robot" (allowed is a namespace of ROS 2, such as "/robot": letters, digits and single `_`, no digit first, behind each `/`)
+        config.toml:4:8: error[bad-setting]: `middleware.ros2.node` cannot be the text "a/b" (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
+        config.toml:6:9: error[wrong-type]: `middleware.ros2.remap."Laser"` cannot be the number 1 (allowed is the name in its place)
+        config.toml:7:8: error[bad-setting]: `middleware.ros2.remap."Base"` cannot be the text "Base:=a b" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": a slot, SLOT/operation or a name of ROS 2, and the name in its place)
+    "#]].assert_eq(&rendered);
+}
+
+#[test]
 fn what_belongs_to_the_framework() {
     let text = "[component]\nperiod = 0\nlog = \"inf\"\nperoid = 3\n[bindings]\na = 3\nb = \"x\"\n[middlewares.dds]\nx = 1\n";
     let (configuration, _, rendered) = read(text, None);

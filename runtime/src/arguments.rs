@@ -1,6 +1,7 @@
 //! The command line of every generated binary.
 
 use crate::component::Description;
+use crate::ros_arguments;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_middleware::{Address, Settings};
 use std::collections::BTreeMap;
@@ -29,6 +30,10 @@ pub(crate) struct Arguments {
     pub(crate) bindings: BTreeMap<String, Address>,
     pub(crate) log: Option<String>,
     pub(crate) settings: Settings,
+    /// Rules for names in ROS 2 that come before those of the settings.
+    pub(crate) remap: Vec<String>,
+    /// Parameters that have another value in this run, each with what was written.
+    pub(crate) parameters: Vec<(String, String)>,
 }
 
 /// Reads the command line; an error says what is allowed.
@@ -36,6 +41,7 @@ pub(crate) fn parse(
     description: &Description,
     args: impl IntoIterator<Item = OsString>,
 ) -> Result<Task, lexopt::Error> {
+    let (args, ros) = ros_arguments::split(args);
     let mut parser = lexopt::Parser::from_args(args);
     let mut check = false;
     let mut probe = false;
@@ -47,6 +53,8 @@ pub(crate) fn parse(
         bindings: BTreeMap::new(),
         log: None,
         settings: Settings::default(),
+        remap: Vec::new(),
+        parameters: Vec::new(),
     };
     while let Some(arg) = parser.next()? {
         match arg {
@@ -66,6 +74,9 @@ pub(crate) fn parse(
             Long("version") | Short('V') => return Ok(Task::Print(version(description))),
             other => return Err(format!("{}; see --help", other.unexpected()).into()),
         }
+    }
+    if let Some(ros) = ros {
+        ros_arguments::read(description, ros, &mut out)?;
     }
     if wait.is_some() && !probe {
         return Err("--wait goes with --probe".into());
@@ -191,6 +202,18 @@ fn help(description: &Description) -> String {
          --wait SECONDS        with --probe: waits so long for it to be ready\n  \
          --help, --version\n\nExit codes: 0 done, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
     );
+    if description
+        .backends
+        .iter()
+        .any(|(name, _)| *name == ros_arguments::ROS2)
+    {
+        out.push_str(
+            "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \
+             -r FROM:=TO           another name; FROM is a slot, SLOT/operation, a name in full, __node or __ns\n  \
+             -p NAME:=VALUE        a parameter, for this run\n  \
+             --log-level LEVEL     debug, info, warn, error or fatal\n",
+        );
+    }
     if !description.slots.is_empty() {
         out.push_str("\nSlots:\n");
     }

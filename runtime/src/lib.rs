@@ -13,10 +13,12 @@ mod link;
 mod management;
 mod name;
 mod notify;
+mod parameter_service;
 mod parameters;
 mod ports;
 mod probe;
 mod process;
+mod ros_arguments;
 mod status;
 
 pub use component::{Component, Connect, Description, Role, Slot, WorkerError};

@@ -9,9 +9,11 @@
 use crate::component::{Description, Role};
 use crate::link::Link;
 use crate::name::Name;
+use crate::parameter_service::{self, Backends, Questions};
 use crate::parameters::{Answer, Asker, Refusal, Tuning};
 use crate::process::{Configured, StartError};
 use crate::status::{Shared, State, Wish};
+use rc_middleware::parameters::ParameterService;
 use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::{Map, Value, json};
@@ -36,6 +38,7 @@ pub(crate) struct Management {
     shared: Arc<Shared>,
     facts: Arc<Facts>,
     end: Arc<UnixStream>,
+    questions: Arc<Questions>,
     thread: Option<std::thread::JoinHandle<()>>,
     /// Given back after everything else.
     _name: Name,
@@ -77,6 +80,7 @@ impl Management {
         let (end, ended) =
             UnixStream::pair().map_err(|e| refuse("a socket pair cannot be made", &e))?;
         let end = Arc::new(end);
+        let questions = Arc::new(Questions::new(end.clone()));
         let Configured {
             parameters,
             configuration,
@@ -91,6 +95,7 @@ impl Management {
                 end.clone(),
             ),
             shared: shared.clone(),
+            backends: Backends::new(questions.clone()),
             listener,
             ended,
             callers: Vec::new(),
@@ -112,6 +117,7 @@ impl Management {
             shared: shared.clone(),
             facts,
             end,
+            questions,
             thread: Some(thread),
             _name: name,
         })
@@ -125,6 +131,11 @@ impl Management {
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         *known = addresses.iter().map(ToString::to_string).collect();
+    }
+
+    /// The parameters, for others than the worker.
+    pub(crate) fn parameters(&self) -> Arc<dyn ParameterService> {
+        self.questions.clone()
     }
 
     /// The worker is initialised; the loop begins.
@@ -152,6 +163,7 @@ struct Server {
     listener: UnixListener,
     ended: UnixStream,
     tuning: Tuning,
+    backends: Backends,
     callers: Vec<Caller>,
     /// How many callers there have been.
     called: u64,
@@ -218,6 +230,7 @@ impl Server {
                     self.be_ready();
                 }
                 if bytes[..count].contains(&b'e') || count == 0 {
+                    self.backends.end();
                     let mut answers = self.tuning.end();
                     answers.retain(|(asker, _)| asker.caller != SUPERVISOR);
                     self.send(answers);
@@ -232,6 +245,7 @@ impl Server {
                 self.signalled();
             }
             self.serve(events.get(4..).unwrap_or_default());
+            self.backends.turn(&mut self.tuning);
             let answers = self.tuning.turn(&self.shared);
             if let (Some(link), false) = (&mut self.link, answers.is_empty()) {
                 link.tell_changes(&self.tuning.unsaved());
@@ -385,6 +399,10 @@ impl Server {
                 continue;
             }
             let Some(id) = asker.id else { continue };
+            if asker.caller == parameter_service::CALLER {
+                self.backends.answer(&id, result);
+                continue;
+            }
             let answer = envelope(&id, result);
             self.callers
                 .retain_mut(|c| c.number != asker.caller || c.send(&answer).is_ok());

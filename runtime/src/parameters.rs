@@ -8,7 +8,7 @@ use crate::component::{Component, WorkerError};
 use crate::status::{Shared, State, Wish};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, render};
 use rc_pdsl::Parameters;
-use rc_pdsl::config::{Accepted, Live, ParamChange, Unsaved, Values};
+use rc_pdsl::config::{Accepted, Live, ParamChange, ParameterStatus, Unsaved, Values};
 use serde_json::{Map, Value, json};
 use std::collections::VecDeque;
 use std::io::Write;
@@ -48,7 +48,7 @@ impl Refusal {
     }
 
     /// What the checker has found.
-    fn found(found: &Diagnostics) -> Self {
+    pub(crate) fn found(found: &Diagnostics) -> Self {
         let line = |finding: &Diagnostic| match &finding.help {
             Some(help) => format!("{} ({help})", finding.message),
             None => finding.message.clone(),
@@ -221,13 +221,23 @@ impl Tuning {
             let message = "`parameters_set` takes {\"changes\": {\"motors[0].max\": 1.5, …}}";
             return Some((asker, Err(Refusal::new(Refusal::INPUT, message))));
         };
-        self.enqueue(asker, Wanted::Changes(changes.clone()));
+        self.change(asker, changes.clone());
         None
     }
 
     /// `parameters_save`, after the changes that were asked for before: the answer comes with [`Tuning::turn`].
     pub(crate) fn save(&mut self, asker: Asker) {
         self.enqueue(asker, Wanted::Save);
+    }
+
+    /// All of them.
+    pub(crate) fn all(&self) -> Vec<ParameterStatus> {
+        self.live.list(&[]).unwrap_or_default()
+    }
+
+    /// Changes, which there are: the answer comes with [`Tuning::turn`].
+    pub(crate) fn change(&mut self, asker: Asker, changes: Map<String, Value>) {
+        self.enqueue(asker, Wanted::Changes(changes));
     }
 
     fn enqueue(&mut self, asker: Asker, wanted: Wanted) {

@@ -1,6 +1,7 @@
 //! The connections of a component, opened in the order of its description.
 
 use crate::component::{Description, Role, Slot};
+use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Caller, Topic};
 use rc_middleware::{
     Address, Backend, Counter, Endpoint, Environment, Foreign, OpenError, Server, Subscriber,
@@ -8,6 +9,7 @@ use rc_middleware::{
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The receiving ends, which the loop serves.
@@ -100,6 +102,12 @@ impl Ports {
     /// The address of every slot.
     pub(crate) fn addresses(&self) -> &[Address] {
         &self.addresses
+    }
+
+    /// Shows the parameters of the component to the middlewares.
+    pub(crate) fn parameters(&self, service: &Arc<dyn ParameterService>) -> Result<(), OpenError> {
+        let mut backends = self.backends.iter();
+        backends.try_for_each(|(_, backend)| backend.parameters(Arc::clone(service)))
     }
 
     /// What the sending ends count, each with the number of its slot.

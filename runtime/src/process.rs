@@ -6,12 +6,14 @@ use crate::context::Core;
 use crate::event_loop::EventLoop;
 use crate::management::Management;
 use crate::notify;
+use crate::parameters::Refusal;
 use crate::ports::Ports;
 use crate::probe;
+use crate::ros_arguments::ROS2;
 use crate::status::Shared;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory, Settings};
-use rc_pdsl::config::{self, Configuration, Values};
+use rc_pdsl::config::{self, Configuration, Live, Values};
 use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -219,6 +221,8 @@ fn live<C: Component>(
         .unwrap_or("info");
     log(level)?;
     let bindings = bindings(description, arguments, configuration)?;
+    let settings = settings(configuration, arguments);
+    warn_of_rules(description, &settings);
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)
         .map_err(|e| StartError::System(format!("the run directory cannot be made: {e}")))?;
@@ -232,7 +236,7 @@ fn live<C: Component>(
         instance: arguments.name.clone(),
         directory,
         interrupt,
-        settings: settings(configuration, arguments),
+        settings,
     };
     let management = Management::start(
         description,
@@ -243,6 +247,9 @@ fn live<C: Component>(
     )?;
     let ports = Ports::new(description, &environment, &bindings)?;
     management.addresses(ports.addresses());
+    if configured.parameters.is_some() {
+        ports.parameters(&management.parameters())?;
+    }
     let receivers = ports.receivers()?;
     let core = Core::new(&arguments.name, &arguments.network, shared.clone());
     let mut component = match start(core, &ports, &configuration.parameters) {
@@ -282,8 +289,31 @@ pub(crate) struct Configured {
     pub(crate) file: Option<PathBuf>,
 }
 
-/// Reads and checks the configuration.
+/// Reads and checks the configuration, and what the command line says of parameters in its place.
 fn configure(description: &Description, arguments: &Arguments) -> Result<Configured, StartError> {
+    let mut configured = read(description, arguments)?;
+    if arguments.parameters.is_empty() {
+        return Ok(configured);
+    }
+    let Some(model) = &configured.parameters else {
+        let message = format!("{} has no parameters, and -p names one", description.name);
+        return Err(StartError::Usage(message));
+    };
+    let live = Live::new(model.clone(), &configured.configuration.parameters);
+    let given = arguments.parameters.iter();
+    let given: Vec<(&str, serde_json::Value)> = given
+        .map(|(path, text)| (path.as_str(), live.spelled(path, text)))
+        .collect();
+    let given = given.iter().map(|(path, value)| (*path, value));
+    let accepted = live.check_start(given).map_err(|found| {
+        let (name, reason) = (description.name, Refusal::found(&found).message);
+        StartError::Configuration(format!("{name}: error: -p: {reason}\n"))
+    })?;
+    configured.configuration.parameters = accepted.values();
+    Ok(configured)
+}
+
+fn read(description: &Description, arguments: &Arguments) -> Result<Configured, StartError> {
     let parameters = match description
         .parameters
         .map(Parameters::from_json)
@@ -393,7 +423,28 @@ fn settings(configuration: &Configuration, arguments: &Arguments) -> Settings {
         }
     }
     settings.extend(&arguments.settings);
+    if !arguments.remap.is_empty() {
+        let mut rules = arguments.remap.clone();
+        rules.extend_from_slice(settings.values(ROS2, "remap"));
+        settings.set(ROS2, "remap", rules);
+    }
     settings
+}
+
+/// Tells of rules for names that concern nothing of this component. A network may have them for another one.
+fn warn_of_rules(description: &Description, settings: &Settings) {
+    let slots = description.slots.iter();
+    let slots = slots.map(|s| (s.name, s.operations.iter().map(|o| o.name).collect()));
+    let slots: Vec<(&str, Vec<&str>)> = slots.collect();
+    for (middleware, _) in description.backends {
+        for rule in settings.values(middleware, "remap") {
+            let from = rc_settings::ros::remapping(rule).map_or("", |(from, _)| from);
+            if let Some(hint) = rc_settings::ros::misses(from, &slots) {
+                let name = description.name;
+                tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
+            }
+        }
+    }
 }
 
 fn log(level: &str) -> Result<(), StartError> {

@@ -1,5 +1,7 @@
 //! What can be set of a middleware: one table for configurations, `.ddsl` files and command lines.
 
+pub mod ros;
+
 use rc_diagnostics::{duration_nanoseconds, duration_text, nearest};
 use std::ops::RangeInclusive;
 
@@ -29,6 +31,14 @@ pub enum Kind {
     Interfaces,
     /// Names or addresses of machines, each with a port where the usual one is not meant.
     Peers,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// The namespace of a node of ROS 2.
+    Namespace,
+    /// The name of a node of ROS 2, without its namespace.
+    Node,
+    /// Rules `FROM:=TO`, see [`ros::remapping`].
+    Remappings,
 }
 
 /// The longest time that can be set; what is longer is a slip of the pen.
@@ -68,11 +78,57 @@ const DDS: [Key; 5] = [
     },
 ];
 
+/// ROS 2 counts its ports as DDS does.
+const ROS2: [Key; 7] = [
+    Key {
+        name: "domain",
+        kind: Kind::Int(0..=232),
+        default: None,
+        doc: "Only who is in the same domain is seen; where it is not set, ROS_DOMAIN_ID says it, else it is 0.",
+    },
+    Key {
+        name: "interfaces",
+        kind: Kind::Interfaces,
+        default: None,
+        doc: "The network interfaces that are used; where none is set, the variables of ROS 2 say it, else all are.",
+    },
+    Key {
+        name: "lease",
+        kind: Kind::Time(100_000_000..=DAY),
+        default: Some("1s"),
+        doc: "After how long of silence another component counts as dead.",
+    },
+    Key {
+        name: "service_mapping",
+        kind: Kind::Word(&["enhanced", "cyclone"]),
+        default: Some("enhanced"),
+        doc: "How requests and replies are told apart, the same on both sides: enhanced as Fast DDS does, or cyclone as Cyclone DDS does.",
+    },
+    Key {
+        name: "namespace",
+        kind: Kind::Namespace,
+        default: None,
+        doc: "The namespace of the node; where it is not set, the network's name.",
+    },
+    Key {
+        name: "node",
+        kind: Kind::Node,
+        default: None,
+        doc: "The name of the node; where it is not set, that of the component in its network.",
+    },
+    Key {
+        name: "remap",
+        kind: Kind::Remappings,
+        default: None,
+        doc: "What slots, their operations, topics and services are called in ROS instead; the first rule that fits counts.",
+    },
+];
+
 /// Every middleware, with its keys.
 pub const MIDDLEWARES: [(&str, &[Key]); 4] = [
     ("iceoryx2", &[]),
     ("dds", &DDS),
-    ("ros2", &[]),
+    ("ros2", &ROS2),
     ("local", &[]),
 ];
 
@@ -131,7 +187,7 @@ pub enum Misfit {
 impl Kind {
     /// Whether a key takes any number of values.
     pub fn is_list(&self) -> bool {
-        matches!(self, Self::Interfaces | Self::Peers)
+        matches!(self, Self::Interfaces | Self::Peers | Self::Remappings)
     }
 
     /// What one value may be, for messages.
@@ -151,6 +207,19 @@ impl Kind {
             }
             Self::Peers => {
                 "the name or the address of a machine, such as \"robot.local\" or \"10.0.0.2:7410\""
+                    .to_owned()
+            }
+            Self::Word(words) => format!("one of {}", words.join(", ")),
+            Self::Namespace => {
+                "a namespace of ROS 2, such as \"/robot\": letters, digits and single `_`, no digit first, behind each `/`"
+                    .to_owned()
+            }
+            Self::Node => {
+                "the name of a node, such as \"lidar_front\": letters, digits and `_`, no digit first"
+                    .to_owned()
+            }
+            Self::Remappings => {
+                "a rule FROM:=TO, such as \"LaserPub/newScan:=/scan\": a slot, SLOT/operation or a name of ROS 2, and the name in its place"
                     .to_owned()
             }
         }
@@ -183,6 +252,22 @@ impl Kind {
             (Self::Peers, Value::Text(text)) => {
                 is_peer(text).then(|| text.to_owned()).ok_or(Misfit::Form)
             }
+            (Self::Word(words), Value::Text(text)) => {
+                let known = words.contains(&text);
+                known.then(|| text.to_owned()).ok_or(Misfit::Form)
+            }
+            (Self::Namespace, Value::Text(text)) => {
+                let fits = ros::is_namespace(text);
+                fits.then(|| text.to_owned()).ok_or(Misfit::Form)
+            }
+            (Self::Node, Value::Text(text)) => {
+                let fits = ros::is_node(text);
+                fits.then(|| text.to_owned()).ok_or(Misfit::Form)
+            }
+            (Self::Remappings, Value::Text(text)) => {
+                let rule = ros::remapping(text);
+                rule.map(|_| text.to_owned()).ok_or(Misfit::Form)
+            }
             _ => Err(Misfit::Type),
         }
     }
@@ -205,7 +290,12 @@ impl Kind {
                 "false" => Value::Bool(false),
                 _ => Value::Text(text),
             },
-            Self::Interfaces | Self::Peers => Value::Text(text),
+            Self::Interfaces
+            | Self::Peers
+            | Self::Word(_)
+            | Self::Namespace
+            | Self::Node
+            | Self::Remappings => Value::Text(text),
         };
         values
             .into_iter()
@@ -241,6 +331,23 @@ mod tests {
     fn texts(name: &str, text: &str) -> Result<Vec<String>, Misfit> {
         let key = key("dds", name).expect("a key");
         key.kind.accept_text(text)
+    }
+
+    #[test]
+    fn ros_has_names_and_words() {
+        let texts = |name: &str, text: &str| {
+            let key = key("ros2", name).expect("a key");
+            key.kind.accept_text(text)
+        };
+        let one = |text: &str| Ok(vec![text.to_owned()]);
+        assert_eq!(texts("service_mapping", "cyclone"), one("cyclone"));
+        assert_eq!(texts("service_mapping", "basic"), Err(Misfit::Form));
+        assert_eq!(texts("namespace", "/"), one("/"));
+        assert_eq!(texts("namespace", "robot"), Err(Misfit::Form));
+        assert_eq!(texts("node", "7"), Err(Misfit::Form));
+        let rules = texts("remap", "LaserPub:=/front, /tf:=tf");
+        assert_eq!(rules.map(|rules| rules.len()), Ok(2));
+        assert_eq!(texts("remap", "LaserPub=/front"), Err(Misfit::Form));
     }
 
     #[test]

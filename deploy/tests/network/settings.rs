@@ -57,6 +57,18 @@ fn what_a_configuration_leaves_open_comes_from_the_network() {
 }
 
 #[test]
+fn a_rule_for_a_name_that_is_not_there_is_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let config =
+        "[middleware.ros2.remap]\nLaser = \"/front\"\n\"/any\" = \"/other\"\nLasr = \"/front\"\n";
+    let (_, found) = load(folder.path(), NETWORK, config);
+    assert_eq!(
+        found,
+        "user.toml:1:1: error[unknown-slot]: `remap`: user has no `Lasr` (did you mean `Laser`?)\n"
+    );
+}
+
+#[test]
 fn ends_in_different_domains_are_found_whoever_chooses_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, found) = load(folder.path(), NETWORK, "[middleware.dds]\ndomain = 3\n");

@@ -65,16 +65,16 @@ fn read(
         let parts = environment.instance.split('.');
         parts.map(names::token).collect::<Vec<_>>().join("_")
     });
+    let node = names::node(&namespace, &own)?;
+    let rules = values("remap").iter();
+    let rules = rules.filter_map(|text| Rule::parse(text, &node)).collect();
     let lease = one("lease").and_then(|text| rc_network::milliseconds(&text));
     Ok(Config {
         domain,
         networks: networks(values("interfaces"), variable)?,
         mapping,
-        node: names::node(&namespace, &own)?,
-        rules: values("remap")
-            .iter()
-            .filter_map(|text| Rule::parse(text))
-            .collect(),
+        node,
+        rules,
         lease: lease.map_or(Duration::from_secs(1), Duration::from_millis),
     })
 }

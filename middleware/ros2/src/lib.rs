@@ -6,20 +6,26 @@ mod client;
 mod config;
 mod ear;
 mod names;
+mod parameters;
 mod presence;
 mod publisher;
 mod qos;
+mod rcl;
 mod server;
 mod session;
 mod subscriber;
 mod watcher;
 mod wire;
 
+use parameters::Services;
+use rc_middleware::parameters::ParameterService;
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
 };
 use session::Session;
+use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The name of this middleware in the languages and on command lines.
@@ -27,10 +33,16 @@ pub const NAME: &str = "ros2";
 
 /// Joins the network of `environment` as a node, by the settings of `[middleware.ros2]` and the variables of ROS 2.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
-    Ok(Box::new(Ros2(Rc::new(Session::open(environment)?))))
+    Ok(Box::new(Ros2 {
+        parameters: RefCell::default(),
+        session: Rc::new(Session::open(environment)?),
+    }))
 }
 
-struct Ros2(Rc<Session>);
+struct Ros2 {
+    parameters: RefCell<Option<Services>>,
+    session: Rc<Session>,
+}
 
 impl Backend for Ros2 {
     fn name(&self) -> &'static str {
@@ -38,26 +50,32 @@ impl Backend for Ros2 {
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        Ok(Box::new(publisher::open(&self.0, endpoint)?))
+        Ok(Box::new(publisher::open(&self.session, endpoint)?))
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
-        Ok(Box::new(subscriber::open(&self.0, endpoint)?))
+        Ok(Box::new(subscriber::open(&self.session, endpoint)?))
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        Ok(Box::new(client::open(&self.0, endpoint)?))
+        Ok(Box::new(client::open(&self.session, endpoint)?))
     }
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
-        Ok(Box::new(server::open(&self.0, endpoint)?))
+        Ok(Box::new(server::open(&self.session, endpoint)?))
+    }
+
+    fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
+        let services = Services::open(&self.session, service)?;
+        self.parameters.replace(Some(services));
+        Ok(())
     }
 
     fn mismatches(&self) -> Vec<String> {
-        self.0.mismatches()
+        self.session.mismatches()
     }
 
     fn linger(&self, limit: Duration) {
-        self.0.linger(limit);
+        self.session.linger(limit);
     }
 }

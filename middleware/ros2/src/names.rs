@@ -1,7 +1,8 @@
 //! What addresses and types are called in ROS 2, and below it in DDS.
 
 use rc_middleware::{Endpoint, Foreign, OpenError};
-use ros2_client::{MessageTypeName, Name, NodeName, ServiceTypeName};
+use rc_settings::ros;
+use ros2_client::{MessageTypeName, NodeName, ServiceTypeName};
 
 /// A name of ROS for an address and what is below it: `/` and its parts, with `_` for what ROS does not allow in one.
 ///
@@ -26,7 +27,7 @@ pub(crate) fn token(text: &str) -> String {
     token
 }
 
-/// `FROM:=TO` of ROS: a slot, `SLOT/operation` or a name of ROS, and the name of ROS that takes its place.
+/// `FROM:=TO` of ROS: a slot, `SLOT/operation` or a name in full, and the name in full that takes its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Rule {
     from: String,
@@ -34,13 +35,12 @@ pub(crate) struct Rule {
 }
 
 impl Rule {
-    /// Reads one; `None` where the part behind `:=` is no absolute name.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
-        let (from, to) = text.split_once(":=")?;
-        let is_name = Name::parse(to).is_ok_and(|name| name.is_absolute());
-        (is_name && !from.is_empty()).then(|| Self {
+    /// Reads a rule for a node; `None` where it is none.
+    pub(crate) fn parse(text: &str, node: &NodeName) -> Option<Self> {
+        let (from, to) = ros::remapping(text)?;
+        Some(Self {
             from: from.to_owned(),
-            to: to.to_owned(),
+            to: ros::full(to, node.namespace(), node.base_name()),
         })
     }
 
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(of("t0-7/2d__lidar/a.b"), "/t0_7/n2d_lidar/a_b");
         assert_eq!(of("a/_b"), "/a/n_b");
         for name in ["/patrol/lidar/Laser", "/t0_7/n2d_lidar/a_b", "/a/n_b"] {
-            assert!(Name::parse(name).expect("a name").is_absolute());
+            assert!(name.starts_with('/') && ros::is_name(name));
         }
     }
 
@@ -195,17 +195,17 @@ mod tests {
     #[test]
     fn names_can_be_others() {
         let end = endpoint("default/LaserPub/newScan", "sensor_msgs/msg/LaserScan");
+        let node = node("/robot", "lidar").expect("a node");
         let with = |rule: &str| {
-            let rule = Rule::parse(rule).expect("a rule");
+            let rule = Rule::parse(rule, &node).expect("a rule");
             topic(&end, &[rule]).expect("a topic").name
         };
         assert_eq!(with("Laser1/getLaserData:=/scan"), "/scan");
         assert_eq!(with("Laser1:=/front"), "/front/getLaserData");
-        assert_eq!(with("/default/LaserPub/newScan:=/scan"), "/scan");
+        assert_eq!(with("/default/LaserPub/newScan:=scan"), "/robot/scan");
+        assert_eq!(with("Laser1/getLaserData:=~/scan"), "/robot/lidar/scan");
         assert_eq!(with("Laser:=/scan"), "/default/LaserPub/newScan");
-        for wrong in ["a", ":=/b", "a:=b", "a:=/b c", "a:=/"] {
-            assert_eq!(Rule::parse(wrong), None, "{wrong}");
-        }
+        assert_eq!(Rule::parse("a:=/b c", &node), None);
         let wrong = endpoint("default/LaserPub/newScan", "LaserScan");
         assert!(topic(&wrong, &[]).is_err());
     }

@@ -371,7 +371,7 @@ impl Port {
         Ok(())
     }
 
-    fn writer(&self) -> Option<&Arc<Writer>> {
+    pub(crate) fn writer(&self) -> Option<&Arc<Writer>> {
         match &self.entity {
             Some(Entity::Writer(writer)) => Some(writer),
             _ => None,
@@ -391,22 +391,7 @@ impl Port {
             return Err(Unsent::Failed("this end does not send".to_owned()));
         };
         let length = body.len();
-        let related = related.map(|(writer, number)| SampleIdentity {
-            writer_guid: GUID::from_bytes(writer),
-            sequence_number: SequenceNumber::new(number),
-        });
-        let mut options = WriteOptionsBuilder::new()
-            .source_timestamp(wire::timestamp(stamp))
-            .related_sample_identity_opt(related);
-        if let Some(to) = to {
-            options = options.to_single_reader(GUID::from_bytes(to));
-        }
-        let sent = writer.write_with_options(body, options.build());
-        let sent = match sent {
-            Ok(identity) => Ok(i64::from(identity.sequence_number)),
-            Err(WriteError::WouldBlock { .. }) => Err(Unsent::Full),
-            Err(error) => Err(Unsent::Failed(error.forget_data().to_string())),
-        };
+        let sent = write(writer, body, stamp, related, to);
         self.unconfirmed += length;
         if self.unconfirmed > MOST_UNCONFIRMED {
             if self.is_confirmed(Duration::ZERO) {
@@ -462,6 +447,31 @@ impl Drop for Port {
     fn drop(&mut self) {
         self.leave();
         self.session.shared.changed();
+    }
+}
+
+/// Sends a body with a writer, see [`Port::send`].
+pub(crate) fn write(
+    writer: &Writer,
+    body: Body,
+    stamp: i64,
+    related: Option<(Guid, i64)>,
+    to: Option<Guid>,
+) -> Result<i64, Unsent> {
+    let related = related.map(|(writer, number)| SampleIdentity {
+        writer_guid: GUID::from_bytes(writer),
+        sequence_number: SequenceNumber::new(number),
+    });
+    let mut options = WriteOptionsBuilder::new()
+        .source_timestamp(wire::timestamp(stamp))
+        .related_sample_identity_opt(related);
+    if let Some(to) = to {
+        options = options.to_single_reader(GUID::from_bytes(to));
+    }
+    match writer.write_with_options(body, options.build()) {
+        Ok(identity) => Ok(i64::from(identity.sequence_number)),
+        Err(WriteError::WouldBlock { .. }) => Err(Unsent::Full),
+        Err(error) => Err(Unsent::Failed(error.forget_data().to_string())),
     }
 }
 

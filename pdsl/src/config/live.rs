@@ -6,7 +6,7 @@ use super::parameters::Reader;
 use super::path::{Target, resolve};
 use super::rules;
 use super::values::{SECRET, Values};
-use crate::model::{Kind, Parameter, Parameters, Type, Value};
+use crate::model::{Kind, Parameter, Parameters, Range, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
@@ -100,6 +100,12 @@ pub struct ParameterStatus {
     /// Its documentation, line by line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doc: Vec<String>,
+    /// Its type, and whether it is an array of that; known in the component itself.
+    #[serde(skip)]
+    pub ty: Option<(Type, bool)>,
+    /// Its range; known in the component itself.
+    #[serde(skip)]
+    pub range: Option<Range>,
 }
 
 impl ParameterStatus {
@@ -167,10 +173,38 @@ impl Live {
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
     ) -> Result<Accepted, Diagnostics> {
+        self.checked(changes, false)
+    }
+
+    /// As [`Live::check`], for a component that has not started yet: every parameter may be another one, at once.
+    pub fn check_start<'c>(
+        &self,
+        changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
+    ) -> Result<Accepted, Diagnostics> {
+        self.checked(changes, true)
+    }
+
+    /// What somebody means who writes `text` for a parameter on a command line, where texts need no quotes.
+    pub fn spelled(&self, path: &str, text: &str) -> Json {
+        let json = serde_json::from_str(text);
+        let status = self.list(&[path]);
+        let is_text = status.is_ok_and(|status| status.iter().all(ParameterStatus::is_text));
+        match json {
+            Ok(Json::String(quoted)) => Json::String(quoted),
+            Ok(value) if !is_text => value,
+            _ => Json::from(text),
+        }
+    }
+
+    fn checked<'c>(
+        &self,
+        changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
+        starts: bool,
+    ) -> Result<Accepted, Diagnostics> {
         let mut found = Diagnostics::new();
         let mut wanted: Vec<(Target<'_>, Option<Value>)> = Vec::new();
         for (path, value) in changes {
-            match self.wanted(path, value, &mut found) {
+            match self.wanted(path, value, starts, &mut found) {
                 Some((target, _)) if wanted.iter().any(|(other, _)| other.meets(&target)) => {
                     let message = format!("`{}` is changed twice", target.path);
                     let diagnostic =
@@ -197,7 +231,7 @@ impl Live {
                 }
                 continue;
             };
-            let restart = target.parameter.restart;
+            let restart = target.parameter.restart && !starts;
             let (old, list) = if restart {
                 (target.value(&self.next), &mut accepted.pending)
             } else {
@@ -240,6 +274,7 @@ impl Live {
         &'m self,
         path: &str,
         value: &Json,
+        starts: bool,
         found: &mut Diagnostics,
     ) -> Option<(Target<'m>, Option<Value>)> {
         let place = nowhere();
@@ -264,7 +299,7 @@ impl Live {
             });
             return None;
         };
-        if !parameter.editable && !parameter.restart {
+        if !parameter.editable && !parameter.restart && !starts {
             let message = format!("`{path}` is fixed when the component starts");
             let diagnostic = Diagnostic::error("fixed-parameter", place.start(), message);
             found.push(diagnostic.help(format!(
@@ -407,6 +442,11 @@ fn status(
         restart: parameter.restart,
         secret: parameter.secret,
         doc: parameter.doc.clone(),
+        ty: match &parameter.kind {
+            Kind::Scalar { ty, array } => Some((*ty, array.is_some())),
+            Kind::Group(_) | Kind::List { .. } => None,
+        },
+        range: parameter.range.clone(),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Checker, document};
 use crate::model::Value as Given;
 use rc_diagnostics::{Diagnostic, Span};
-use rc_settings::{Key, MIDDLEWARES, Misfit, Value, instead, key, keys};
+use rc_settings::{Key, Kind, MIDDLEWARES, Misfit, Value, instead, key, keys};
 use std::collections::BTreeMap;
 use toml_edit::{Item, TableLike};
 
@@ -71,6 +71,9 @@ impl Checker {
     }
 
     fn list(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<Vec<String>> {
+        if let (Kind::Remappings, Some(table)) = (&key.kind, item.as_table_like()) {
+            return self.rules(key, table, path, place);
+        }
         let Some(array) = item.as_array() else {
             let allowed = format!("an array, each element {}", key.kind.allowed());
             self.refuse("wrong-type", item, path, place, &allowed);
@@ -85,6 +88,30 @@ impl Checker {
             })
             .collect();
         values.into_iter().collect()
+    }
+
+    /// The rules of a table, where each key is what has another name in its value.
+    fn rules(
+        &mut self,
+        key: &Key,
+        table: &dyn TableLike,
+        path: &str,
+        place: Span,
+    ) -> Option<Vec<String>> {
+        let rules: Vec<Option<String>> = table
+            .iter()
+            .map(|(from, item)| {
+                let path = format!("{path}.\"{from}\"");
+                let place = self.place.of(item.span(), place);
+                let Some(to) = item.as_str() else {
+                    self.refuse("wrong-type", item, &path, place, "the name in its place");
+                    return None;
+                };
+                let rule = Item::from(format!("{from}:={to}"));
+                self.single(key, &rule, &path, place)
+            })
+            .collect();
+        rules.into_iter().collect()
     }
 
     fn single(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<String> {

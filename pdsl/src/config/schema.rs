@@ -14,6 +14,10 @@ use std::time::Duration;
 const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
 /// The address of a slot: names that are joined by `/`.
 const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";
+/// A namespace of ROS 2, the name of a node, and a rule that gives another name.
+const NAMESPACE: &str = "^/([A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*)?$";
+const NODE: &str = "^[A-Za-z_][A-Za-z0-9_]*$";
+const REMAPPING: &str = "^[A-Za-z0-9_/~]+:=[A-Za-z0-9_/~]+$";
 
 /// A slot of the component: its name, and what it is, for people.
 pub struct Slot<'a> {
@@ -121,9 +125,17 @@ fn setting(key: &Key) -> Json {
         Takes::Interfaces | Takes::Peers => {
             json!({ "type": "array", "items": { "type": "string" } })
         }
+        Takes::Word(words) => json!({ "enum": words }),
+        Takes::Namespace => json!({ "type": "string", "pattern": NAMESPACE }),
+        Takes::Node => json!({ "type": "string", "pattern": NODE }),
+        Takes::Remappings => json!({ "anyOf": [
+            { "type": "array", "items": { "type": "string", "pattern": REMAPPING } },
+            { "type": "object", "additionalProperties": { "type": "string" } },
+        ] }),
     };
     let default = match &key.kind {
         Takes::Int(_) | Takes::Bool => key.default.and_then(|text| serde_json::from_str(text).ok()),
+        Takes::Word(_) => key.default.map(Json::from),
         _ => None,
     };
     if let Some(default) = default {

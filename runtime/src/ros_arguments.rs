@@ -1,0 +1,123 @@
+//! The command line of ROS 2: `--ros-args -r FROM:=TO -p NAME:=VALUE --log-level LEVEL … --`.
+
+use crate::arguments::Arguments;
+use crate::component::Description;
+use std::ffi::OsString;
+
+/// The middleware that it belongs to.
+pub(crate) const ROS2: &str = "ros2";
+
+/// Parts the command line into what is between `--ros-args` and the next `--` or the end, and the rest.
+pub(crate) fn split(
+    args: impl IntoIterator<Item = OsString>,
+) -> (Vec<OsString>, Option<Vec<OsString>>) {
+    let (mut own, mut ros, mut inside) = (Vec::new(), None, false);
+    for arg in args {
+        match arg.to_str() {
+            Some("--ros-args") => {
+                inside = true;
+                ros.get_or_insert_with(Vec::new);
+            }
+            Some("--") if inside => inside = false,
+            _ if inside => ros.get_or_insert_with(Vec::new).push(arg),
+            _ => own.push(arg),
+        }
+    }
+    (own, ros)
+}
+
+/// Takes what ROS 2 says into `out`; an error says what is allowed.
+pub(crate) fn read(
+    description: &Description,
+    args: Vec<OsString>,
+    out: &mut Arguments,
+) -> Result<(), String> {
+    if !description.backends.iter().any(|(name, _)| *name == ROS2) {
+        return Err(format!(
+            "--ros-args is for components that use ros2, and {} does not; generate it with --middleware ros2, or see --help",
+            description.name
+        ));
+    }
+    let mut args = args.into_iter().map(|arg| {
+        let wrong = |arg: OsString| format!("--ros-args: `{}` is not UTF-8", arg.to_string_lossy());
+        arg.into_string().map_err(wrong)
+    });
+    while let Some(option) = args.next() {
+        let option = option?;
+        let mut value = || {
+            let missing = || Err(format!("--ros-args: {option} takes a value"));
+            args.next().unwrap_or_else(missing)
+        };
+        match option.as_str() {
+            "-r" | "--remap" => remap(&value()?, out)?,
+            "-p" | "--param" => out.parameters.push(parameter(&value()?)?),
+            "--log-level" => out.log = Some(level(&value()?)?.to_owned()),
+            "--params-file" => {
+                return Err(format!(
+                    "--ros-args: the parameters of {} are in its own configuration; write them there and name it with --config FILE, or give single ones with -p NAME:=VALUE",
+                    description.name
+                ));
+            }
+            "-e" | "--enclave" => {
+                return Err(
+                    "--ros-args: there is no security here, so an enclave would protect nothing"
+                        .to_owned(),
+                );
+            }
+            other => {
+                return Err(format!(
+                    "--ros-args: `{other}` is not known here; there are -r FROM:=TO, -p NAME:=VALUE and --log-level LEVEL"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn remap(rule: &str, out: &mut Arguments) -> Result<(), String> {
+    let key = match rule.split_once(":=") {
+        Some(("__node" | "__name", name)) => Some(("node", name)),
+        Some(("__ns", name)) => Some(("namespace", name)),
+        _ => None,
+    };
+    let (key, value) = key.unwrap_or(("remap", rule));
+    let Some(known) = rc_settings::key(ROS2, key) else {
+        return Err(format!("--ros-args: `{key}` cannot be set of {ROS2}"));
+    };
+    let accepted = known.kind.accept(rc_settings::Value::Text(value));
+    let accepted = accepted.map_err(|_| {
+        let allowed = known.kind.allowed();
+        format!("--ros-args: -r `{rule}` is refused; behind -r, or its `:=`, is {allowed}")
+    })?;
+    if key == "remap" {
+        out.remap.push(accepted);
+    } else {
+        out.settings.set(ROS2, key, vec![accepted]);
+    }
+    Ok(())
+}
+
+fn parameter(text: &str) -> Result<(String, String), String> {
+    match text.split_once(":=") {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err(format!(
+            "--ros-args: -p takes NAME:=VALUE, as in `-p motors[0].max:=1.5`, not `{text}`"
+        )),
+    }
+}
+
+/// The level in our words.
+fn level(text: &str) -> Result<&'static str, String> {
+    Ok(match text.to_ascii_lowercase().as_str() {
+        "debug" => "debug",
+        "info" => "info",
+        "warn" => "warn",
+        // Nothing is more than an error here.
+        "error" | "fatal" => "error",
+        _ => {
+            return Err(format!(
+                "--ros-args: `{text}` is not a log level; there are debug, info, warn, error and fatal"
+            ));
+        }
+    })
+}
