@@ -21,7 +21,7 @@ use soak::Middleware;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 12] = [
+const COMPONENTS: [&str; 13] = [
     "simulator",
     "avoider",
     "pose_monitor",
@@ -34,6 +34,7 @@ const COMPONENTS: [&str; 12] = [
     "motor_bus",
     "joint_controller",
     "herald",
+    "envoy",
 ];
 
 fn main() -> ExitCode {
