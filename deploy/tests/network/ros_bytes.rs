@@ -49,7 +49,7 @@ fn bytes_that_are_none_change_nothing_in_ros() {
         replies: topic("rr Envoy/noteReply", "srv::dds_::EnvoyNote_Response"),
         answers: topic("rr Oracle/askReply", "srv::dds_::OracleAsk_Response"),
         report: report(1),
-        request: note(1, "never"),
+        request: note(1, "nothing"),
         at_once: 100,
         flat: 2 << 20,
     };

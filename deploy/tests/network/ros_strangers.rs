@@ -218,27 +218,29 @@ fn a_call_in_ros_ends_with_its_server() {
         return;
     };
     let domain = domain("ros_died", 8);
-    let oracle = domain.stranger(python, "oracle.py", &[]);
+    let mut envoy = domain.start(&[CYCLONE]);
+    let mut oracle = domain.stranger(python, "oracle.py", &[]);
     oracle.says("ready");
-    let attempt = |envoy: &mut Running, client: &mut Envoy| {
+    let mut attempt = |envoy: &mut Running, client: &mut Envoy| {
         Site::until("the envoy finds the oracle", || {
             domain.slot("Oracle")["peers"] == 1
         });
+        let oracle = &mut oracle;
         std::thread::scope(|scope| {
-            let answer = scope.spawn(|| client.consult("hold"));
-            oracle.says("asked hold");
-            let killed = Instant::now();
-            envoy.kill();
-            let answer = answer.join().expect("an answer");
+            let killer = scope.spawn(move || {
+                oracle.says("asked hold");
+                envoy.kill();
+                Instant::now()
+            });
+            let answer = client.consult("hold");
+            let took = killer.join().expect("it was asked").elapsed();
             assert!(
                 matches!(answer, Err(CallError::ServerDied(_))),
                 "{answer:?}"
             );
-            let took = killed.elapsed();
             assert!(took < PATIENCE / 2, "{took:?}");
         });
     };
-    let mut envoy = domain.start(&[CYCLONE]);
     let mut client = Envoy::meet_with(&domain, "asker", "cyclone");
     attempt(&mut envoy, &mut client);
     // The same client finds who comes next, and the one after that.
