@@ -37,6 +37,8 @@ pub(crate) struct Target {
     pub(crate) request: Vec<u8>,
     /// So many samples are under way at most: fewer than a component keeps, so that it has to count each.
     pub(crate) at_once: usize,
+    /// So often half of all is sent before it is looked how much memory there is.
+    pub(crate) warm_up: usize,
     /// What the allocator and the library may keep.
     pub(crate) flat: u64,
 }
@@ -249,7 +251,12 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
     let answers = attacker.writer(&target.answers);
     let (report, note) = (&target.report, &target.request);
     // `sent` samples to a slot, each of which is counted as an error.
-    let mut flood = |writer: &Writer, slot: &str, sent: usize, right: &[u8], other: &[u8]| {
+    let flood = |random: &mut Random,
+                 writer: &Writer,
+                 slot: &str,
+                 sent: usize,
+                 right: &[u8],
+                 other: &[u8]| {
         let counted = || domain.slot(slot)["handlers"]["errors"].as_u64();
         let before = counted().expect("a number");
         for from in (0..sent).step_by(target.at_once) {
@@ -260,18 +267,20 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
             Site::until("each is counted", || counted() == Some(all));
         }
     };
-    let mut all = |part: usize| {
-        flood(&reports, "Reports", REPORTS / part, report, note);
-        flood(&requests, target.slot, REQUESTS / part, note, report);
+    let mut half = || {
+        flood(random, &reports, "Reports", REPORTS / 2, report, note);
+        flood(random, &requests, target.slot, REQUESTS / 2, note, report);
+        for _ in 0..REPLIES / 2 {
+            send(&answers, &random.sample(note, report));
+        }
+        arrived(&answers);
     };
-    // Half of it first, for what is reserved once.
-    all(2);
-    let before = memory(component.pid());
-    all(2);
-    for _ in 0..REPLIES {
-        send(&answers, &random.sample(note, report));
+    // For what is reserved once.
+    for _ in 0..target.warm_up {
+        half();
     }
-    arrived(&answers);
+    let before = memory(component.pid());
+    half();
     for slot in ["Reports", target.slot, "Orders"] {
         let slot = domain.slot(slot);
         assert_eq!(slot["lost"], 0, "an error is not a loss as well: {slot}");

@@ -48,6 +48,7 @@ fn bytes_that_are_none_change_nothing() {
         report: report(1),
         request: note(1, "never"),
         at_once: 200,
+        warm_up: 1,
         flat: 2 << 20,
     };
     change_nothing(&domain, &[], &target);
