@@ -289,7 +289,10 @@ fn names_of_ros() {
     assert_eq!(set["service_mapping"].values, ["cyclone"]);
     let rules = ["LaserPub/newScan:=/scan", "Base:=~/base"];
     assert_eq!(set["remap"].values, rules);
-    let list = format!("[middleware.ros2]\nremap = [\"{}\", \"{}\"]\n", rules[0], rules[1]);
+    let list = format!(
+        "[middleware.ros2]\nremap = [\"{}\", \"{}\"]\n",
+        rules[0], rules[1]
+    );
     let (configuration, _, rendered) = read(&list, None);
     assert_eq!(rendered, "");
     assert_eq!(configuration.middleware["ros2"]["remap"].values, rules);
