@@ -101,7 +101,7 @@ pub struct Dependency {
     pub requirement: String,
 }
 
-/// The backends that this version generates for.
+/// The backends that components are generated for.
 pub const BACKENDS: [Backend; 4] = [
     Backend::Iceoryx2,
     Backend::Dds,
@@ -255,14 +255,7 @@ fn backends(project: &Project, middleware: Backend, found: &mut Diagnostics) -> 
     let component = &project.component;
     for slot in &component.slots {
         let backend = slot.backend.unwrap_or(middleware);
-        if !BACKENDS.contains(&backend) {
-            let message = format!(
-                "nothing is generated for {} yet; slot `{}` wants it",
-                backend.word(),
-                slot.name
-            );
-            found.push(Diagnostic::error("no-backend-yet", slot.span, message));
-        } else if !used.contains(&backend) {
+        if !used.contains(&backend) {
             used.push(backend);
         }
     }

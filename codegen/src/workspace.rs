@@ -53,6 +53,7 @@ pub fn init(framework: &Framework) -> Files {
         ("rc-runtime", "runtime"),
         ("rc-iceoryx2", "middleware/iceoryx2"),
         ("rc-dds", "middleware/dds"),
+        ("rc-ros2", "middleware/ros2"),
         ("rc-local", "middleware/local"),
     ];
     let dependencies: String = crates

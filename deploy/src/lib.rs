@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! network → plan → up → supervise (a loop over units) → events → report
-//!          ├─ control   what status and down talk to
+//!          ├─ control   what status, down, start … talk to
 //!          └─ guard     a second process, which cleans up when the first one is gone
 //! ```
 //!
@@ -15,6 +15,8 @@
 //! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
 //! - [`export`](mod@export): the same for engines of another kind.
+//! - [`terminal`]: a live view, a client of the sockets of the supervisor and of the components.
+//! - [`commands`]: components and groups that are stopped and started while all else runs on.
 //! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
@@ -22,15 +24,19 @@
 
 mod addresses;
 pub mod client;
+pub mod commands;
 mod configuration;
 mod control;
 pub mod detach;
 pub mod error;
 pub mod events;
 pub mod export;
+mod follower;
 pub mod graph;
+mod growth;
 pub mod guard;
 pub mod held;
+mod journal;
 mod lines;
 mod link;
 mod lock;
@@ -45,16 +51,21 @@ mod realtime;
 mod relay;
 pub mod report;
 mod restart;
+mod restore;
+mod rotate;
 pub mod services;
 mod signals;
 pub mod status;
 mod supervise;
+pub mod terminal;
 mod unit;
 mod unsupported;
 pub mod up;
 mod variant;
+mod watch;
 
 pub use client::{down, status};
+pub use commands::{Carried, Verb};
 pub use detach::detach;
 pub use error::Error;
 pub use events::{Event, Severity};
@@ -62,5 +73,5 @@ pub use guard::{GuardCommand, guard};
 pub use held::recover;
 pub use plan::{Component, Plan, Policy, Restart};
 pub use report::Format;
-pub use status::{ComponentStatus, State, Status};
+pub use status::{ComponentStatus, State, Status, Trouble};
 pub use up::{Options, Outcome, up};

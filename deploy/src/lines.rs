@@ -29,14 +29,21 @@ pub(crate) struct Lines {
     pending: Vec<u8>,
     skipping: bool,
     overlong: Overlong,
+    limit: usize,
 }
 
 impl Lines {
     pub(crate) fn new(overlong: Overlong) -> Self {
+        Self::up_to(LIMIT, overlong)
+    }
+
+    /// Lines of at most `limit` bytes.
+    pub(crate) fn up_to(limit: usize, overlong: Overlong) -> Self {
         Self {
             pending: Vec::new(),
             skipping: false,
             overlong,
+            limit,
         }
     }
 
@@ -70,14 +77,14 @@ impl Lines {
         if self.skipping {
             return;
         }
-        while self.pending.len() + text.len() > LIMIT {
+        while self.pending.len() + text.len() > self.limit {
             if self.overlong == Overlong::Skip {
                 self.pending.clear();
                 self.skipping = true;
                 lines.push(Line::TooLong);
                 return;
             }
-            let (now, later) = text.split_at(LIMIT - self.pending.len());
+            let (now, later) = text.split_at(self.limit - self.pending.len());
             self.pending.extend_from_slice(now);
             lines.push(self.take());
             text = later;

@@ -1,4 +1,4 @@
-//! The parameters of a running component, for `rcdeploy params`. The component itself is asked, so that it does not matter
+//! The parameters of a running component, for `rcdeploy params`, and its emergency. The component itself is asked, so that it does not matter
 //! who has started it.
 
 use crate::client::Connection;
@@ -128,6 +128,12 @@ pub fn save(network: &str, name: &str) -> Result<Saved, Error> {
     ask(network, name, "parameters_save", &json!({}))
 }
 
+/// Has a component enter its emergency, or leave it.
+pub fn emergency(network: &str, name: &str, active: bool) -> Result<(), Error> {
+    let active = json!({ "active": active });
+    ask::<Value>(network, name, "emergency", &active).map(drop)
+}
+
 fn ask<T: DeserializeOwned>(
     network: &str,
     name: &str,
@@ -164,7 +170,7 @@ fn ask<T: DeserializeOwned>(
 }
 
 /// What an error says, each finding of the checker on a line of its own.
-fn reason(error: &Value) -> Option<String> {
+pub(crate) fn reason(error: &Value) -> Option<String> {
     let Some(findings) = error["data"]["findings"].as_array() else {
         return error["message"].as_str().map(str::to_owned);
     };

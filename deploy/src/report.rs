@@ -5,12 +5,14 @@
 //! the end, and counted.
 
 use crate::events::{Event, Severity};
-use std::cell::Cell;
+use crate::journal::Journal;
+use std::cell::{Cell, Ref, RefCell};
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
@@ -18,6 +20,8 @@ use std::time::Duration;
 const ROOM: usize = 1024;
 /// How many before events are left out.
 const EVENTS: usize = 64 * 1024;
+/// How many lines are kept while the streams are covered.
+const COVERED: usize = 1000;
 /// How long the end of the program waits for them.
 const FLUSH_LIMIT: Duration = Duration::from_secs(1);
 
@@ -55,6 +59,8 @@ pub(crate) struct Reporter {
     output: Output,
     width: usize,
     dropped: Cell<u64>,
+    journal: RefCell<Journal>,
+    covered: Arc<AtomicBool>,
 }
 
 impl Reporter {
@@ -65,9 +71,11 @@ impl Reporter {
         let (sender, receiver) = mpsc::channel();
         let waiting = Arc::new(AtomicUsize::new(0));
         let counter = Arc::clone(&waiting);
+        let covered = Arc::new(AtomicBool::new(false));
+        let hidden = Arc::clone(&covered);
         std::thread::Builder::new()
             .name("report".to_owned())
-            .spawn(move || write(&receiver, &counter, &out, &err))?;
+            .spawn(move || write(&receiver, &counter, &hidden, &out, &err))?;
         Ok(Self {
             sender,
             waiting,
@@ -75,6 +83,8 @@ impl Reporter {
             output,
             width,
             dropped: Cell::new(0),
+            journal: RefCell::default(),
+            covered,
         })
     }
 
@@ -84,10 +94,26 @@ impl Reporter {
         reason = "an event is reported once, at the place where it is made"
     )]
     pub(crate) fn event(&self, event: Event) {
+        self.journal.borrow_mut().add(&event);
+        let usual = event.severity == Severity::Info && event.component.is_some();
+        if usual && self.covered.load(Ordering::Relaxed) {
+            return;
+        }
         match self.format {
             Format::Human => self.send(Record::Err(format!("{event}\n"))),
             Format::Json => self.json(&event),
         }
+    }
+
+    /// The last events.
+    pub(crate) fn journal(&self) -> Ref<'_, Journal> {
+        self.journal.borrow()
+    }
+
+    /// Set while something else covers the streams, as a full-screen view does. What is not as expected, and what
+    /// concerns the network as a whole, is written afterwards.
+    pub(crate) fn covered(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.covered)
     }
 
     /// Writes a line that a component printed.
@@ -140,10 +166,29 @@ impl Reporter {
     }
 }
 
-fn write(records: &Receiver<Record>, waiting: &AtomicUsize, mut out: &File, mut err: &File) {
+fn write(
+    records: &Receiver<Record>,
+    waiting: &AtomicUsize,
+    covered: &AtomicBool,
+    mut out: &File,
+    mut err: &File,
+) {
+    let mut kept = VecDeque::new();
     // Whoever closed these streams does not want to read them.
     for record in records {
+        let covered = covered.load(Ordering::Relaxed);
+        if !covered {
+            for text in kept.drain(..) {
+                let _: io::Result<()> = err.write_all(String::as_bytes(&text));
+            }
+        }
         match record {
+            Record::Out(text) | Record::Err(text) if covered => {
+                kept.push_back(text);
+                if kept.len() > COVERED {
+                    kept.pop_front();
+                }
+            }
             Record::Out(text) => drop(out.write_all(text.as_bytes())),
             Record::Err(text) => drop(err.write_all(text.as_bytes())),
             Record::Flush(done) => drop(done.send(())),

@@ -10,11 +10,13 @@ use crate::process::{self, Identity, KILL_LIMIT, MARK, Mark, kill_group};
 use crate::realtime;
 use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
+use crate::restore::Changes;
 use crate::status::{ComponentStatus, State};
+use crate::watch::{self, Watch};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
-use std::io;
+use std::io::{self, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -40,9 +42,19 @@ pub(crate) struct Unit {
     /// When it was last heard of, or became ready.
     heard: Instant,
     garbage: bool,
+    /// What goes wrong in this run.
+    watch: Watch,
     restarts: Restarts,
     /// When it may be started again.
     due: Option<Instant>,
+    /// A command has stopped it: it stays so until it is released.
+    stopped: bool,
+    /// A command has started it: its failures are no longer those of the network's start.
+    released: bool,
+    /// What was changed in it and not saved.
+    changes: Changes,
+    /// What of that its present run could not be told.
+    unkept: Option<String>,
 }
 
 #[derive(Debug)]
@@ -82,6 +94,8 @@ pub(crate) struct End {
     pub(crate) text: String,
     /// How long it ran.
     pub(crate) ran: Duration,
+    /// It did not end, and is given up.
+    lost: bool,
 }
 
 /// What the passing of time did to a component.
@@ -99,6 +113,10 @@ impl Unit {
         Self {
             restarts: Restarts::new(component.restart),
             due: None,
+            stopped: false,
+            released: false,
+            changes: Changes::default(),
+            unkept: None,
             component,
             log,
             phase: Phase::Waiting,
@@ -108,6 +126,7 @@ impl Unit {
             hung: false,
             heard: Instant::now(),
             garbage: false,
+            watch: Watch::default(),
         }
     }
 
@@ -121,19 +140,66 @@ impl Unit {
 
     /// Whether it may be started as far as its own clock says.
     pub(crate) fn is_due(&self) -> bool {
-        self.is_waiting() && self.due.is_none()
+        self.is_waiting() && self.due.is_none() && !self.stopped
     }
 
-    /// Whether it has run before.
+    /// Whether it has run before, or was started by a command.
     pub(crate) fn is_restarted(&self) -> bool {
-        self.restarts.count() > 0
+        self.restarts.count() > 0 || self.released
+    }
+
+    /// Whether a command has stopped it, or is about to.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// Whether those that need it may start: it is ready, or will not be by itself.
+    pub(crate) fn lets_others_start(&self) -> bool {
+        self.ready || self.stopped || matches!(self.phase, Phase::Ended(_))
+    }
+
+    /// Whether it did not even end by SIGKILL.
+    pub(crate) fn is_lost(&self) -> bool {
+        matches!(&self.phase, Phase::Ended(end) if end.lost)
+    }
+
+    /// How it ended.
+    pub(crate) fn end_text(&self) -> Option<&str> {
+        match &self.phase {
+            Phase::Ended(end) => Some(&end.text),
+            _ => None,
+        }
+    }
+
+    /// Ends it, or keeps it from being started, until it is released.
+    pub(crate) fn hold(&mut self) {
+        self.stopped = true;
+        self.due = None;
+        self.ask_to_stop();
+    }
+
+    /// Its next run begins with what its configuration says.
+    pub(crate) fn forget_changes(&mut self) {
+        self.changes = Changes::default();
+    }
+
+    /// What does not run is started as if for the first time, but on its own account.
+    pub(crate) fn release(&mut self) {
+        self.stopped = false;
+        if !self.is_alive() {
+            self.phase = Phase::Waiting;
+            self.ready = false;
+            self.due = None;
+            self.released = true;
+            self.restarts.begin_anew();
+        }
     }
 
     pub(crate) fn is_alive(&self) -> bool {
         matches!(self.phase, Phase::Alive(_))
     }
 
-    /// Whether those that need it may start.
+    /// Whether it has reported ready since its last start.
     pub(crate) fn is_ready(&self) -> bool {
         self.ready
     }
@@ -186,6 +252,11 @@ impl Unit {
             UnixStream::pair().map_err(|e| refused("make its link".to_owned(), e))?;
         link.set_nonblocking(true)
             .map_err(|e| refused("set up its link".to_owned(), e))?;
+        if let Some(line) = self.changes.line() {
+            (&link)
+                .write_all(line.as_bytes())
+                .map_err(|e| refused("hand over its changed parameters".to_owned(), e))?;
+        }
         // A wrong folder and a wrong program are the same error to the system.
         if !component.directory.is_dir() {
             return Err(format!(
@@ -226,8 +297,10 @@ impl Unit {
         self.heard = now;
         self.reported = None;
         self.lost.clear();
+        self.unkept = self.changes.lost();
         self.hung = false;
         self.garbage = false;
+        self.watch = Watch::default();
         self.phase = Phase::Alive(Running {
             child,
             pid,
@@ -298,11 +371,34 @@ impl Unit {
                     let seconds = running.started.elapsed().as_secs_f64();
                     let text = format!("ready after {seconds:.2} s");
                     self.event(report, Severity::Info, "ready", text);
+                    if let Some(text) = self.unkept.take() {
+                        self.event(report, Severity::Warning, "not-restored", text);
+                    }
                 }
             }
-            Message::Heartbeat { age, lost } => {
+            Message::Parameters { changed, unkept } => {
+                self.changes = Changes::new(changed, unkept);
+            }
+            Message::Restored(Ok(())) => {
+                let text = self.changes.restored();
+                self.event(report, Severity::Info, "restored", text);
+            }
+            Message::Restored(Err(why)) => {
+                let text = format!(
+                    "runs with its configuration; changed parameters were not restored: {why}"
+                );
+                self.event(report, Severity::Warning, "not-restored", text);
+                self.forget_changes();
+            }
+            Message::Heartbeat(mut beat) => {
                 self.heard = Instant::now();
-                self.lost = lost;
+                self.lost = std::mem::take(&mut beat.lost);
+                let age = beat.age;
+                if !self.is_asked_to_stop() {
+                    for (severity, code, text) in self.watch.beat(beat) {
+                        self.event(report, severity, code, text);
+                    }
+                }
                 if age <= HEARTBEAT_LIMIT {
                     if std::mem::take(&mut self.hung) {
                         self.event(
@@ -319,6 +415,24 @@ impl Unit {
                     );
                 }
             }
+        }
+    }
+
+    /// The network ends: what goes wrong from now on is no news.
+    pub(crate) fn be_quiet(&mut self) {
+        self.watch.be_quiet();
+    }
+
+    /// Looks how much memory the process has, `pause` after the last time.
+    pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
+        let Phase::Alive(running) = &self.phase else {
+            return;
+        };
+        if self.ready
+            && let Some(bytes) = watch::resident(running.identity.pid)
+            && let Some((severity, code, text)) = self.watch.memory(bytes, pause)
+        {
+            self.event(report, severity, code, text);
         }
     }
 
@@ -378,11 +492,13 @@ impl Unit {
                 done: status.success() || (asked && status.signal() == Some(Signal::TERM.as_raw())),
                 text: describe(status),
                 ran,
+                lost: false,
             },
             Err(error) => End {
                 done: false,
                 text: error.to_string(),
                 ran,
+                lost: false,
             },
         };
         self.phase = Phase::Ended(end.clone());
@@ -394,10 +510,26 @@ impl Unit {
     pub(crate) fn follow(&mut self, ran: Duration, failed: bool) -> Next {
         let now = Instant::now();
         let next = self.restarts.after(failed, ran, now);
-        if let Next::Again(pause) = next {
-            self.phase = Phase::Waiting;
-            self.ready = false;
-            self.due = Some(now + pause);
+        match next {
+            Next::Again(pause) => {
+                self.phase = Phase::Waiting;
+                self.ready = false;
+                self.due = Some(now + pause);
+            }
+            Next::Nothing | Next::GiveUp(_) if self.is_waiting() => {
+                self.phase = Phase::Ended(End {
+                    done: false,
+                    text: "could not be started".to_owned(),
+                    ran,
+                    lost: false,
+                });
+            }
+            Next::Nothing | Next::GiveUp(_) => {
+                // One that was asked to end because it did not get ready may have ended well.
+                if let Phase::Ended(end) = &mut self.phase {
+                    end.done &= !failed;
+                }
+            }
         }
         next
     }
@@ -444,6 +576,7 @@ impl Unit {
                     done: false,
                     text,
                     ran,
+                    lost: true,
                 });
                 Overdue::NotKilled
             }
@@ -494,7 +627,10 @@ impl Unit {
             executable: self.component.executable.clone(),
             log: self.log.clone(),
             restarts: self.restarts.count(),
+            ready_ms: self.component.ready.as_millis() as u64,
+            stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
+            troubles: running.map_or_else(Vec::new, |_| self.watch.troubles()),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,
@@ -504,6 +640,7 @@ impl Unit {
 
     fn state(&self) -> State {
         match &self.phase {
+            Phase::Waiting | Phase::Ended(_) if self.stopped => State::Stopped,
             Phase::Waiting => State::Waiting,
             Phase::Ended(end) if end.done => State::Done,
             Phase::Ended(_) => State::Failed,

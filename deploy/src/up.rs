@@ -9,7 +9,10 @@ use crate::lock::Lock;
 use crate::plan::Plan;
 use crate::report::{Format, Output, Reporter};
 use crate::supervise::Supervisor;
+use crate::terminal::Beside;
+use std::cell::RefCell;
 use std::io;
+use std::time::Duration;
 
 /// How a network is run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,9 +21,16 @@ pub struct Options {
     pub format: Format,
     /// Show what the components print.
     pub relay: bool,
+    /// Show the network full-screen, on the terminal that standard input and output are ([`crate::terminal::usable`]).
+    /// What is not as expected is reported behind it.
+    pub terminal: bool,
     /// This is the background process that [`detach`](fn@crate::detach) started: it leaves the terminal's session,
     /// and says on standard output when the network is up.
     pub supervisor: bool,
+    /// How long a log may become before it is turned over, in bytes; 16 MiB if not told.
+    pub log_limit: Option<u64>,
+    /// How often the memory of components is read; twice a minute if not told.
+    pub memory_pause: Option<Duration>,
     /// How the guard is started, if not as this program with the argument `guard`.
     pub guard: Option<GuardCommand>,
 }
@@ -80,7 +90,16 @@ pub fn up(plan: &Plan, options: &Options, cleanup: &dyn Fn()) -> Outcome {
         Err(error) => return refused(error, "write events"),
     };
     let outcome = match prepare(plan, options, cleanup, &report) {
-        Ok(ready) => ready.with(starter).run(cleanup),
+        Ok(ready) => {
+            let covered = || Beside::start(&plan.network, report.covered());
+            let view = RefCell::new(options.terminal.then(covered));
+            let cleanup = || {
+                // What the clean-up says is to be read.
+                drop(view.take());
+                cleanup();
+            };
+            ready.with(starter).run(&cleanup)
+        }
         Err(error) => {
             let message = error.to_string();
             report.event(Event::network(Severity::Error, "refused", message.clone()));

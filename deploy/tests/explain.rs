@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words of the sources that look like codes and are none.
-const NO_CODES: [&str; 14] = [
+const NO_CODES: [&str; 15] = [
     "build-dependencies",
     "default-members",
     "default-run",
@@ -19,6 +19,7 @@ const NO_CODES: [&str; 14] = [
     "rc-dds",
     "rc-iceoryx2",
     "rc-local",
+    "rc-ros2",
     "rc-runtime",
     "rcdeploy-guard",
     "robocomp-component",

@@ -105,6 +105,11 @@ pub trait Backend {
     /// The one end that answers them; a second live one is refused and told who the first is.
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError>;
 
+    /// Ends that were found since the last look and do not fit to those of this component, a text for people each.
+    fn mismatches(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Waits until what was sent has reached those who are there, at most `limit`; called before the ports of
     /// a component that ends are closed.
     fn linger(&self, limit: Duration);

@@ -9,6 +9,7 @@
 //! Whoever sends in place is trusted not to write after sending: it is a process of the same user.
 
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader};
+use crate::counter::Counter;
 use std::ops::{Deref, DerefMut};
 pub use zerocopy::{self, FromBytes, FromZeros, Immutable, IntoBytes, KnownLayout};
 
@@ -281,7 +282,7 @@ pub(crate) enum Memory<'a, T> {
 /// What is needed when it is sent.
 pub(crate) struct Sending<'a> {
     pub(crate) type_hash: u64,
-    pub(crate) sequence: &'a mut u64,
+    pub(crate) sent: &'a Counter,
     pub(crate) writer: &'a mut crate::cdr::Writer,
 }
 

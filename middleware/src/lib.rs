@@ -3,6 +3,7 @@
 //! - [`backend`]: the traits of a backend. Backends move bytes and know no type.
 //! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
 //! - [`in_place`]: values that are written and read where they are.
+//! - [`counter`]: how many values an end has sent.
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: the layer between both, which generated code uses.
 //! - [`gaps`]: what a receiver never saw.
@@ -14,6 +15,7 @@
 pub mod address;
 pub mod backend;
 pub mod cdr;
+pub mod counter;
 pub mod environment;
 pub mod error;
 pub mod gaps;
@@ -31,6 +33,7 @@ pub use backend::{
     Subscriber, TypeIdentity,
 };
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
+pub use counter::Counter;
 pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
 pub use gaps::{Gaps, Unread};

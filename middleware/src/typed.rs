@@ -2,6 +2,7 @@
 
 use crate::backend::{Client, Encoding, Header, Profile, Publisher, Reply, now};
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
+use crate::counter::Counter;
 use crate::error::{CallError, SendError};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace, Loan, Memory, Sending};
 use crate::rpc::{self, Outcome, ReplyKind, RequestId};
@@ -64,7 +65,7 @@ pub struct Topic {
     port: Box<dyn Publisher>,
     operation: Operation,
     writer: Writer,
-    sequence: u64,
+    sent: Counter,
 }
 
 impl Topic {
@@ -74,8 +75,13 @@ impl Topic {
             port,
             operation,
             writer: Writer::default(),
-            sequence: 0,
+            sent: Counter::default(),
         }
+    }
+
+    /// How many values it has sent.
+    pub fn sent(&self) -> &Counter {
+        &self.sent
     }
 
     /// Begins a value; what is put into the writer is sent by `publish`.
@@ -88,10 +94,9 @@ impl Topic {
     pub fn publish(&mut self) -> Result<(), SendError> {
         // What cannot be written takes no number: subscribers would count it as lost.
         let body = self.writer.finish()?;
-        self.sequence += 1;
         let header = Header {
             type_hash: self.operation.type_hash,
-            sequence: self.sequence,
+            sequence: self.sent.next(),
             sent: now(),
             ..Header::default()
         };
@@ -102,7 +107,7 @@ impl Topic {
     pub fn loan<T: InPlace>(&mut self) -> Result<Loan<'_, T>, SendError> {
         let send = Sending {
             type_hash: self.operation.type_hash,
-            sequence: &mut self.sequence,
+            sent: &self.sent,
             writer: &mut self.writer,
         };
         if !self.port.lends() {
@@ -130,19 +135,16 @@ impl<T: InPlace> Loan<'_, T> {
         self.check().map_err(unsendable)?;
         let Sending {
             type_hash,
-            sequence,
+            sent: counter,
             writer,
         } = self.send;
         // What cannot be sent takes no number: nobody is to miss it.
-        let mut header = |encoding| {
-            *sequence += 1;
-            Header {
-                type_hash,
-                sequence: *sequence,
-                sent: now(),
-                encoding,
-                ..Header::default()
-            }
+        let header = |encoding| Header {
+            type_hash,
+            sequence: counter.next(),
+            sent: now(),
+            encoding,
+            ..Header::default()
         };
         match self.memory {
             Memory::Shared(loan) => loan.send(header(Encoding::Image)),
@@ -177,6 +179,7 @@ pub struct Caller {
     type_hash: u64,
     answers: &'static [Alternative],
     timeout: Duration,
+    made: Counter,
 }
 
 impl Caller {
@@ -195,7 +198,13 @@ impl Caller {
             type_hash: 0,
             answers: &[],
             timeout,
+            made: Counter::default(),
         }
+    }
+
+    /// How many calls and commands it has begun.
+    pub fn made(&self) -> &Counter {
+        &self.made
     }
 
     /// How long a call may take.
@@ -215,7 +224,7 @@ impl Caller {
 
     /// Begins a call of `operation`; its parameters are put into the writer, then it is sent or called.
     pub fn begin(&mut self, operation: &Operation) -> &mut Writer {
-        self.id.sequence += 1;
+        self.id.sequence = self.made.next();
         self.writer.clear();
         self.operation = operation.id;
         self.type_hash = operation.type_hash;

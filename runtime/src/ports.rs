@@ -3,8 +3,10 @@
 use crate::component::{Description, Role, Slot};
 use rc_middleware::typed::{Caller, Topic};
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Foreign, OpenError, Server, Subscriber, TypeIdentity,
+    Address, Backend, Counter, Endpoint, Environment, Foreign, OpenError, Server, Subscriber,
+    TypeIdentity,
 };
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -22,6 +24,8 @@ pub struct Ports {
     description: &'static Description,
     backends: Vec<(&'static str, Box<dyn Backend>)>,
     addresses: Vec<Address>,
+    /// What the sending ends count, each with the number of its slot.
+    sent: RefCell<Vec<(usize, Counter)>>,
 }
 
 impl Ports {
@@ -48,6 +52,7 @@ impl Ports {
             description,
             backends,
             addresses,
+            sent: RefCell::default(),
         })
     }
 
@@ -56,16 +61,17 @@ impl Ports {
         let port = self
             .backend(slot)?
             .publisher(&self.topic_endpoint(slot, operation))?;
-        Ok(Topic::new(
-            port,
-            self.description.slots[slot].operations[operation],
-        ))
+        let topic = Topic::new(port, self.description.slots[slot].operations[operation]);
+        self.count(slot, topic.sent());
+        Ok(topic)
     }
 
     /// The calling end of a required slot.
     pub fn caller(&self, slot: usize) -> Result<Caller, OpenError> {
         let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
-        Ok(Caller::new(port, self.description.slots[slot].qos.timeout))
+        let caller = Caller::new(port, self.description.slots[slot].qos.timeout);
+        self.count(slot, caller.made());
+        Ok(caller)
     }
 
     /// The receiving ends of all slots, each with the number of its slot.
@@ -94,6 +100,21 @@ impl Ports {
     /// The address of every slot.
     pub(crate) fn addresses(&self) -> &[Address] {
         &self.addresses
+    }
+
+    /// What the sending ends count, each with the number of its slot.
+    pub(crate) fn sent(&self) -> Vec<(usize, Counter)> {
+        self.sent.borrow().clone()
+    }
+
+    fn count(&self, slot: usize, counter: &Counter) {
+        self.sent.borrow_mut().push((slot, counter.clone()));
+    }
+
+    /// What was found since the last look and does not fit to these connections.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        let all = self.backends.iter().map(|(_, backend)| backend);
+        all.flat_map(|backend| backend.mismatches()).collect()
     }
 
     /// Lets what was sent arrive.

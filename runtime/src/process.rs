@@ -246,14 +246,15 @@ fn live<C: Component>(
     let ports = Ports::new(description, &environment, &bindings)?;
     management.addresses(ports.addresses());
     let receivers = ports.receivers()?;
-    let core = Core::new(&arguments.name, &arguments.network, shared);
+    let core = Core::new(&arguments.name, &arguments.network, shared.clone());
     let mut component = match start(core, &ports, &configuration.parameters) {
         // A stop that came while the worker was being initialised is no failure of the worker.
         Err(StartError::Worker(_)) if environment.interrupt.is_stopping() => return Ok(()),
         other => other?,
     };
+    shared.status().sent = ports.sent();
     let ended = {
-        let mut event_loop = EventLoop::new(&mut component, description, receivers)
+        let mut event_loop = EventLoop::new(&mut component, description, &ports, receivers)
             .map_err(|e| system("the event loop", &e))?;
         management.ready();
         if let Process::Part(running) = process {
@@ -424,6 +425,8 @@ fn log(level: &str) -> Result<(), StartError> {
         .with_max_level(level)
         .with_target(false)
         .with_ansi(false)
+        // What cannot be logged, as on a full disk, would be told on the same stream, with a panic.
+        .log_internal_errors(false)
         .with_writer(std::io::stderr)
         .try_init();
     Ok(())

@@ -160,26 +160,14 @@ struct Common {
 }
 
 fn middleware(text: &str) -> Result<Backend, String> {
-    let all = [
-        Backend::Iceoryx2,
-        Backend::Dds,
-        Backend::Ros2,
-        Backend::Local,
-    ];
-    match all.into_iter().find(|b| b.word() == text) {
-        Some(backend) if BACKENDS.contains(&backend) => Ok(backend),
-        Some(backend) => Err(format!(
-            "{} comes with a later version; there are iceoryx2, dds and local",
-            backend.word()
-        )),
-        None => {
-            let near = rc_diagnostics::nearest(text, all.iter().map(|b| b.word()));
-            let hint = near.map_or("there are iceoryx2, dds and local".to_owned(), |n| {
-                format!("did you mean `{n}`?")
-            });
-            Err(hint)
-        }
-    }
+    let found = BACKENDS.into_iter().find(|b| b.word() == text);
+    found.ok_or_else(|| {
+        let words = BACKENDS.map(Backend::word);
+        let near = rc_diagnostics::nearest(text, words);
+        near.map_or("there are iceoryx2, dds, ros2 and local".to_owned(), |n| {
+            format!("did you mean `{n}`?")
+        })
+    })
 }
 
 /// What interfaces are exported to.

@@ -65,8 +65,8 @@ pub struct OperationView {
     pub type_hash: String,
     /// Whether an answer comes back.
     pub two_way: bool,
-    /// What an answer may be, where it throws: the constant's lines.
-    pub answers: Vec<String>,
+    /// What an answer may be, where it throws: an array.
+    pub answers: String,
     /// `pub fn …(&mut self, …) -> … {` of the calling end.
     pub call_signature: String,
     /// `pub fn …(&mut self, …) -> … {` of the publishing end.
@@ -290,7 +290,7 @@ fn mentions(
     let module = format!("{}::", path.trim_start_matches("crate::types::"));
     operations.iter().any(|operation| {
         let mut texts: Vec<&str> = operation.throws.iter().map(|t| t.path.as_str()).collect();
-        texts.extend(operation.answers.iter().map(String::as_str));
+        texts.push(&operation.answers);
         texts.push(&operation.answer_alias);
         if required {
             texts.push(&operation.call_signature);
@@ -667,10 +667,13 @@ fn operation(
     }
 }
 
-/// What an answer of an operation that throws may be, a line each.
-fn answers(library: &Library, id: InterfaceId, operation: &Operation) -> Vec<String> {
-    let of =
-        |ty: &str, case: String| layout::call(8, &format!("Alternative::of::<{ty}>"), &[case], ",");
+/// What an answer of an operation that throws may be, as an array.
+fn answers(library: &Library, id: InterfaceId, operation: &Operation) -> String {
+    let of = |ty: &str, case: String| {
+        let head = format!("Alternative::of::<{ty}>");
+        let item = layout::call(8, &head, &[case], ",");
+        item.trim_end_matches(',').to_owned()
+    };
     let mut lines = Vec::new();
     for thrown in &operation.throws {
         let name = &library.ty(*thrown).name.text;
@@ -682,7 +685,7 @@ fn answers(library: &Library, id: InterfaceId, operation: &Operation) -> Vec<Str
         let results = results.iter().map(|(_, member)| owned(library, member));
         lines.extend(results.map(|ty| of(&ty, "0".to_owned())));
     }
-    lines
+    layout::array_in(4, &lines)
 }
 
 /// The documentation of an operation with the units and ranges of its parameters.

@@ -17,9 +17,12 @@ use std::time::Duration;
 
 /// The types of the operations of a slot in ROS 2.
 fn foreign(library: &Library, slot: &rc_cdsl::model::Slot) -> Vec<String> {
-    let name = |operation: &Operation| match slot.role.is_topic() {
-        true => ros::names::topic_type(library, slot.interface, operation),
-        false => ros::names::service_type(library, slot.interface, operation),
+    let name = |operation: &Operation| {
+        if slot.role.is_topic() {
+            ros::names::topic_type(library, slot.interface, operation)
+        } else {
+            ros::names::service_type(library, slot.interface, operation)
+        }
     };
     let operations = &library.interface(slot.interface).operations;
     let names = operations.iter().map(|o| format!("\"{}\"", name(o)));

@@ -152,6 +152,7 @@ fn endpoint(address: String, name: &str, hash: u64) -> Endpoint {
             hash,
         },
         qos: Qos::CALL,
+        foreign: Vec::new(),
     }
 }
 

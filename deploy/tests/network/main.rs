@@ -12,7 +12,10 @@ mod params;
 mod patrol;
 mod pictures;
 mod probe;
+#[path = "../pty/mod.rs"]
+mod pty;
 mod python;
+mod restored;
 mod ros_bytes;
 mod ros_real;
 mod ros_strangers;
@@ -21,4 +24,6 @@ mod settings;
 mod site;
 mod strangers;
 mod swap;
+mod terminal;
 mod variant;
+mod watched;

@@ -1,10 +1,12 @@
 //! The smallest rcdeploy: the commands of the library without a language.
 //!
-//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names.
+//! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names. A thread panics as soon as there
+//! is a file that `RC_TEST_PANIC` names.
 
-use rc_deploy::{Format, GuardCommand, Options, Plan};
+use rc_deploy::{Format, GuardCommand, Options, Plan, Verb};
 use std::fs::File;
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 use std::time::Duration;
 
@@ -15,13 +17,27 @@ fn cleanup() {
     }
 }
 
+/// Panics, on a thread of its own, when that file is there.
+fn panic_at(path: PathBuf) {
+    std::thread::spawn(move || {
+        while !path.exists() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        panic!("a panic was asked for");
+    });
+}
+
 fn up(arguments: &[String]) -> ExitCode {
+    if let Some(path) = std::env::var_os("RC_TEST_PANIC") {
+        panic_at(path.into());
+    }
     let text = std::fs::read_to_string(&arguments[1]).expect("a plan");
     let plan: Plan = serde_json::from_str(&text).expect("a plan");
     let has = |flag: &str| arguments.iter().any(|argument| argument == flag);
     if has("--detach") {
         let mut command = Command::new(std::env::current_exe().expect("this program"));
         command.args(["up", &arguments[1], "--supervisor", "--json"]);
+        command.args(arguments[2..].iter().filter(|flag| *flag != "--detach"));
         let outcome = rc_deploy::detach(&plan, command);
         match outcome.message() {
             Some(message) => eprintln!("error: {message}"),
@@ -37,7 +53,10 @@ fn up(arguments: &[String]) -> ExitCode {
             Format::Human
         },
         relay: has("--relay"),
+        terminal: has("--terminal"),
         supervisor: has("--supervisor"),
+        log_limit: has("--small-logs").then_some(256 * 1024),
+        memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
         guard: has("--no-guard").then(|| GuardCommand {
             program: "/bin/false".into(),
             ..own
@@ -57,6 +76,15 @@ fn main() -> ExitCode {
         "down" => {
             let limit = argument(2).parse().unwrap_or(20_000);
             rc_deploy::down(argument(1), Duration::from_millis(limit))
+        }
+        "start" | "stop" | "restart" => {
+            let verb = match argument(0) {
+                "start" => Verb::Start,
+                "stop" => Verb::Stop,
+                _ => Verb::Restart,
+            };
+            rc_deploy::client::command(argument(1), verb, &arguments[2..])
+                .map(|carried| println!("{}", serde_json::to_string(&carried).expect("json")))
         }
         "recover" => {
             let directory = rc_middleware::RunDirectory::of(argument(1));

@@ -28,6 +28,7 @@ pub mod network;
 pub mod topics;
 pub mod typed;
 
+use rc_middleware::qos::MAX_READERS;
 use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
 use std::path::PathBuf;
 
@@ -54,6 +55,11 @@ pub trait Subject: Sync {
     /// Whether more values than asked for may be kept for a while.
     fn keeps_more(&self) -> bool {
         false
+    }
+
+    /// How many clients, each a component, ask one server at once.
+    fn clients(&self) -> usize {
+        MAX_READERS
     }
 
     /// Whether zeros may come behind a body that was sent without them.

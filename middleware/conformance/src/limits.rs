@@ -42,6 +42,7 @@ pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
     const ROUNDS: u8 = 3;
     const COMMANDS: u8 = REQUEST_QUEUE as u8 - 1;
     let network = Network::new(subject);
+    let all = subject.clients();
     let address = endpoint("default/Motor");
     let served = RefCell::new([0; MAX_READERS]);
     let answer = |_: Header, request: &[u8], reply: &mut Vec<u8>| {
@@ -57,7 +58,7 @@ pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
         let mut server = backend.server(address).expect("a server");
         let (sent, all_sent) = channel();
         let mut clients = Vec::new();
-        for number in 0..MAX_READERS as u8 {
+        for number in 0..all as u8 {
             let (go, may_go) = channel();
             let sent = sent.clone();
             clients.push(go);
@@ -83,7 +84,7 @@ pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
             for _ in &clients {
                 all_sent.recv_timeout(LIMIT).expect("its commands");
             }
-            serve(&mut *server, MAX_READERS * REQUEST_QUEUE, &answer);
+            serve(&mut *server, all * REQUEST_QUEUE, &answer);
         }
         backend.linger(LIMIT);
     });

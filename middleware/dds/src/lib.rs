@@ -55,6 +55,10 @@ impl Backend for Dds {
         Ok(Box::new(server::open(&self.0, endpoint)?))
     }
 
+    fn mismatches(&self) -> Vec<String> {
+        self.0.mismatches()
+    }
+
     fn linger(&self, limit: Duration) {
         self.0.linger(limit);
     }

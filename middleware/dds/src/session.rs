@@ -6,7 +6,7 @@ use crate::qos;
 use crate::report;
 use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
-use rc_network::{Board, Hello, Role, lock};
+use rc_network::{Board, Hello, Mismatches, Role, lock};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -51,6 +51,7 @@ struct Known {
     ends: [Mutex<HashMap<Guid, End>>; 2],
     /// The ends of this component on which it hears requests.
     serving: Mutex<Vec<Weak<Ear>>>,
+    mismatches: Mismatches,
 }
 
 /// What the watcher is told, in the order in which it happened.
@@ -316,6 +317,11 @@ impl Session {
         }
     }
 
+    /// Takes what was said of ends that do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        self.known.mismatches.take()
+    }
+
     /// Waits until what was sent has arrived.
     pub(crate) fn linger(&self, limit: Duration) {
         let begin = Instant::now();
@@ -422,10 +428,11 @@ impl Watcher {
         for ear in lock(&self.known.serving).iter().filter_map(Weak::upgrade) {
             if ear.topic == end.topic && ear.may_tell_of(&end.guid) {
                 let address = ear.topic.trim_end_matches("_Request");
-                tracing::error!(
+                let text = format!(
                     "`{address}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
                     rival.who(&self.host)
                 );
+                self.known.mismatches.error(text);
             }
         }
     }
@@ -465,9 +472,10 @@ impl Watcher {
         {
             let (topic, who) = (&ear.topic, hello.who(&self.host));
             let (ours, theirs) = (&ear.types, &hello.types);
-            tracing::error!(
+            let text = format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
             );
+            self.known.mismatches.error(text);
         }
     }
 
@@ -491,11 +499,12 @@ impl Watcher {
                 None => format!("the end {}", rc_network::hex(&end.guid)),
             };
             let (topic, differences) = (&ear.topic, differences.join("; "));
-            if ear.sends {
-                tracing::warn!("what is sent on `{topic}` does not reach {who}: {differences}");
+            let text = if ear.sends {
+                format!("what is sent on `{topic}` does not reach {who}: {differences}")
             } else {
-                tracing::warn!("`{topic}` hears nothing of {who}: {differences}");
-            }
+                format!("`{topic}` hears nothing of {who}: {differences}")
+            };
+            self.known.mismatches.warn(text);
         }
     }
 }

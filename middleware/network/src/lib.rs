@@ -13,7 +13,7 @@ mod time;
 pub use board::{Board, Notice, Posted, Turn};
 pub use hello::{Hello, Promise, Role, differences, fnv, hex, host};
 pub use inbox::{Answers, Heard, Requests, Values, Waiting, age, header, stamp};
-pub use report::Seldom;
+pub use report::{Mismatches, Seldom};
 pub use time::milliseconds;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,4 +1,4 @@
-//! What is said in the log, and not more than once a second.
+//! What is said in the log, and not more than once a second; what of it is kept for who watches the component.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -46,5 +46,38 @@ impl Seldom {
         }
         state.last = Some(Instant::now());
         Some(std::mem::take(&mut state.passed_over))
+    }
+}
+
+/// How many texts are kept; the log has them all.
+const KEPT: usize = 64;
+
+/// What was said of ends that do not fit, until somebody takes it.
+#[derive(Debug, Default)]
+pub struct Mismatches(Mutex<Vec<String>>);
+
+impl Mismatches {
+    /// An end that will never be heard, or does harm: it is in the log, too.
+    pub fn error(&self, text: String) {
+        tracing::error!("{text}");
+        self.keep(text);
+    }
+
+    /// An end with which less works than was asked for: it is in the log, too.
+    pub fn warn(&self, text: String) {
+        tracing::warn!("{text}");
+        self.keep(text);
+    }
+
+    fn keep(&self, text: String) {
+        let mut kept = crate::lock(&self.0);
+        if kept.len() < KEPT {
+            kept.push(text);
+        }
+    }
+
+    /// Takes what was said since the last time.
+    pub fn take(&self) -> Vec<String> {
+        std::mem::take(&mut *crate::lock(&self.0))
     }
 }

@@ -17,7 +17,7 @@ pub(crate) struct Mark {
 pub(crate) type Id = (Guid, i64);
 
 /// From this length on, with its mark, a reply may be sent in fragments.
-const LARGE: usize = 1024;
+pub(crate) const LARGE: usize = 1024;
 
 /// Whether the Enhanced mapping cannot carry a reply: `rustdds` writes fragments with something beside them in a form that
 /// nobody can read (0.15.1, `DataFrag::write_to`).

@@ -203,6 +203,8 @@ impl Service {
 
     /// Whether a server has been found that has not found this client yet, as far as is known.
     fn awaits_server(&self) -> bool {
+        self.requests.ear.look();
+        self.replies.ear.look();
         let coming = |peer: &Peer| is_server(peer) && !peer.is_ready();
         self.requests.ear.has(coming) || self.replies.ear.has(coming)
     }
@@ -282,9 +284,13 @@ impl RosClient {
         let (at, id) = self.operation(request)?;
         let service = &self.services[at];
         let (mut servers, begin) = (service.servers(), Instant::now());
-        while servers.is_empty() && service.awaits_server() && begin.elapsed() < MEETING {
-            service.requests.ear.wait(LOOK);
+        while servers.is_empty() && begin.elapsed() < MEETING {
+            let awaits = service.awaits_server();
             servers = service.servers();
+            if !awaits {
+                break;
+            }
+            service.requests.ear.wait(LOOK);
         }
         let same = self.asked.filter(|asked| servers.contains(asked));
         let server = same.or_else(|| servers.first().copied());
@@ -426,6 +432,10 @@ impl Client for RosClient {
 
     fn peers(&self) -> usize {
         let mut services = self.services.iter();
-        usize::from(services.any(|service| !service.servers().is_empty()))
+        let is_served = |service: &Service| {
+            let _ = service.awaits_server();
+            !service.servers().is_empty()
+        };
+        usize::from(services.any(is_served))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::wire::{Member, Reader, Sample, Writer, member};
 use rc_middleware::{Interrupt, TypeIdentity};
-use rc_network::{Guid, Hello, Posted, Promise, Role, Seldom, lock};
+use rc_network::{Board, Guid, Hello, Posted, Promise, Role, Seldom, lock};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
@@ -92,6 +92,9 @@ pub(crate) struct Ear {
     group: Group,
     /// The number of this end in its group.
     place: usize,
+    /// The notices of those on this machine, and what its own stands under.
+    board: Board,
+    own: Mutex<Guid>,
     peers: Mutex<Peers>,
     changed: Condvar,
     pub(crate) seldom: Seldom,
@@ -103,6 +106,17 @@ struct Peers {
     /// Those who do not fit and have been told of.
     told_of: BTreeSet<Guid>,
     posted: Option<Posted>,
+}
+
+impl Peers {
+    /// Writes on the notice of this end whom it has found.
+    fn note(&mut self, guid: &Guid) {
+        if let Some(posted) = &mut self.posted {
+            let here = self.by_guid.values().filter(|peer| peer.here);
+            // The notice only helps others to start; they wait for a bounded time.
+            let _ = posted.found(guid, here.map(|peer| &peer.guid));
+        }
+    }
 }
 
 /// Readers whose samples are put into one inbox in the order in which they came, each with its number. Who takes has all
@@ -122,6 +136,7 @@ pub(crate) struct Listening {
     pub(crate) inbox: Arc<dyn Inbox>,
     pub(crate) group: Group,
     pub(crate) place: usize,
+    pub(crate) board: Board,
 }
 
 impl Ear {
@@ -139,6 +154,8 @@ impl Ear {
             inbox: listening.inbox,
             group: listening.group,
             place: listening.place,
+            board: listening.board,
+            own: Mutex::default(),
             peers: Mutex::default(),
             changed: Condvar::new(),
             seldom: Seldom::default(),
@@ -204,6 +221,7 @@ impl Ear {
         };
         let mut peers = lock(&self.peers);
         peers.by_guid.insert(guid, peer.clone());
+        peers.note(&guid);
         let gone = peers.by_guid.values().filter(|peer| !peer.here).count();
         if gone > REMEMBERED {
             peers.by_guid.retain(|_, peer| peer.here);
@@ -214,7 +232,12 @@ impl Ear {
     }
 
     /// What is known of ends that were found has changed; gives those that turn out not to fit.
-    pub(crate) fn learned(&self, of: impl Fn(&Guid) -> Option<(Hello, bool)>) -> Vec<Peer> {
+    /// `each` is given who a peer turns out to be.
+    pub(crate) fn learned(
+        &self,
+        of: impl Fn(&Guid) -> Option<(Hello, bool)>,
+        mut each: impl FnMut(&Hello),
+    ) -> Vec<Peer> {
         let mut misfits = Vec::new();
         let mut changed = false;
         for peer in lock(&self.peers).by_guid.values_mut() {
@@ -222,9 +245,10 @@ impl Ear {
                 continue;
             };
             changed |= peer.hello.is_none() || peer.has_found_us != has_found_us;
-            peer.has_found_us = has_found_us;
+            peer.has_found_us |= has_found_us;
             if peer.hello.is_none() {
                 peer.fits = hello.types == self.types;
+                each(&hello);
                 peer.hello = Some(hello);
                 if !peer.fits {
                     misfits.push(peer.clone());
@@ -281,9 +305,37 @@ impl Ear {
         self.tell();
     }
 
-    /// The notice of this end.
-    pub(crate) fn post(&self, posted: Posted) {
-        lock(&self.peers).posted = Some(posted);
+    /// The notice of this end; whom it has found already is written on it.
+    pub(crate) fn post(&self, own: Guid, posted: Posted) {
+        *lock(&self.own) = own;
+        let mut peers = lock(&self.peers);
+        peers.posted = Some(posted);
+        let found: Vec<Guid> = peers.by_guid.keys().copied().collect();
+        for guid in &found {
+            peers.note(guid);
+        }
+    }
+
+    /// Looks at the notices of those on this machine who they are, and which of them have found this end.
+    pub(crate) fn look(&self) {
+        let waits = |peer: &Peer| peer.here && !peer.has_found_us;
+        if !lock(&self.peers).by_guid.values().any(waits) {
+            return;
+        }
+        let own = *lock(&self.own);
+        let notices = self.board.notices(&self.topic, !self.sends, self.sends);
+        self.change(|peer| {
+            let Some(notice) = notices.iter().find(|notice| notice.guid == peer.guid) else {
+                return false;
+            };
+            if peer.hello.is_none() {
+                peer.fits = notice.hello.types == self.types;
+                peer.hello = Some(notice.hello.clone());
+            }
+            let changes = !peer.has_found_us && notice.found.contains(&own);
+            peer.has_found_us |= changes;
+            changes
+        });
     }
 
     /// Takes the notice down.
@@ -291,11 +343,17 @@ impl Ear {
         lock(&self.peers).posted = None;
     }
 
-    /// Whom this end has found, whether they fit or not.
-    pub(crate) fn found(&self) -> BTreeSet<Guid> {
+    /// Whom this end has found on other machines than `host`, whether they fit or not.
+    pub(crate) fn found(&self, host: &str) -> BTreeSet<Guid> {
         let peers = lock(&self.peers);
-        let here = peers.by_guid.values().filter(|peer| peer.here);
-        here.map(|peer| peer.guid).collect()
+        let far =
+            |peer: &&Peer| peer.here && peer.hello.as_ref().is_some_and(|hello| hello.host != host);
+        peers
+            .by_guid
+            .values()
+            .filter(far)
+            .map(|peer| peer.guid)
+            .collect()
     }
 
     /// The other ends that are there and fit.
@@ -356,6 +414,11 @@ impl Ear {
 
     /// The hash of the types of whoever sent a sample, 0 of a stranger; `None` if they are not ours.
     pub(crate) fn type_hash(&self, writer: &Guid) -> Option<u64> {
+        let is_new = |peer: &Peer| peer.hello.is_none() && peer.since.elapsed() < CATCH_UP;
+        let unknown = lock(&self.peers).by_guid.get(writer).is_some_and(is_new);
+        if unknown {
+            self.look();
+        }
         let peers = lock(&self.peers);
         match peers.by_guid.get(writer) {
             Some(peer) if !peer.fits => None,

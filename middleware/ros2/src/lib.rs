@@ -53,6 +53,10 @@ impl Backend for Ros2 {
         Ok(Box::new(server::open(&self.0, endpoint)?))
     }
 
+    fn mismatches(&self) -> Vec<String> {
+        self.0.mismatches()
+    }
+
     fn linger(&self, limit: Duration) {
         self.0.linger(limit);
     }

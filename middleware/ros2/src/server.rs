@@ -204,12 +204,13 @@ impl RosServer {
         }
         let mark = calls::mark(mapping, id, true);
         let port = &mut self.services[place].replies;
-        // The others need not hear it, where one end of that process waits for it.
+        // What is large, or no answer to strangers, goes to the one end of that process that waits for it; what is small costs
+        // less to send to all than to tell the others that they miss nothing.
         let ends = port
             .ear
             .here(|peer| (peer.member() == member).then_some(peer.guid));
         let to = match ends[..] {
-            [only] => Some(only),
+            [only] if body.len() > calls::LARGE || id.1 < 0 => Some(only),
             _ => None,
         };
         let body = Body::of(&[&mark.header, body]);
@@ -281,6 +282,11 @@ impl Server for RosServer {
         if let Some((place, writer, id)) = refused {
             let reason = "too many requests of this client wait already";
             return self.refuse(place, &writer, id, reason).map(|()| true);
+        }
+        if self.queue.waits() {
+            for service in &self.services {
+                service.replies.ear.look();
+            }
         }
         let services = &self.services;
         let may = |waiting: &Waiting<Asked>| {

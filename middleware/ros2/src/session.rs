@@ -19,8 +19,9 @@ use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long a component waits, in all, for ends on this machine that it does not find over the network.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// How long a component waits, in all, for ends on this machine that it does not find over the network: a process whose
+/// first announcement was lost, as where very many start at once, announces itself again after ten seconds.
+const PATIENCE: Duration = Duration::from_secs(12);
 /// How long after its start a client that finds no server waits for one on another machine.
 const GRACE: Duration = Duration::from_millis(400);
 /// How often the notices of others are looked at while they are waited for.
@@ -226,6 +227,7 @@ impl Session {
             inbox: wanted.inbox,
             group: wanted.group.0,
             place: wanted.group.1,
+            board: self.board.clone(),
         }));
         let number = self.shared.number();
         let entity = self
@@ -300,6 +302,7 @@ impl Session {
 
     fn has_met(&self, port: &Port) -> bool {
         let ear = &port.ear;
+        ear.look();
         let others = self.board.notices(&ear.topic, !ear.sends, ear.sends);
         others.iter().all(|notice| {
             let (offered, requested): (&Promise, &Promise) = if ear.sends {
@@ -317,6 +320,11 @@ impl Session {
         {
             ear.wait(LOOK);
         }
+    }
+
+    /// Takes what was said of ends that do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        self.shared.mismatches.take()
     }
 
     /// Waits until what was sent has arrived.
@@ -358,7 +366,7 @@ impl Port {
             &self.hello,
             &ear.promise,
         )?;
-        ear.post(posted);
+        ear.post(self.guid, posted);
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use crate::ear::{Ear, Peer};
 use crate::presence::{self, Told};
 use crate::qos;
 use crate::wire::{self, Body, Member, Reader, Sample, Writer};
-use rc_network::{Guid, Hello, Promise, Role, Seldom, hex, lock};
+use rc_network::{Guid, Hello, Mismatches, Promise, Role, Seldom, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
 use rustdds::mio1::{Events, Interest, Poll, Registry, Token, Waker, event::Source};
@@ -57,6 +57,7 @@ pub(crate) struct Shared {
     /// Whether ends have found others.
     has_found: AtomicBool,
     stops: AtomicBool,
+    pub(crate) mismatches: Mismatches,
 }
 
 /// Another component of ours, or this one.
@@ -211,6 +212,7 @@ impl Watcher {
             is_new: AtomicBool::new(true),
             has_found: AtomicBool::new(false),
             stops: AtomicBool::new(false),
+            mismatches: Mismatches::default(),
         });
         Ok(Self {
             shared,
@@ -384,7 +386,17 @@ impl Watcher {
             .map(|own| (own.guid, Arc::clone(&own.ear)))
             .collect();
         for (own, ear) in ends {
-            for misfit in ear.learned(|other| self.shared.told(other, &own)) {
+            let mut is_far = false;
+            let misfits = ear.learned(
+                |other| self.shared.told(other, &own),
+                |hello| {
+                    is_far |= hello.host != self.shared.host;
+                },
+            );
+            if is_far {
+                self.shared.has_found.store(true, Ordering::SeqCst);
+            }
+            for misfit in misfits {
                 self.differ(&ear, &misfit);
             }
         }
@@ -403,10 +415,10 @@ impl Watcher {
                     .topic
                     .trim_start_matches("rq")
                     .trim_end_matches("Request");
-                tracing::error!(
+                self.shared.mismatches.error(format!(
                     "`{service}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
                     hello.who(&self.shared.host)
-                );
+                ));
             }
         }
     }
@@ -417,9 +429,9 @@ impl Watcher {
         {
             let (topic, who) = (&ear.topic, hello.who(&self.shared.host));
             let (ours, theirs) = (&ear.types, &hello.types);
-            tracing::error!(
+            self.shared.mismatches.error(format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
-            );
+            ));
         }
     }
 
@@ -493,10 +505,16 @@ impl Watcher {
             Some((hello, found)) => (Some(hello), found),
             None => (None, false),
         };
+        let is_far = hello
+            .as_ref()
+            .is_some_and(|hello| hello.host != self.shared.host);
         if let Some(misfit) = ear.matched(other, hello, has_found_us) {
             self.differ(&ear, &misfit);
         }
-        self.shared.has_found.store(true, Ordering::SeqCst);
+        // Those on this machine are told by the notice board.
+        if is_far {
+            self.shared.has_found.store(true, Ordering::SeqCst);
+        }
     }
 
     fn is_to_tell(&self) -> bool {
@@ -533,11 +551,11 @@ impl Watcher {
             some => some,
         };
         let topic = &ear.topic;
-        if ear.sends {
-            tracing::warn!("what is sent on `{topic}` does not reach {who}: {differences}");
+        self.shared.mismatches.warn(if ear.sends {
+            format!("what is sent on `{topic}` does not reach {who}: {differences}")
         } else {
-            tracing::warn!("`{topic}` hears nothing of {who}: {differences}");
-        }
+            format!("`{topic}` hears nothing of {who}: {differences}")
+        });
     }
 
     /// Tells others of the ends of this component, and ROS of its node. What does not go out is told again after a pause.
@@ -567,7 +585,7 @@ impl Watcher {
                 hello,
                 connection: ear.connection,
                 topic: ear.topic.clone(),
-                found: ear.found(),
+                found: ear.found(&self.shared.host),
             };
             (&own.guid, told)
         });

@@ -14,4 +14,4 @@ pub(crate) const TYPES_FULL_POSE_ESTIMATION_PUB: &[&str] = &[];
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_monitor\",\"model\":\"ed392b920dabc954\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_monitor\",\"model\":\"33a28e14a83689b0\",\"middleware\":\"iceoryx2\"}\0";

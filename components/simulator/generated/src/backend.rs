@@ -20,4 +20,4 @@ pub(crate) const TYPES_FULL_POSE_ESTIMATION_PUB: &[&str] = &[];
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"781d710bf1b18b8a\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"e8b72e4a14460490\",\"middleware\":\"iceoryx2\"}\0";

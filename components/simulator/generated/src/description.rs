@@ -44,6 +44,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
     qos: Qos {
         durability: Durability::TransientLocal,
         depth: 100,
+        deadline: Some(Duration::new(1, 0)),
         ..Qos::PUBLISHER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
@@ -53,7 +54,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "simulator",
-    model_hash: 0x781d710bf1b18b8a,
+    model_hash: 0xe8b72e4a14460490,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

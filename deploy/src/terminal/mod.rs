@@ -1,0 +1,145 @@
+//! A live view of a network on a terminal: `rcdeploy up` beside the supervisor, `rcdeploy top` from anywhere.
+//!
+//! ```text
+//! input, sockets, log, clock → session → model → render → screen
+//!                                └─ keys: what each key does
+//! ```
+//!
+//! It is a client of the sockets that there are, on a thread or in a process of its own, so that a terminal never holds
+//! up the supervision: `rcdeploy.sock` for the states, the events and orders, the management of each component for all
+//! else.
+
+mod details;
+mod input;
+mod keys;
+mod log;
+mod model;
+mod orders;
+mod peer;
+mod render;
+mod rows;
+mod screen;
+mod session;
+mod style;
+#[cfg(test)]
+mod tests;
+mod told;
+mod usage;
+
+pub use screen::usable;
+
+use crate::error::{Error, OrCannot};
+use crate::plan::check_name;
+use crate::signals::Signals;
+use model::{Host, Model};
+use screen::Screen;
+use session::{End, Session};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver};
+use std::time::Duration;
+
+/// How long the view may take to end when its network has.
+const END_LIMIT: Duration = Duration::from_secs(1);
+
+/// How a view was left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Left {
+    /// By the user; the network goes on.
+    Running,
+    /// Because the network is down.
+    Down,
+    /// Because the terminal is gone.
+    Gone,
+}
+
+/// Shows a network that is up until the user leaves, or until it is down.
+pub fn top(network: &str) -> Result<Left, Error> {
+    check_name("network", network)?;
+    // What is wrong is said before the terminal is taken.
+    crate::client::status(network)?;
+    // A view that is ended gives the terminal back.
+    let signals = Signals::new().or_cannot("listen to signals")?;
+    let end = show(Host::Top, network, signals.descriptor())?;
+    Ok(match end {
+        End::Left => Left::Running,
+        End::Down => Left::Down,
+        End::Gone => Left::Gone,
+    })
+}
+
+fn show(host: Host, network: &str, owner: BorrowedFd<'_>) -> Result<End, Error> {
+    let mut screen = Screen::take().or_cannot("set up the terminal")?;
+    let model = Model::new(host, network, screen::colours());
+    Session::new(&mut screen, model, owner)?.run()
+}
+
+/// The view of an `up`, on a thread of its own. When it is dropped, the terminal is as it was.
+pub(crate) struct Beside {
+    /// Closed to end the view.
+    alive: Option<UnixStream>,
+    ended: Receiver<()>,
+    covered: Arc<AtomicBool>,
+}
+
+impl Beside {
+    /// Starts the view. `covered` is set as long as it is there.
+    pub(crate) fn start(network: &str, covered: Arc<AtomicBool>) -> Self {
+        let (end, ended) = mpsc::channel();
+        let mut beside = Self {
+            alive: None,
+            ended,
+            covered: Arc::clone(&covered),
+        };
+        let network = network.to_owned();
+        covered.store(true, Ordering::Relaxed);
+        let started = UnixStream::pair().and_then(|(ours, theirs)| {
+            beside.alive = Some(ours);
+            let thread = std::thread::Builder::new().name("terminal".to_owned());
+            thread.spawn(move || {
+                // Also when this thread panics.
+                let _uncovered = Uncover(covered, end);
+                if let Err(error) = show(Host::Up, &network, theirs.as_fd()) {
+                    complain(error);
+                }
+            })
+        });
+        if let Err(error) = started {
+            beside.covered.store(false, Ordering::Relaxed);
+            complain(Error::System {
+                action: "start a thread".to_owned(),
+                source: error,
+            });
+        }
+        beside
+    }
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "the end of an error")]
+fn complain(error: Error) {
+    eprintln!("rcdeploy: the view has ended, the network goes on: {error}");
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        drop(self.alive.take());
+        if self.ended.recv_timeout(END_LIMIT) == Err(mpsc::RecvTimeoutError::Timeout) {
+            // The terminal takes no output.
+            screen::give_back_mode();
+        }
+        self.covered.store(false, Ordering::Relaxed);
+    }
+}
+
+/// Tells that the view is gone.
+struct Uncover(Arc<AtomicBool>, mpsc::Sender<()>);
+
+impl Drop for Uncover {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+        // Nobody has to wait for it.
+        let _ = self.1.send(());
+    }
+}

@@ -1,0 +1,449 @@
+//! What the view knows and what the user has chosen: no input, no output, no clock.
+
+use super::rows::{self, Row};
+use super::told::{Event, Report, Role, Slot, Work};
+use crate::commands::Verb;
+use crate::params::Parameters;
+use crate::status::{ComponentStatus, State, Status};
+use serde_json::Value;
+use std::collections::{BTreeSet, VecDeque};
+use std::time::Duration;
+
+/// How many events are kept.
+const EVENTS: usize = 1000;
+/// How many lines of a log are kept.
+pub(crate) const LOG: usize = 2000;
+/// A component that has not answered for so long is shown as silent.
+const SILENCE: Duration = Duration::from_secs(3);
+
+/// Whose view this is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Host {
+    /// Of `rcdeploy up`: leaving it stops the network.
+    Up,
+    /// Of `rcdeploy top`: the network goes on without it.
+    Top,
+}
+
+/// All that is shown.
+#[derive(Debug)]
+pub(crate) struct Model {
+    pub(crate) host: Host,
+    pub(crate) network: String,
+    /// Whether colours may be used.
+    pub(crate) colours: bool,
+    /// Columns and lines of the terminal.
+    pub(crate) size: (u16, u16),
+    pub(crate) components: Vec<Component>,
+    pub(crate) events: VecDeque<Event>,
+    /// How many lines above the last one the lowest one shown is: 0 follows.
+    pub(crate) events_scroll: usize,
+    /// The name of the component or of the group.
+    pub(crate) selected: String,
+    pub(crate) folded: BTreeSet<String>,
+    pub(crate) page: Page,
+    pub(crate) prompt: Option<Prompt>,
+    /// What the last order came to.
+    pub(crate) notice: Option<Notice>,
+    pub(crate) log: VecDeque<String>,
+    pub(crate) parameters: Option<Result<Parameters, String>>,
+    /// The line of the page that is chosen, or by how many lines it is scrolled: a log from its end.
+    pub(crate) line: usize,
+    /// The network is being stopped.
+    pub(crate) stopping: bool,
+}
+
+/// What fills the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Page {
+    /// All components, and the events.
+    Table,
+    /// What the selected component has printed.
+    Log,
+    /// Its parameters.
+    Parameters,
+    /// Its slots, and who is at their other ends.
+    Connections,
+    /// The keys.
+    Help,
+}
+
+/// What the user is asked.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Prompt {
+    /// Yes or no.
+    Confirm { question: String, command: Command },
+    /// A new value of a parameter.
+    Edit {
+        path: String,
+        text: String,
+        is_text: bool,
+        secret: bool,
+    },
+}
+
+/// What is to be done outside the model.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Command {
+    /// Leaves the view; as Ctrl-C does where there is none.
+    Quit { interrupt: bool },
+    /// Draws all anew, where something else has written on the terminal.
+    Redraw,
+    /// Has the supervisor start, stop or restart a component or a group.
+    Order { verb: Verb, name: String },
+    /// Lets these enter or leave the emergency state.
+    Emergency { names: Vec<String>, active: bool },
+    /// Changes a parameter.
+    Set {
+        name: String,
+        path: String,
+        value: Value,
+    },
+    /// Saves what was changed.
+    Save { name: String },
+}
+
+/// A line below everything.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Notice {
+    pub(crate) text: String,
+    pub(crate) failed: bool,
+}
+
+/// One component.
+#[derive(Clone, Debug)]
+pub(crate) struct Component {
+    pub(crate) status: ComponentStatus,
+    /// What it says of itself, while it runs.
+    pub(crate) report: Option<Report>,
+    /// Per second, for each slot of the report.
+    pub(crate) rates: Vec<Rate>,
+    pub(crate) usage: Usage,
+    /// It runs and has not answered for a while.
+    pub(crate) silent: bool,
+    heard: Option<Duration>,
+    sampled: Option<(Sample, Duration)>,
+}
+
+/// What a slot does in a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Rate {
+    pub(crate) handled: f64,
+    pub(crate) sent: f64,
+}
+
+/// What the system says of a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sample {
+    /// Time on a processor, since its start.
+    pub(crate) busy: Duration,
+    /// Bytes in memory.
+    pub(crate) memory: u64,
+}
+
+/// What a process takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Usage {
+    /// Processors: 1 is one of them.
+    pub(crate) cpu: Option<f64>,
+    /// Bytes in memory.
+    pub(crate) memory: Option<u64>,
+}
+
+/// What the table shows of one or several components.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Figures {
+    /// Seconds since the start of a single component that runs.
+    pub(crate) uptime: Option<f64>,
+    pub(crate) usage: Usage,
+    /// Values and calls per second; none of what does not answer.
+    pub(crate) traffic: Option<Traffic>,
+    pub(crate) compute: Option<Work>,
+    /// The slot with the longest times.
+    pub(crate) handlers: Option<Work>,
+    pub(crate) restarts: u32,
+    pub(crate) lost: u64,
+}
+
+/// Per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Traffic {
+    pub(crate) values_in: f64,
+    pub(crate) values_out: f64,
+    /// Those that it makes and those that it answers.
+    pub(crate) calls: f64,
+}
+
+impl Component {
+    fn new(status: ComponentStatus) -> Self {
+        Self {
+            status,
+            report: None,
+            rates: Vec::new(),
+            usage: Usage::default(),
+            silent: false,
+            heard: None,
+            sampled: None,
+        }
+    }
+
+    /// What its row of the table shows.
+    pub(crate) fn figures(&self) -> Figures {
+        let lost = self.status.lost.values().sum();
+        let mut figures = Figures {
+            uptime: self.status.uptime_s,
+            usage: self.usage,
+            restarts: self.status.restarts,
+            lost,
+            ..Figures::default()
+        };
+        let Some(report) = self.report.as_ref().filter(|_| !self.silent) else {
+            return figures;
+        };
+        figures.compute = Some(report.compute).filter(|work| work.count > 0);
+        let used = report.slots.iter().map(|slot| slot.handlers);
+        figures.handlers = used
+            .filter(|work| work.count > 0)
+            .max_by_key(|work| work.p99_us);
+        if !self.rates.is_empty() || report.slots.is_empty() {
+            let mut traffic = Traffic::default();
+            for (slot, rate) in report.slots.iter().zip(&self.rates) {
+                match slot.role {
+                    Role::SubscribesTo => traffic.values_in += rate.handled,
+                    Role::Publishes => traffic.values_out += rate.sent,
+                    Role::Implements => traffic.calls += rate.handled,
+                    Role::Requires => traffic.calls += rate.sent,
+                }
+            }
+            figures.traffic = Some(traffic);
+        }
+        figures
+    }
+}
+
+impl Figures {
+    /// Those of several components together; the longest of the times.
+    pub(crate) fn of<'c>(components: impl IntoIterator<Item = &'c Component>) -> Self {
+        let longer =
+            |a: Option<Work>, b: Option<Work>| a.into_iter().chain(b).max_by_key(|w| w.p99_us);
+        let each = components.into_iter().map(Component::figures);
+        each.reduce(|a, b| Self {
+            uptime: None,
+            usage: Usage {
+                cpu: sum(a.usage.cpu, b.usage.cpu, |a, b| a + b),
+                memory: sum(a.usage.memory, b.usage.memory, |a, b| a + b),
+            },
+            traffic: sum(a.traffic, b.traffic, |a, b| Traffic {
+                values_in: a.values_in + b.values_in,
+                values_out: a.values_out + b.values_out,
+                calls: a.calls + b.calls,
+            }),
+            compute: longer(a.compute, b.compute),
+            handlers: longer(a.handlers, b.handlers),
+            restarts: a.restarts + b.restarts,
+            lost: a.lost + b.lost,
+        })
+        .unwrap_or_default()
+    }
+}
+
+fn sum<T>(a: Option<T>, b: Option<T>, add: impl FnOnce(T, T) -> T) -> Option<T> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(add(a, b)),
+        (a, b) => a.or(b),
+    }
+}
+
+impl Model {
+    pub(crate) fn new(host: Host, network: &str, colours: bool) -> Self {
+        Self {
+            host,
+            network: network.to_owned(),
+            colours,
+            size: (80, 24),
+            components: Vec::new(),
+            events: VecDeque::new(),
+            events_scroll: 0,
+            selected: String::new(),
+            folded: BTreeSet::new(),
+            page: Page::Table,
+            prompt: None,
+            notice: None,
+            log: VecDeque::new(),
+            parameters: None,
+            line: 0,
+            stopping: false,
+        }
+    }
+
+    /// The supervisor says how its network is.
+    pub(crate) fn status(&mut self, status: Status) {
+        let mut known = std::mem::take(&mut self.components);
+        for status in status.components {
+            let at = known.iter().position(|c| c.status.name == status.name);
+            let component = match at.map(|at| known.swap_remove(at)) {
+                Some(old) if old.status.pid == status.pid => Component { status, ..old },
+                _ => Component::new(status),
+            };
+            self.components.push(component);
+        }
+        if self.row().is_none() {
+            let first = self.rows().first().map(|row| row.path.to_owned());
+            self.selected = first.unwrap_or_default();
+        }
+    }
+
+    /// A component says how it is.
+    pub(crate) fn report(&mut self, name: &str, report: Report, now: Duration) {
+        let Some(component) = self.find_mut(name) else {
+            return;
+        };
+        if let (Some(old), Some(heard)) = (&component.report, component.heard) {
+            let seconds = now.saturating_sub(heard).as_secs_f64().max(1e-3);
+            let per_second = |new: u64, old: u64| new.saturating_sub(old) as f64 / seconds;
+            let slots = report.slots.iter().zip(&old.slots);
+            component.rates = slots
+                .map(|(new, old)| Rate {
+                    handled: per_second(new.handlers.count, old.handlers.count),
+                    sent: per_second(new.sent, old.sent),
+                })
+                .collect();
+        }
+        component.heard = Some(now);
+        component.silent = false;
+        component.report = Some(report);
+    }
+
+    /// The system says what the process of a component takes; nothing where there is none.
+    pub(crate) fn sample(&mut self, name: &str, sample: Option<Sample>, now: Duration) {
+        let Some(component) = self.find_mut(name) else {
+            return;
+        };
+        let Some(sample) = sample else {
+            component.usage = Usage::default();
+            component.sampled = None;
+            return;
+        };
+        component.usage.memory = Some(sample.memory);
+        if let Some((old, at)) = component.sampled {
+            let passed = now.saturating_sub(at).as_secs_f64().max(1e-3);
+            let busy = sample.busy.saturating_sub(old.busy).as_secs_f64();
+            component.usage.cpu = Some(busy / passed);
+        }
+        component.sampled = Some((sample, now));
+    }
+
+    /// Time has passed.
+    pub(crate) fn tick(&mut self, now: Duration) {
+        for component in &mut self.components {
+            let heard = *component.heard.get_or_insert(now);
+            let silent = now.saturating_sub(heard) > SILENCE;
+            component.silent = silent && component.status.pid.is_some() && component.status.ready;
+        }
+    }
+
+    /// Something has happened to the network.
+    pub(crate) fn event(&mut self, event: Event) {
+        if self.events_scroll > 0 {
+            self.events_scroll += event.message.lines().count().max(1);
+        }
+        self.events.push_back(event);
+        if self.events.len() > EVENTS {
+            self.events.pop_front();
+        }
+    }
+
+    /// The component whose log is shown has printed these.
+    pub(crate) fn log_lines(&mut self, lines: Vec<String>) {
+        if self.line > 0 {
+            self.line += lines.len();
+        }
+        self.log.extend(lines);
+        let over = self.log.len().saturating_sub(LOG);
+        self.log.drain(..over);
+        self.line = self.line.min(self.log.len());
+    }
+
+    /// The component whose parameters are shown answers.
+    pub(crate) fn parameters(&mut self, name: &str, answer: Result<Parameters, String>) {
+        if self.page == Page::Parameters && self.selected == name {
+            let count = answer.as_ref().map_or(0, |p| p.parameters.len());
+            self.line = self.line.min(count.saturating_sub(1));
+            self.parameters = Some(answer);
+        }
+    }
+
+    pub(crate) fn say(&mut self, text: impl Into<String>, failed: bool) {
+        let text = text.into();
+        self.notice = Some(Notice { text, failed });
+    }
+
+    /// The rows of the table.
+    pub(crate) fn rows(&self) -> Vec<Row<'_>> {
+        rows::rows(
+            self.components.iter().map(|c| c.status.name.as_str()),
+            &self.folded,
+        )
+    }
+
+    /// The selected row.
+    pub(crate) fn row(&self) -> Option<usize> {
+        self.rows().iter().position(|row| row.path == self.selected)
+    }
+
+    /// The selected component; none where a group is selected.
+    pub(crate) fn component(&self) -> Option<&Component> {
+        self.components
+            .iter()
+            .find(|c| c.status.name == self.selected)
+    }
+
+    /// The selected component, or those of the selected group.
+    pub(crate) fn chosen(&self) -> Vec<&Component> {
+        let rows = self.rows();
+        let row = rows.iter().find(|row| row.path == self.selected);
+        let members = row.map(|row| row.members.as_slice()).unwrap_or_default();
+        members.iter().map(|&at| &self.components[at]).collect()
+    }
+
+    fn find_mut(&mut self, name: &str) -> Option<&mut Component> {
+        self.components.iter_mut().find(|c| c.status.name == name)
+    }
+
+    /// Who is at the other end of a slot, `COMPONENT.SLOT`, as far as they answer.
+    pub(crate) fn others(&self, slot: &Slot) -> Vec<String> {
+        let Some(address) = &slot.address else {
+            return Vec::new();
+        };
+        let mut others = Vec::new();
+        for component in &self.components {
+            for other in component.report.iter().flat_map(|r| &r.slots) {
+                if other.role == slot.role.other() && other.address.as_ref() == Some(address) {
+                    others.push(format!("{}.{}", component.status.name, other.name));
+                }
+            }
+        }
+        others
+    }
+
+    /// How many components are in each state, the most usual one first.
+    pub(crate) fn counts(&self) -> Vec<(State, usize)> {
+        let order = [
+            State::Running,
+            State::Starting,
+            State::Waiting,
+            State::Stopping,
+            State::Done,
+            State::Stopped,
+            State::Emergency,
+            State::Hung,
+            State::Failed,
+        ];
+        let count = |state| {
+            let of = self.components.iter().filter(|c| c.status.state == state);
+            (state, of.count())
+        };
+        let counts = order.into_iter().map(count);
+        counts.filter(|(_, count)| *count > 0).collect()
+    }
+}

@@ -1,0 +1,460 @@
+//! The loop of the view: one thread, one `poll` over the keys, the sockets, the log and a clock of one second.
+
+use super::input::{Key, Keys};
+use super::log::Log;
+use super::model::{Host, Model, Page};
+use super::peer::{Peer, Said};
+use super::screen::Screen;
+use super::told::{Event, Report};
+use super::{render, screen, usage};
+use crate::control;
+use crate::error::{Error, OrCannot};
+use crate::logs::Watch;
+use crate::status::Status;
+use rc_middleware::RunDirectory;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use serde::Deserialize;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::io::{self, ErrorKind};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::time::{Duration, Instant};
+
+/// How often all are asked.
+const TICK: Duration = Duration::from_secs(1);
+/// The shortest time between two pictures.
+pub(super) const FRAME: Duration = Duration::from_millis(40);
+
+/// Why the view ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// The user has left it.
+    Left,
+    /// The network is down.
+    Down,
+    /// The terminal is gone.
+    Gone,
+}
+
+/// What was asked of the supervisor, of a component, or by an order.
+#[derive(Debug)]
+pub(super) enum Asked {
+    Status,
+    Events,
+    Parameters,
+    Order(String),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Source {
+    Keys,
+    /// The terminal is gone.
+    Gone,
+    Terminal,
+    Owner,
+    Supervisor,
+    Component(String),
+    Order(usize),
+    Log,
+}
+
+pub(crate) struct Session<'s> {
+    pub(super) screen: &'s mut Screen,
+    pub(super) model: Model,
+    pub(super) directory: RunDirectory,
+    start: Instant,
+    keys: Keys,
+    /// When a key that is half there is taken as it is.
+    keys_due: Option<Instant>,
+    /// Ends the view when something can be read from it.
+    owner: BorrowedFd<'s>,
+    supervisor: Peer<Asked>,
+    pub(super) components: BTreeMap<String, Peer<Asked>>,
+    /// Orders to the supervisor, each on a connection of its own, which is answered when it is done.
+    pub(super) orders: Vec<Peer<Asked>>,
+    pub(super) log: Option<Log>,
+    pub(super) changed: bool,
+    pub(super) end: Option<End>,
+}
+
+impl<'s> Session<'s> {
+    /// A view of a network that is up.
+    pub(crate) fn new(
+        screen: &'s mut Screen,
+        model: Model,
+        owner: BorrowedFd<'s>,
+    ) -> Result<Self, Error> {
+        let directory = RunDirectory::of(&model.network);
+        let socket = directory.socket(control::NAME);
+        let supervisor = Peer::connect(&socket).map_err(|error| match error.kind() {
+            ErrorKind::NotFound | ErrorKind::ConnectionRefused => Error::NotUp {
+                network: model.network.clone(),
+                others: crate::client::networks(),
+            },
+            _ => Error::System {
+                action: format!("connect to {}", socket.display()),
+                source: error,
+            },
+        })?;
+        let mut session = Self {
+            screen,
+            model,
+            directory,
+            start: Instant::now(),
+            keys: Keys::default(),
+            keys_due: None,
+            owner,
+            supervisor,
+            components: BTreeMap::new(),
+            orders: Vec::new(),
+            log: None,
+            changed: true,
+            end: None,
+        };
+        session.greet();
+        Ok(session)
+    }
+
+    fn greet(&mut self) {
+        self.supervisor.ask(Asked::Events, "events", &json!({}));
+        self.supervisor.ask(Asked::Status, "status", &json!({}));
+    }
+
+    /// Shows the network until something ends it.
+    pub(crate) fn run(mut self) -> Result<End, Error> {
+        let mut tick = Instant::now();
+        let mut drawn: Option<Instant> = None;
+        loop {
+            let now = Instant::now();
+            if now >= tick {
+                // Ticks that were slept through are not made up for.
+                tick = now + TICK;
+                self.tick();
+            }
+            self.finish_keys(now)?;
+            self.follow_log(now);
+            let frame = drawn.map_or(now, |drawn| drawn + FRAME);
+            if self.changed && now >= frame {
+                self.draw()?;
+                drawn = Some(now);
+                self.changed = false;
+            }
+            if let Some(end) = self.end {
+                return Ok(end);
+            }
+            let due = self.log.as_ref().and_then(|log| log.due);
+            let frame = self.changed.then_some(frame);
+            let wake = [Some(tick), due, frame, self.keys_due]
+                .into_iter()
+                .flatten()
+                .min();
+            for source in self.wait(wake.unwrap_or(tick)) {
+                self.turn(&source)?;
+            }
+        }
+    }
+
+    fn draw(&mut self) -> Result<(), Error> {
+        if !screen::is_taken() {
+            self.end = Some(End::Gone);
+            return Ok(());
+        }
+        let model = &mut self.model;
+        let drawn = self.screen.terminal.draw(|frame| {
+            let area = frame.area();
+            model.size = (area.width, area.height);
+            render::draw(model, area, frame.buffer_mut());
+        });
+        drawn.map(drop).or_cannot("draw on the terminal")
+    }
+
+    fn wait(&self, wake: Instant) -> Vec<Source> {
+        let stdin = io::stdin();
+        let supervisor = &self.supervisor;
+        let mut all: Vec<(Source, BorrowedFd<'_>, bool)> = vec![
+            (Source::Keys, stdin.as_fd(), false),
+            (Source::Terminal, self.screen.changes(), false),
+            (Source::Owner, self.owner, false),
+            (
+                Source::Supervisor,
+                supervisor.stream().as_fd(),
+                supervisor.has_output(),
+            ),
+        ];
+        for (name, peer) in &self.components {
+            let source = Source::Component(name.clone());
+            all.push((source, peer.stream().as_fd(), peer.has_output()));
+        }
+        for (at, peer) in self.orders.iter().enumerate() {
+            all.push((Source::Order(at), peer.stream().as_fd(), peer.has_output()));
+        }
+        let watch = self.log.as_ref().filter(|log| log.due.is_none());
+        if let Some(watch) = watch.and_then(|log| log.watch.as_ref()) {
+            all.push((Source::Log, watch.descriptor().as_fd(), false));
+        }
+        let polled = all.iter().map(|(_, fd, output)| {
+            let flags = if *output {
+                PollFlags::IN | PollFlags::OUT
+            } else {
+                PollFlags::IN
+            };
+            PollFd::from_borrowed_fd(*fd, flags)
+        });
+        let mut polled: Vec<PollFd<'_>> = polled.collect();
+        let left = wake.saturating_duration_since(Instant::now());
+        let timeout = Timespec::try_from(left).ok();
+        match poll(&mut polled, timeout.as_ref()) {
+            Ok(_) => {
+                let mut ready = Vec::new();
+                for (fd, (source, ..)) in polled.iter().zip(&all) {
+                    let events = fd.revents();
+                    let broken =
+                        events.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL);
+                    if *source == Source::Keys && broken {
+                        // Nothing can be read or drawn any more.
+                        return vec![Source::Gone];
+                    }
+                    if !events.is_empty() {
+                        ready.push(source.clone());
+                    }
+                }
+                // The last first, so that their places stay right when one is removed.
+                ready.reverse();
+                ready
+            }
+            Err(error) => {
+                if error != rustix::io::Errno::INTR {
+                    std::thread::sleep(Duration::from_millis(10));
+                }
+                Vec::new()
+            }
+        }
+    }
+
+    fn turn(&mut self, source: &Source) -> Result<(), Error> {
+        match source {
+            Source::Keys => self.read_keys()?,
+            Source::Gone => self.end = Some(End::Gone),
+            Source::Terminal => {
+                self.screen.renew().or_cannot("set up the terminal")?;
+                self.changed = true;
+            }
+            Source::Owner => {
+                self.end = Some(match self.model.host {
+                    Host::Up => End::Down,
+                    Host::Top => End::Left,
+                });
+            }
+            Source::Supervisor => {
+                let (said, there) = self.supervisor.turn();
+                said.into_iter().for_each(|said| self.supervisor_said(said));
+                if !there {
+                    self.supervisor_gone();
+                }
+            }
+            Source::Component(name) => {
+                let Some(peer) = self.components.get_mut(name) else {
+                    return Ok(());
+                };
+                let (said, there) = peer.turn();
+                if !there {
+                    self.components.remove(name);
+                }
+                for said in said {
+                    self.component_said(name, said);
+                }
+            }
+            Source::Order(at) => {
+                let Some(peer) = self.orders.get_mut(*at) else {
+                    return Ok(());
+                };
+                let (said, there) = peer.turn();
+                let done = !said.is_empty() || !there;
+                if said.is_empty() && !there {
+                    self.model.say("the supervisor does not answer", true);
+                }
+                for said in said {
+                    self.answered(said);
+                }
+                if done {
+                    self.orders.remove(*at);
+                }
+                self.changed = true;
+            }
+            Source::Log => {
+                if let Some(log) = &mut self.log {
+                    log.watch.iter().for_each(Watch::drain);
+                    // A flood is shown a few times a second.
+                    log.due = Some(Instant::now() + FRAME);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn read_keys(&mut self) -> Result<(), Error> {
+        let mut bytes = [0; 1024];
+        let count = match rustix::io::read(io::stdin(), &mut bytes) {
+            Ok(0) => {
+                self.end = Some(End::Gone);
+                return Ok(());
+            }
+            Ok(count) => count,
+            Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => 0,
+            Err(error) => return Err(error).or_cannot("read keys"),
+        };
+        for key in self.keys.push(&bytes[..count]) {
+            self.press(key)?;
+        }
+        let half = self.keys.is_half();
+        self.keys_due = half.then(|| Instant::now() + FRAME);
+        Ok(())
+    }
+
+    fn finish_keys(&mut self, now: Instant) -> Result<(), Error> {
+        if self.keys_due.is_some_and(|due| now >= due) {
+            self.keys_due = None;
+            if let Some(key) = self.keys.finish() {
+                self.press(key)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn press(&mut self, key: Key) -> Result<(), Error> {
+        self.changed = true;
+        match self.model.key(key) {
+            Some(command) => self.obey(command),
+            None => Ok(()),
+        }
+    }
+
+    /// Asks all how they are.
+    fn tick(&mut self) {
+        let now = self.start.elapsed();
+        self.changed = true;
+        if !self
+            .supervisor
+            .waiting()
+            .any(|a| matches!(a, Asked::Status))
+        {
+            self.supervisor.ask(Asked::Status, "status", &json!({}));
+        }
+        let model = &mut self.model;
+        let running: Vec<(String, Option<i32>)> = model
+            .components
+            .iter()
+            .map(|c| (c.status.name.clone(), c.status.pid))
+            .collect();
+        self.components
+            .retain(|name, _| running.iter().any(|(n, _)| n == name));
+        for (name, pid) in running {
+            let Some(pid) = pid else {
+                self.components.remove(&name);
+                model.sample(&name, None, now);
+                continue;
+            };
+            model.sample(&name, usage::sample(pid), now);
+            if !self.components.contains_key(&name) {
+                // One that starts listens soon.
+                let socket = self.directory.socket(&name.replace('.', "-"));
+                if let Ok(peer) = Peer::connect(&socket) {
+                    self.components.insert(name.clone(), peer);
+                }
+            }
+            if let Some(peer) = self.components.get_mut(&name) {
+                if !peer.waiting().any(|a| matches!(a, Asked::Status)) {
+                    peer.ask(Asked::Status, "status", &json!({}));
+                }
+                if model.page == Page::Parameters
+                    && model.selected == name
+                    && !peer.waiting().any(|a| matches!(a, Asked::Parameters))
+                {
+                    peer.ask(Asked::Parameters, "parameters", &json!({}));
+                }
+            }
+        }
+        model.tick(now);
+    }
+
+    fn supervisor_said(&mut self, said: Said<Asked>) {
+        self.changed = true;
+        match said {
+            Said::Answer(Asked::Status, Ok(status)) => {
+                if let Ok(status) = Status::deserialize(status) {
+                    let first = self.model.components.is_empty();
+                    self.model.status(status);
+                    if first {
+                        self.tick();
+                    }
+                }
+            }
+            Said::Notice(method, params) if method == "event" => {
+                self.model.stopping |= params["code"] == "stopping";
+                // What happens to a component changes its row.
+                let asked = self
+                    .supervisor
+                    .waiting()
+                    .any(|a| matches!(a, Asked::Status));
+                if !asked && params["code"] != "log" {
+                    self.supervisor.ask(Asked::Status, "status", &json!({}));
+                }
+                if params["code"] == "down" {
+                    self.end = Some(End::Down);
+                }
+                if let Ok(event) = Event::deserialize(params) {
+                    self.model.event(event);
+                }
+            }
+            Said::Notice(method, params) if method == "missed" => {
+                let text = format!("{} events were missed", params["events"]);
+                self.model.say(text, true);
+            }
+            Said::Answer(Asked::Events, Err(reason)) => self.model.say(reason, true),
+            _ => {}
+        }
+    }
+
+    /// The supervisor closes its socket when all is down, or when it has too many clients.
+    fn supervisor_gone(&mut self) {
+        match Peer::connect(&self.directory.socket(control::NAME)) {
+            Ok(peer) if self.end.is_none() => {
+                self.supervisor = peer;
+                self.model.events.clear();
+                self.greet();
+            }
+            _ => self.end = Some(End::Down),
+        }
+    }
+
+    fn component_said(&mut self, name: &str, said: Said<Asked>) {
+        self.changed = true;
+        match said {
+            Said::Answer(Asked::Status, Ok(report)) => {
+                if let Ok(report) = Report::deserialize(report) {
+                    let now = self.start.elapsed();
+                    self.model.report(name, report, now);
+                }
+            }
+            Said::Answer(Asked::Parameters, answer) => {
+                let answer = answer.and_then(|known| {
+                    serde_json::from_value(known).map_err(|error| error.to_string())
+                });
+                self.model.parameters(name, answer);
+            }
+            said => {
+                self.answered(said);
+                self.show_parameters(name);
+            }
+        }
+    }
+
+    pub(super) fn show_parameters(&mut self, name: &str) {
+        if self.model.page == Page::Parameters
+            && self.model.selected == name
+            && let Some(peer) = self.components.get_mut(name)
+        {
+            peer.ask(Asked::Parameters, "parameters", &json!({}));
+        }
+    }
+}

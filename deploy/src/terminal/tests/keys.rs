@@ -1,0 +1,232 @@
+//! What keys and news change.
+
+#![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use super::*;
+
+#[test]
+fn groups_are_folded_and_hold_what_is_in_them() {
+    let mut model = model(Host::Top);
+    for _ in 0..2 {
+        press(&mut model, Key::Down);
+    }
+    assert_eq!(model.selected, "left");
+    press(&mut model, Key::Enter);
+    shows(
+        &mut model,
+        60,
+        12,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed            8.5% 25M
+        COMPONENT         STATE       CPU   MEM  IN/s RESTARTS  LOST
+        simulator         running    0.3%  3.0M     0        0     0
+        avoider           running    1.0%  4.0M     0        0     0
+        ▸ left            emergency  4.1%   11M  3.0k        0     0
+        ▾ right           1/1        3.1%  7.0M  1.5k        1    12
+          eye             running    3.1%  7.0M  1.5k        1    12
+        monitor           failed        -     -     -        1     0
+        ── events ──────────────────────────────────────────────────
+                     no map
+        13:56:03 left.eye: says that it cannot do its work
+        r restart  x stop  s start  e emergency  ? help  q leave
+    "#]],
+    );
+    // A group is ordered about as a whole.
+    assert_eq!(keys(&mut model, "r"), None);
+    assert_eq!(keys(&mut model, "y"), Some(order(Verb::Restart, "left")));
+    press(&mut model, Key::Right);
+    press(&mut model, Key::Down);
+    assert_eq!(model.selected, "left.arm");
+    press(&mut model, Key::Left);
+    press(&mut model, Key::Left);
+    assert_eq!(model.selected, "left");
+    // A group has no log.
+    keys(&mut model, "l");
+    assert_eq!(model.page, Page::Table);
+}
+
+#[test]
+fn what_hurts_is_asked_and_what_is_urgent_is_not() {
+    let mut model = model(Host::Up);
+    assert_eq!(keys(&mut model, "x"), None);
+    let asked = screen(&mut model, 40, 10);
+    assert!(asked.ends_with("y/n stop simulator?\n"), "{asked}");
+    assert_eq!(keys(&mut model, "n"), None);
+    assert_eq!(model.prompt, None);
+    let names = |names: &[&str]| names.iter().map(|&n| n.to_owned()).collect::<Vec<String>>();
+    assert_eq!(keys(&mut model, "xy"), Some(order(Verb::Stop, "simulator")));
+    assert_eq!(keys(&mut model, "s"), Some(order(Verb::Start, "simulator")));
+    let enter = Command::Emergency {
+        names: names(&["simulator"]),
+        active: true,
+    };
+    assert_eq!(keys(&mut model, "e"), Some(enter));
+    let all = Command::Emergency {
+        names: names(&NAMES[..5]),
+        active: true,
+    };
+    assert_eq!(keys(&mut model, "E"), Some(all));
+    model.selected = "left.eye".to_owned();
+    let leave = Command::Emergency {
+        names: names(&["left.eye"]),
+        active: false,
+    };
+    assert_eq!(keys(&mut model, "e"), None);
+    assert_eq!(keys(&mut model, "y"), Some(leave));
+    model.selected = "monitor".to_owned();
+    assert_eq!(keys(&mut model, "e"), None);
+    assert_eq!(model.notice.as_ref().map(|n| n.failed), Some(true));
+    // The way out is always open.
+    keys(&mut model, "r");
+    let control_c = Key::Control('c');
+    assert_eq!(
+        model.key(control_c),
+        Some(Command::Quit { interrupt: true })
+    );
+    assert_eq!(
+        keys(&mut model, "q"),
+        Some(Command::Quit { interrupt: false })
+    );
+}
+
+#[test]
+fn parameters_are_shown_and_edited() {
+    let mut model = model(Host::Up);
+    keys(&mut model, "p");
+    model.parameters("avoider", Err("of another component".to_owned()));
+    assert_eq!(model.parameters, None);
+    model.parameters("simulator", Ok(parameters()));
+    shows(
+        &mut model,
+        80,
+        12,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed                                8.5% 25M
+        simulator  running  up 0s  cpu 0.3%  mem 3.0M  pid 100
+        iceoryx2  restarts 0  lost 0  period 50ms  compute 55us/1.2ms  overruns 2  error
+         log   parameters   connections
+        speed  400.0*       float, from 0 to 1500, in mm/s
+        map    "house.map"  path
+        name   "left"       string
+        token  ***          string
+
+
+        changes at once, is not saved. How fast it may be.
+        enter change  w save  tab connections  r restart  esc back  q stop the network
+    "#]],
+    );
+    press(&mut model, Key::Enter);
+    press(&mut model, Key::Backspace);
+    press(&mut model, Key::Backspace);
+    keys(&mut model, "5");
+    let shown = screen(&mut model, 80, 12);
+    assert!(shown.ends_with("speed = 4005\n"), "{shown}");
+    let set = |path: &str, value: Value| {
+        let (name, path) = ("simulator".to_owned(), path.to_owned());
+        Some(Command::Set { name, path, value })
+    };
+    assert_eq!(press(&mut model, Key::Enter), set("speed", json!(4005)));
+    keys(&mut model, "j");
+    assert_eq!(press(&mut model, Key::Enter), None);
+    assert_eq!(model.prompt, None, "it is fixed");
+    keys(&mut model, "j");
+    press(&mut model, Key::Enter);
+    keys(&mut model, "12");
+    // A text stays one.
+    assert_eq!(press(&mut model, Key::Enter), set("name", json!("left12")));
+    keys(&mut model, "j");
+    press(&mut model, Key::Enter);
+    keys(&mut model, "qx");
+    let shown = screen(&mut model, 80, 12);
+    assert!(shown.ends_with("token = **\n"), "{shown}");
+    assert_eq!(press(&mut model, Key::Esc), None);
+    assert_eq!(
+        keys(&mut model, "w"),
+        Some(Command::Save {
+            name: "simulator".to_owned()
+        })
+    );
+}
+
+#[test]
+fn a_log_follows_until_it_is_scrolled() {
+    let mut model = model(Host::Top);
+    press(&mut model, Key::Enter);
+    model.log_lines((1..=50).map(|i| format!("line {i}")).collect());
+    shows(
+        &mut model,
+        60,
+        9,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed            8.5% 25M
+        simulator  running  up 0s  cpu 0.3%  mem 3.0M  pid 100
+        iceoryx2  restarts 0  lost 0  period 50ms  compute 55us/1.2m
+         log   parameters   connections
+        line 47
+        line 48
+        line 49
+        line 50
+        tab parameters  r restart  x stop  esc back  q leave
+    "#]],
+    );
+    press(&mut model, Key::PageUp);
+    model.log_lines(vec!["line 51".to_owned()]);
+    shows(
+        &mut model,
+        60,
+        9,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed            8.5% 25M
+        simulator  running  up 0s  cpu 0.3%  mem 3.0M  pid 100
+        iceoryx2  restarts 0  lost 0  period 50ms  compute 55us/1.2m
+         log   parameters   connections  5 lines up
+        line 43
+        line 44
+        line 45
+        line 46
+        tab parameters  r restart  x stop  esc back  q leave
+    "#]],
+    );
+    press(&mut model, Key::Home);
+    assert!(screen(&mut model, 60, 9).contains("\nline 1\nline 2\n"));
+    press(&mut model, Key::End);
+    assert!(screen(&mut model, 60, 9).contains("\nline 51\n"));
+}
+
+#[test]
+fn what_is_wrong_with_a_component_is_marked_and_told() {
+    let mut model = model(Host::Top);
+    let mut status = status();
+    status.components[1].troubles.push(Trouble {
+        code: "overrun".to_owned(),
+        message: "needs longer than its period".to_owned(),
+        since: "2026-11-21T13:56:02.000Z".to_owned(),
+    });
+    model.status(status);
+    assert!(screen(&mut model, 40, 10).contains("avoider            running !"));
+    keys(&mut model, "jc");
+    let page = screen(&mut model, 60, 10);
+    assert!(
+        page.contains("\noverrun: needs longer than its period\n"),
+        "{page}"
+    );
+}
+
+#[test]
+fn a_restarted_component_begins_anew() {
+    let mut model = model(Host::Up);
+    assert!(model.components[0].report.is_some());
+    let mut status = status();
+    status.components[0].pid = Some(4711);
+    model.status(status.clone());
+    assert!(model.components[0].report.is_none() && model.components[0].rates.is_empty());
+    assert!(model.components[1].report.is_some());
+    // Long without an answer.
+    model.tick(Duration::from_secs(60));
+    assert!(screen(&mut model, 80, 24).contains("avoider          silent"));
+    // What is gone is not selected any more.
+    model.selected = "monitor".to_owned();
+    status.components.pop();
+    model.status(status);
+    assert_eq!(model.selected, "simulator");
+}

@@ -1,0 +1,189 @@
+//! Golden screens, and what keys do.
+
+mod keys;
+mod screens;
+
+use super::input::Key;
+use super::model::{Command, Host, Model, Page, Sample};
+use super::render;
+use super::told::{Event, Report};
+use crate::commands::Verb;
+use crate::params::Parameters;
+use crate::status::{ComponentStatus, State, Status, Trouble};
+use expect_test::{Expect, expect};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::style::Color;
+use serde_json::{Value, json};
+use std::time::Duration;
+
+const NAMES: [&str; 6] = [
+    "simulator",
+    "avoider",
+    "left.arm.gripper",
+    "left.eye",
+    "right.eye",
+    "monitor",
+];
+
+fn status() -> Status {
+    let components = NAMES.iter().enumerate().map(|(at, name)| ComponentStatus {
+        name: (*name).to_owned(),
+        state: match at {
+            3 => State::Emergency,
+            5 => State::Failed,
+            _ => State::Running,
+        },
+        pid: (at != 5).then_some(100 + at as i32),
+        uptime_s: (at != 5).then_some(62.0 * (at * at) as f64),
+        ready: true,
+        middleware: "iceoryx2".to_owned(),
+        cpu: Vec::new(),
+        priority: None,
+        executable: "/robot/bin".into(),
+        log: "/robot/log".into(),
+        restarts: at as u32 / 4,
+        ready_ms: 10_000,
+        stop_ms: 5_000,
+        lost: [("pose".to_owned(), 12)]
+            .into_iter()
+            .filter(|_| at == 4)
+            .collect(),
+        troubles: Vec::new(),
+        exit: (at == 5).then(|| "signal 11 (SIGSEGV)".to_owned()),
+    });
+    Status {
+        network: "patrol".to_owned(),
+        pid: 99,
+        guard: Some(98),
+        ddsl: "patrol.ddsl".into(),
+        components: components.collect(),
+    }
+}
+
+/// A slot whose counters have run for so many seconds.
+fn slot(name: &str, role: &str, address: &str, rate: u64, seconds: u64) -> Value {
+    let count = rate * seconds;
+    let received = ["implements", "subscribesTo"].contains(&role);
+    json!({
+        "name": name, "role": role, "interface": "Laser", "middleware": "iceoryx2", "address": address, "peers": 1,
+        "handlers": {"count": if received { count } else { 0 }, "errors": 0, "p50_us": 12, "p99_us": 340, "max_us": 9000},
+        "sent": if received { 0 } else { count }, "lost": 0,
+    })
+}
+
+fn report(name: &str, seconds: u64) -> Report {
+    let slots = match name {
+        "simulator" => json!([
+            slot("laser", "implements", "patrol/simulator/laser", 20, seconds),
+            slot("pose", "publishes", "patrol/simulator/pose", 1500, seconds),
+        ]),
+        "avoider" => json!([slot(
+            "laser",
+            "requires",
+            "patrol/simulator/laser",
+            20,
+            seconds
+        )]),
+        _ => json!([slot(
+            "pose",
+            "subscribesTo",
+            "patrol/simulator/pose",
+            1500,
+            seconds
+        )]),
+    };
+    let report = json!({
+        "period_ms": 50.0, "overruns": 2, "last_error": null, "slots": slots,
+        "compute": {"count": 20 * seconds, "errors": 1, "p50_us": 55, "p99_us": 1200, "max_us": 9000},
+    });
+    serde_json::from_value(report).expect("a report")
+}
+
+fn event(second: u32, component: Option<&str>, severity: &str, message: &str) -> Event {
+    Event {
+        time: format!("2026-11-21T13:56:{second:02}.123Z"),
+        component: component.map(str::to_owned),
+        message: message.to_owned(),
+        severity: severity.to_owned(),
+    }
+}
+
+/// A network that has run for some seconds.
+fn model(host: Host) -> Model {
+    let mut model = Model::new(host, "patrol", false);
+    model.status(status());
+    for seconds in [4, 6] {
+        let now = Duration::from_secs(seconds);
+        for (at, name) in NAMES.iter().enumerate().take(5) {
+            model.report(name, report(name, seconds), now);
+            let sample = Sample {
+                busy: Duration::from_millis(seconds * (at as u64 * 7 + 3)),
+                memory: (at as u64 + 3) << 20,
+            };
+            model.sample(name, Some(sample), now);
+        }
+        model.tick(now);
+    }
+    model.event(event(1, None, "info", "network patrol is up"));
+    let text = "ended: signal 11 (SIGSEGV); the last lines of /robot/log:\n    reading map\n    \u{1b}[31mno map";
+    model.event(event(2, Some("monitor"), "error", text));
+    model.event(event(
+        3,
+        Some("left.eye"),
+        "warning",
+        "says that it cannot do its work",
+    ));
+    model
+}
+
+fn screen(model: &mut Model, width: u16, height: u16) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
+    model.size = (width, height);
+    let drawn = terminal.draw(|frame| render::draw(model, frame.area(), frame.buffer_mut()));
+    drawn.expect("drawn");
+    let buffer = terminal.backend().buffer();
+    let lines = buffer
+        .content
+        .chunks(usize::from(width).max(1))
+        .map(|cells| {
+            let line: String = cells.iter().map(ratatui::buffer::Cell::symbol).collect();
+            line.trim_end().to_owned() + "\n"
+        });
+    lines.collect()
+}
+
+fn shows(model: &mut Model, width: u16, height: u16, expected: &Expect) {
+    expected.assert_eq(&screen(model, width, height));
+}
+
+fn press(model: &mut Model, key: Key) -> Option<Command> {
+    model.key(key)
+}
+
+fn order(verb: Verb, name: &str) -> Command {
+    let name = name.to_owned();
+    Command::Order { verb, name }
+}
+
+fn keys(model: &mut Model, keys: &str) -> Option<Command> {
+    let pressed = keys.chars().map(|key| press(model, Key::Char(key)));
+    pressed.collect::<Vec<_>>().pop().flatten()
+}
+
+fn parameters() -> Parameters {
+    let parameter = |path: &str, value: Value, allowed: &str, mark: &str| {
+        json!({
+            "path": path, "value": value, "allowed": allowed, "doc": ["How fast it may be."],
+            "editable": mark != "fixed", "restart": mark == "restart", "secret": mark == "secret",
+            "unsaved": mark == "unsaved",
+        })
+    };
+    let parameters = json!({"file": "config.toml", "parameters": [
+        parameter("speed", json!(400.0), "float, from 0 to 1500, in mm/s", "unsaved"),
+        parameter("map", json!("house.map"), "path", "fixed"),
+        parameter("name", json!("left"), "string", "restart"),
+        parameter("token", json!("***"), "string", "secret"),
+    ]});
+    serde_json::from_value(parameters).expect("parameters")
+}

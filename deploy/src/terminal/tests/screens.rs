@@ -1,0 +1,203 @@
+//! What is seen.
+
+#![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use super::*;
+
+#[test]
+fn a_wide_terminal_shows_all_columns() {
+    shows(
+        &mut model(Host::Up),
+        120,
+        30,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed                                                                        8.5% 25M
+        COMPONENT                STATE         UP   CPU   MEM  IN/s OUT/s CALLS/s COMPUTE p50/p99 HANDLER p50/p99 RESTARTS  LOST
+        simulator                running       0s  0.3%  3.0M     0  1.5k      20      55us/1.2ms      12us/340us        0     0
+        avoider                  running    1m02s  1.0%  4.0M     0     0      20      55us/1.2ms               -        0     0
+        ▾ left                   emergency      -  4.1%   11M  3.0k     0       0      55us/1.2ms      12us/340us        0     0
+          ▾ arm                  1/1        4m08s  1.7%  5.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
+            gripper              running    4m08s  1.7%  5.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
+          eye                    emergency  9m18s  2.4%  6.0M  1.5k     0       0      55us/1.2ms      12us/340us        0     0
+        ▾ right                  1/1       16m32s  3.1%  7.0M  1.5k     0       0      55us/1.2ms      12us/340us        1    12
+          eye                    running   16m32s  3.1%  7.0M  1.5k     0       0      55us/1.2ms      12us/340us        1    12
+        monitor                  failed         -     -     -     -     -       -               -               -        1     0
+        ── events ──────────────────────────────────────────────────────────────────────────────────────────────────────────────
+        13:56:01 network patrol is up
+        13:56:02 monitor: ended: signal 11 (SIGSEGV); the last lines of /robot/log:
+                     reading map
+                     no map
+        13:56:03 left.eye: says that it cannot do its work
+
+
+
+
+
+
+
+
+
+
+
+
+        r restart  x stop  s start  e emergency  enter log  p parameters  c connections  ? help  q stop the network
+    "#]],
+    );
+}
+
+#[test]
+fn a_usual_terminal_shows_the_most_important_ones() {
+    shows(
+        &mut model(Host::Top),
+        80,
+        24,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed                                8.5% 25M
+        COMPONENT        STATE         UP   CPU   MEM  IN/s OUT/s CALLS/s RESTARTS  LOST
+        simulator        running       0s  0.3%  3.0M     0  1.5k      20        0     0
+        avoider          running    1m02s  1.0%  4.0M     0     0      20        0     0
+        ▾ left           emergency      -  4.1%   11M  3.0k     0       0        0     0
+          ▾ arm          1/1        4m08s  1.7%  5.0M  1.5k     0       0        0     0
+            gripper      running    4m08s  1.7%  5.0M  1.5k     0       0        0     0
+          eye            emergency  9m18s  2.4%  6.0M  1.5k     0       0        0     0
+        ▾ right          1/1       16m32s  3.1%  7.0M  1.5k     0       0        1    12
+          eye            running   16m32s  3.1%  7.0M  1.5k     0       0        1    12
+        monitor          failed         -     -     -     -     -       -        1     0
+        ── events ──────────────────────────────────────────────────────────────────────
+        13:56:01 network patrol is up
+        13:56:02 monitor: ended: signal 11 (SIGSEGV); the last lines of /robot/log:
+                     reading map
+                     no map
+        13:56:03 left.eye: says that it cannot do its work
+
+
+
+
+
+
+        r restart  x stop  s start  e emergency  enter log  ? help  q leave
+    "#]],
+    );
+}
+
+#[test]
+fn a_small_terminal_shows_names_and_states() {
+    shows(
+        &mut model(Host::Up),
+        40,
+        10,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed
+        COMPONENT          STATE       CPU   MEM
+        simulator          running    0.3%  3.0M
+        avoider            running    1.0%  4.0M
+        ▾ left             emergency  4.1%   11M
+          ▾ arm            1/1        1.7%  5.0M
+            gripper        running    1.7%  5.0M
+        ── events ──────────────────────────────
+        13:56:03 left.eye: says that it cannot d
+        r restart  ? help  q stop the network
+    "#]],
+    );
+}
+
+#[test]
+fn no_size_is_too_small() {
+    for page in [
+        Page::Table,
+        Page::Log,
+        Page::Parameters,
+        Page::Connections,
+        Page::Help,
+    ] {
+        for (width, height) in [(1, 1), (2, 2), (5, 3), (300, 1), (1, 60), (13, 7)] {
+            let mut model = model(Host::Up);
+            model.page = page;
+            keys(&mut model, "r");
+            let shown = screen(&mut model, width, height);
+            assert_eq!(shown.lines().count(), usize::from(height));
+        }
+    }
+}
+
+#[test]
+fn without_colours_there_are_none() {
+    let colours = |wanted| {
+        let mut model = model(Host::Up);
+        model.colours = wanted;
+        let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("a terminal");
+        let drawn = terminal.draw(|frame| render::draw(&model, frame.area(), frame.buffer_mut()));
+        drawn.expect("drawn");
+        let cells = &terminal.backend().buffer().content;
+        cells
+            .iter()
+            .filter(|cell| cell.fg != Color::Reset || cell.bg != Color::Reset)
+            .count()
+    };
+    assert_eq!(colours(false), 0);
+    assert!(colours(true) > 0);
+}
+
+#[test]
+fn connections_say_who_is_at_the_other_end() {
+    let mut model = model(Host::Up);
+    keys(&mut model, "c");
+    shows(
+        &mut model,
+        80,
+        12,
+        &expect![[r#"
+            patrol  4 running  1 emergency  1 failed                                8.5% 25M
+            simulator  running  up 0s  cpu 0.3%  mem 3.0M  pid 100
+            iceoryx2  restarts 0  lost 0  period 50ms  compute 55us/1.2ms  overruns 2  error
+             log   parameters   connections
+            laser  implements  1 peer  20/s  12us/340us  0 errors
+              ← avoider.laser  over iceoryx2, Laser
+            pose  publishes  1 peer  1.5k/s
+              → left.arm.gripper.pose, left.eye.pose, right.eye.pose  over iceoryx2, Laser
+
+
+
+            tab log  r restart  x stop  s start  e emergency  esc back  q stop the network
+        "#]],
+    );
+}
+
+#[test]
+fn the_help_fits_a_usual_terminal() {
+    let mut model = model(Host::Top);
+    keys(&mut model, "?");
+    shows(
+        &mut model,
+        80,
+        24,
+        &expect![[r#"
+        patrol  4 running  1 emergency  1 failed                                8.5% 25M
+        up down       another component
+        enter         its log; folds and unfolds a group
+        l p c         its log, parameters, connections
+        tab           the next of these pages
+        esc           back to all components
+        left right    folds, unfolds
+        page up/down  scrolls events, log, lists
+        home end      the first, the last
+        r             restarts the component or the group
+        x             stops it
+        s             starts it
+        e             emergency, at once; again to leave it
+        E             emergency of all components, at once
+        enter, w      parameters: changes one, saves all
+        ctrl+l        draws the screen anew
+        q, ctrl+c     leaves; the network goes on
+
+
+
+
+
+
+        esc back  q leave
+    "#]],
+    );
+    press(&mut model, Key::Esc);
+    assert_eq!(model.page, Page::Table);
+}
