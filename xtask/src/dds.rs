@@ -6,6 +6,7 @@ use crate::compare::Peer;
 use crate::pair::{Pair, Row, quantile};
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::variant::{self, DDS};
+use rc_cdsl::model::Backend;
 use rc_deploy::network::Profile;
 use std::path::PathBuf;
 use std::process::Command;
@@ -22,25 +23,15 @@ const CONFIGURATION: &str = "<CycloneDDS><Domain Id=\"any\"><General><Interfaces
 /// How long ddsperf measures each size.
 const PERIOD: Duration = Duration::from_secs(5);
 /// Bytes of data, with a name and how many a block has.
-const SIZES: [(&str, usize, usize); 3] = [
+pub(crate) const SIZES: [(&str, usize, usize); 3] = [
     ("64 B", 64, 500),
     ("4 KiB", 4096, 500),
     ("1 MiB", 1024 * 1024, 50),
 ];
 
-/// Builds both, measures them in turns, then ddsperf.
-pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
-    let generated = variant::build("bench", Profile::Release)?;
-    let words = ["build", "--release", "-p", "bench_dds_peer"];
-    finish(cargo(&words)?, BUILD)?;
-    println!("{}\n", machine());
-    let peer = Peer {
-        name: "by hand",
-        goal: GOAL,
-    };
-    let mut ours = Pair::components(&generated, &DDS)?;
-    let mut theirs = Pair::by_hand_over_dds(BY_HAND)?;
-    let rows = SIZES.map(|(name, size, count)| {
+/// What is measured over a network.
+pub(crate) fn rows() -> [[Row; 2]; 3] {
+    SIZES.map(|(name, size, count)| {
         let row = |what: &str, kind| Row {
             name: format!("{what} {name}").into(),
             kind,
@@ -51,8 +42,22 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
             row("publish, one way,", "publish"),
             row("query, round trip,", "query"),
         ]
-    });
-    if !peer.table(rows.as_flattened(), &mut ours, &mut theirs, blocks, share)? {
+    })
+}
+
+/// Builds both, measures them in turns, then ddsperf.
+pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
+    let generated = variant::build("bench", Backend::Dds, Profile::Release)?;
+    let words = ["build", "--release", "-p", "bench_dds_peer"];
+    finish(cargo(&words)?, BUILD)?;
+    println!("{}\n", machine());
+    let peer = Peer {
+        name: "by hand",
+        goal: GOAL,
+    };
+    let mut ours = Pair::components(&generated, &DDS)?;
+    let mut theirs = Pair::by_hand_over("bench_dds_peer", BY_HAND)?;
+    if !peer.table(rows().as_flattened(), &mut ours, &mut theirs, blocks, share)? {
         eprintln!("xtask: a goal was missed");
     }
     drop((ours, theirs));

@@ -11,6 +11,7 @@ mod networks;
 mod pair;
 mod parameters;
 mod programs;
+mod ros2;
 mod slots;
 mod soak;
 mod usage;
@@ -21,7 +22,7 @@ use soak::Middleware;
 use std::process::{Command, ExitCode};
 
 /// What the tests start.
-const COMPONENTS: [&str; 14] = [
+const COMPONENTS: [&str; 15] = [
     "simulator",
     "avoider",
     "pose_monitor",
@@ -36,6 +37,7 @@ const COMPONENTS: [&str; 14] = [
     "motor_bus",
     "joint_controller",
     "herald",
+    "envoy",
 ];
 
 fn main() -> ExitCode {
@@ -51,8 +53,13 @@ fn main() -> ExitCode {
         }
         ["bench", "dds"] => dds::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
         ["bench", "dds", "--smoke"] => dds::run(5, 0.4).map_err(|e| e.to_string()),
+        ["bench", "ros2"] => ros2::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
+        ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
         ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
+            soak.map_err(|e| e.to_string())
+        }
+        ["soak", "ros2", ref rest @ ..] if let Some(soak) = soak(Middleware::Ros2, "600", rest) => {
             soak.map_err(|e| e.to_string())
         }
         ["soak", ref rest @ ..] if let Some(soak) = soak(Middleware::Iceoryx2, "3600", rest) => {
@@ -62,7 +69,7 @@ fn main() -> ExitCode {
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | --smoke] | soak [dds] [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

@@ -150,9 +150,9 @@ impl Pair {
         Self::start(&[path.clone(), path], arguments, Some(network))
     }
 
-    /// The hand-written programs over DDS.
-    pub(crate) fn by_hand_over_dds(domain: &str) -> Result<Self, Failure> {
-        let path = target()?.join("release/bench_dds_peer");
+    /// The hand-written programs over a network, in a domain.
+    pub(crate) fn by_hand_over(program: &str, domain: &str) -> Result<Self, Failure> {
+        let path = target()?.join("release").join(program);
         let arguments: [&[&str]; 2] = [&["pong", domain], &["ping", domain]];
         Self::start(&[path.clone(), path], arguments, None)
     }

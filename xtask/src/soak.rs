@@ -1,7 +1,7 @@
 //! `cargo xtask soak`: two generated components talk for an hour, and nothing may grow or get lost.
 //!
 //! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and asks (200 Hz); `soak_sink` receives and
-//! answers. Over DDS there are no images. What counts is what comes after a warm-up, in which every queue runs over once, so that all memory that
+//! answers. Over DDS and ROS 2 there are no images, and over ROS 2 half of the ticks and a quarter of the questions. What counts is what comes after a warm-up, in which every queue runs over once, so that all memory that
 //! can be in use is in use. What is demanded stands in `judge`.
 
 mod judge;
@@ -10,9 +10,10 @@ use crate::bench::BUILD;
 use crate::pair::Network;
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::usage::{descriptors, made_memory, processor_time, shared_memory};
-use crate::variant::{self, DDS};
-use bench_protocol::soak::{Counts, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES};
+use crate::variant::{self, DDS, ROS2};
+use bench_protocol::soak::{Counts, HALF, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES};
 use judge::{Sample, complaint, grown, lost, row, shares};
+use rc_cdsl::model::Backend;
 use rc_deploy::network::Profile;
 use serde_json::Value;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -57,6 +58,7 @@ pub(crate) enum Middleware {
     Iceoryx2,
     /// The same components as variants.
     Dds,
+    Ros2,
 }
 
 impl Middleware {
@@ -64,16 +66,31 @@ impl Middleware {
         match self {
             Self::Iceoryx2 => &[],
             Self::Dds => &DDS,
+            Self::Ros2 => &ROS2,
+        }
+    }
+
+    /// What the source is told beside its arguments.
+    fn variables(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::Iceoryx2 => &[],
+            // Of a megabyte each, images leave gaps in the heap of the library that are no leak and look like one.
+            Self::Dds => &[(WITHOUT_IMAGES, "1")],
+            // `rustdds` has time for a few thousand samples a second.
+            Self::Ros2 => &[(WITHOUT_IMAGES, "1"), (HALF, "1")],
         }
     }
 
     /// The sink and the source where `profile` has them.
     fn programs(self, profile: Profile) -> Result<[PathBuf; 2], Failure> {
-        if self == Self::Iceoryx2 {
-            let folder = target()?.join(profile.folder());
-            return Ok(["soak_sink", "soak_source"].map(|name| folder.join(name)));
+        match self {
+            Self::Iceoryx2 => {
+                let folder = target()?.join(profile.folder());
+                Ok(["soak_sink", "soak_source"].map(|name| folder.join(name)))
+            }
+            Self::Dds => variant::build("soak", Backend::Dds, profile),
+            Self::Ros2 => variant::build("soak", Backend::Ros2, profile),
         }
-        variant::build("soak", profile)
     }
 }
 
@@ -155,10 +172,7 @@ impl Soak {
         // Its computes are sometimes longer than a period, because it catches up; that is no warning.
         let mut command = Command::new(source);
         command.args(arguments("error")).process_group(0);
-        if plan.middleware == Middleware::Dds {
-            // Of a megabyte each, they leave gaps in the heap of the library that are no leak and look like one.
-            command.env(WITHOUT_IMAGES, "1");
-        }
+        command.envs(plan.middleware.variables().iter().copied());
         let source = Program::spawn(command)?;
         let sent = counts(&source.hear(COUNTS)?)?;
         Ok(Self {

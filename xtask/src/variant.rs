@@ -20,11 +20,25 @@ pub(crate) const DDS: [&str; 6] = [
     "dds.interfaces=lo",
 ];
 
-/// Builds the components of `bench/NAME.ddsl` for DDS; gives the executables of its two in their order.
-pub(crate) fn build(name: &str, profile: Profile) -> Result<[PathBuf; 2], Failure> {
+/// The same of ROS 2.
+pub(crate) const ROS2: [&str; 6] = [
+    "--set-middleware",
+    "ros2.lease=10s",
+    "--set-middleware",
+    "ros2.domain=90",
+    "--set-middleware",
+    "ros2.interfaces=lo",
+];
+
+/// Builds the components of `bench/NAME.ddsl` for another middleware; gives the executables of its two in their order.
+pub(crate) fn build(
+    name: &str,
+    middleware: Backend,
+    profile: Profile,
+) -> Result<[PathBuf; 2], Failure> {
     let path = root().join("bench").join(name).with_extension("ddsl");
     let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
-    let (network, found) = network::load(&path, Some(Backend::Dds), &mut sources, &loader)?;
+    let (network, found) = network::load(&path, Some(middleware), &mut sources, &loader)?;
     let network = network
         .filter(|_| !found.has_errors())
         .ok_or_else(|| render(&sources, &found, Format::Human))?;

@@ -111,6 +111,11 @@ fn nothing_grows_and_nothing_is_lost_over_dds() {
     nothing_grows(&["soak", "dds", "--smoke"]);
 }
 
+#[test]
+fn nothing_grows_and_nothing_is_lost_over_ros() {
+    nothing_grows(&["soak", "ros2", "--smoke"]);
+}
+
 fn nothing_grows(words: &[&str]) {
     let soak = Soak::start(words);
     let (last, errors, code) = soak.end();

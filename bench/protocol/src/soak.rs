@@ -32,6 +32,8 @@ const PERIOD: u64 = 251;
 
 /// Where this variable is set, the source sends no images.
 pub const WITHOUT_IMAGES: &str = "RC_SOAK_WITHOUT_IMAGES";
+/// Where this variable is set, ticks are twice as far apart, and questions asked after twice as many of them.
+pub const HALF: &str = "RC_SOAK_HALF";
 
 /// Whether an image is sent at this tick.
 pub fn is_image_due(tick: u64) -> bool {

@@ -66,6 +66,7 @@ fn open(backend: &dyn Backend, role: Role, count: usize, network: &str) -> Resul
                 hash: OPERATION.type_hash,
             },
             qos,
+            foreign: Vec::new(),
         })
     };
     let all = 0..count;

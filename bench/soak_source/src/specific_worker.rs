@@ -3,7 +3,7 @@
 
 use bench_protocol::now;
 use bench_protocol::soak::{
-    TICK, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image, is_image_due,
+    HALF, TICK, TICKS_A_QUERY, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES, image, is_image_due,
     pattern, tell,
 };
 use soak_source_generated::tracing::warn;
@@ -18,6 +18,8 @@ pub(crate) struct SpecificWorker {
     pattern: Vec<u8>,
     picture: Image,
     sends_images: bool,
+    /// 2 where it does less of everything, else 1.
+    slower: u64,
     begin: i64,
     /// The tick of the schedule that comes next; `ticks` of them were sent.
     next: u64,
@@ -41,6 +43,11 @@ impl Worker for SpecificWorker {
                 ..Image::default()
             },
             sends_images: std::env::var_os(WITHOUT_IMAGES).is_none(),
+            slower: if std::env::var_os(HALF).is_some() {
+                2
+            } else {
+                1
+            },
             begin: now(),
             next: 0,
             ticks: 0,
@@ -55,7 +62,8 @@ impl Worker for SpecificWorker {
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        let due = (now() - self.begin).unsigned_abs() / TICK.as_nanos() as u64;
+        let tick = TICK.as_nanos() as u64 * self.slower;
+        let due = (now() - self.begin).unsigned_abs() / tick;
         if due > self.next + MOST_BEHIND {
             self.skipped += due - self.next;
             self.next = due;
@@ -67,8 +75,9 @@ impl Worker for SpecificWorker {
             self.next += 1;
             self.turn(ctx)?;
         }
-        if self.next / TICKS_A_SECOND > self.told {
-            self.told = self.next / TICKS_A_SECOND;
+        let seconds = self.next * self.slower / TICKS_A_SECOND;
+        if seconds > self.told {
+            self.told = seconds;
             self.tell()?;
         }
         Ok(())
@@ -88,7 +97,7 @@ impl SpecificWorker {
         if self.sends_images && is_image_due(self.ticks) {
             self.publish_image(ctx)?;
         }
-        if self.ticks > WARM_UP_TICKS && self.ticks.is_multiple_of(TICKS_A_QUERY) {
+        if self.ticks > WARM_UP_TICKS && self.ticks.is_multiple_of(TICKS_A_QUERY * self.slower) {
             self.ask(ctx);
         }
         Ok(())

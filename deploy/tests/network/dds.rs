@@ -1,4 +1,4 @@
-//! What tests of DDS share: the component `herald` in a domain, and programs beside it.
+//! What tests of DDS and of ROS 2 share: the component `herald`, or `envoy`, in a domain, and programs beside it.
 
 use crate::python;
 use crate::site::{Running, Site};
@@ -20,21 +20,52 @@ const LOOPBACK: &str =
 pub(crate) struct Domain {
     pub(crate) site: Site,
     pub(crate) id: u32,
+    pub(crate) over: Over,
+}
+
+/// What a domain is of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Over {
+    Dds,
+    Ros2,
+}
+
+impl Over {
+    /// The middleware.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Dds => rc_dds::NAME,
+            Self::Ros2 => rc_ros2::NAME,
+        }
+    }
+
+    /// The component that strangers talk to.
+    pub(crate) fn component(self) -> &'static str {
+        match self {
+            Self::Dds => "herald",
+            Self::Ros2 => "envoy",
+        }
+    }
 }
 
 impl Domain {
     pub(crate) fn new(name: &str, id: u32) -> Self {
+        Self::over(Over::Dds, name, id)
+    }
+
+    pub(crate) fn over(over: Over, name: &str, id: u32) -> Self {
         let site = Site::new(name);
-        Self { site, id }
+        Self { site, id, over }
     }
 
     /// The arguments that bring a component into this domain.
     fn args<'a>(&self, more: &[&'a str]) -> Vec<std::borrow::Cow<'a, str>> {
+        let middleware = self.over.name();
         let mut args = vec![
             "--set-middleware".into(),
-            format!("dds.domain={}", self.id).into(),
+            format!("{middleware}.domain={}", self.id).into(),
             "--set-middleware".into(),
-            "dds.interfaces=lo".into(),
+            format!("{middleware}.interfaces=lo").into(),
         ];
         for setting in more {
             args.push("--set-middleware".into());
@@ -43,19 +74,20 @@ impl Domain {
         args
     }
 
-    /// Starts the herald, with further settings of DDS.
-    pub(crate) fn herald(&self, settings: &[&str]) -> Running {
-        self.herald_with(settings, &[])
+    /// Starts the component, with further settings of the middleware.
+    pub(crate) fn start(&self, settings: &[&str]) -> Running {
+        self.start_with(settings, &[])
     }
 
     /// The same, with environment variables.
-    pub(crate) fn herald_with(&self, settings: &[&str], variables: &[(&str, &str)]) -> Running {
+    pub(crate) fn start_with(&self, settings: &[&str], variables: &[(&str, &str)]) -> Running {
         let args = self.args(settings);
         let args: Vec<&str> = args.iter().map(|arg| &**arg).collect();
-        self.site.start_with("herald", &args, variables)
+        self.site
+            .start_with(self.over.component(), &args, variables)
     }
 
-    /// Starts one of the programs in `middleware/dds/tests/stranger`, in this network.
+    /// Starts one of the programs in `middleware/MIDDLEWARE/tests/stranger`, in this network.
     pub(crate) fn stranger(&self, python: &Path, program: &str, args: &[&str]) -> Stranger {
         self.stranger_with(python, program, args, "")
     }
@@ -68,9 +100,10 @@ impl Domain {
         args: &[&str],
         config: &str,
     ) -> Stranger {
-        let folder = concat!(
+        let folder = format!(
+            "{}/../middleware/{}/tests/stranger",
             env!("CARGO_MANIFEST_DIR"),
-            "/../middleware/dds/tests/stranger"
+            self.over.name()
         );
         let mut command = Command::new(python);
         self.site.place(&mut command);
@@ -101,9 +134,9 @@ impl Domain {
         }
     }
 
-    /// What the management of the herald says of one of its slots.
+    /// What the management of the component says of one of its slots.
     pub(crate) fn slot(&self, name: &str) -> Value {
-        let status = self.site.ask("herald", "status");
+        let status = self.site.ask(self.over.component(), "status");
         let slots = status["slots"].as_array().expect("slots");
         let slot = slots.iter().find(|slot| slot["name"] == name);
         slot.expect("the slot").clone()

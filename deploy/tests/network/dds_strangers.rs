@@ -24,7 +24,7 @@ fn reports_come_and_go() {
         return;
     };
     let domain = Domain::new("dds_repeat", 215);
-    let herald = domain.herald(&[]);
+    let herald = domain.start(&[]);
     let stranger = domain.stranger(python, "repeat.py", &["10000"]);
     assert_eq!(
         stranger.end(),
@@ -45,7 +45,7 @@ fn a_stranger_calls() {
         return;
     };
     let domain = Domain::new("dds_ask", 216);
-    let _herald = domain.herald(&[]);
+    let _herald = domain.start(&[]);
     let said = domain.stranger(python, "ask.py", &[]).end();
     let moved =
         "marks=[Mark(name='a', at=Point(x=1.5, y=2.5)), Mark(name='', at=Point(x=0.5, y=0.5))]";
@@ -75,7 +75,7 @@ fn a_component_calls_a_stranger() {
         return;
     };
     let domain = Domain::new("dds_consult", 217);
-    let _herald = domain.herald(&[]);
+    let _herald = domain.start(&[]);
     let mut consult = domain.stranger(python, "consult.py", &[]);
     consult.says("ready");
     consult.write("1000 early\n");
@@ -114,7 +114,7 @@ fn who_comes_late_gets_what_was_kept() {
     let domain = Domain::new("dds_late", 218);
     let early = domain.stranger(python, "late.py", &["5"]);
     early.says("ready");
-    let _herald = domain.herald(&[]);
+    let _herald = domain.start(&[]);
     // Five were ordered; the last three were kept.
     let mut client = Herald::meet(&domain, "early");
     Site::until("the orders came", || {
@@ -145,7 +145,7 @@ fn what_does_not_fit_is_told() {
         return;
     };
     let domain = Domain::new("dds_misfit", 219);
-    let herald = domain.herald(&[]);
+    let herald = domain.start(&[]);
     let misfit = domain.stranger(python, "misfit.py", &[]);
     assert_eq!(misfit.line(), "matched 0 0");
     let told = [
@@ -186,7 +186,7 @@ fn a_call_ends_with_its_server() {
     let domain = Domain::new("dds_died", 220);
     let mut noticed = Vec::new();
     for (lease, announce) in [("1s", "250ms"), ("200ms", "50ms")] {
-        let mut herald = domain.herald(&[&format!("dds.lease={lease}")]);
+        let mut herald = domain.start(&[&format!("dds.lease={lease}")]);
         // It tells how long it may be silent, and is heard four times in that time, as components are.
         let config = format!(
             "<Discovery><LeaseDuration>{lease}</LeaseDuration><SPDPInterval>{announce}</SPDPInterval></Discovery>"
@@ -242,11 +242,8 @@ fn cyclones_own_configuration_is_respected() {
          <Tracing><Verbosity>config</Verbosity><OutputFile>{}</OutputFile></Tracing>",
         trace.display()
     );
-    let herald = domain.herald_with(&[], &[("CYCLONEDDS_URI", &config)]);
-    let elsewhere = Domain {
-        site: domain.site,
-        id: 222,
-    };
+    let herald = domain.start_with(&[], &[("CYCLONEDDS_URI", &config)]);
+    let elsewhere = Domain { id: 222, ..domain };
     let said = elsewhere.stranger(python, "repeat.py", &["3"]).end();
     assert_eq!(said, ["told 3 heard 3"], "{}", herald.log());
     let traced = std::fs::read_to_string(trace).expect("a trace");

@@ -1,5 +1,6 @@
 //! Whole networks of the components of this repository.
 
+mod bytes;
 mod camera;
 mod dds;
 mod dds_bytes;
@@ -16,6 +17,10 @@ mod probe;
 mod pty;
 mod python;
 mod restored;
+mod ros_bytes;
+mod ros_real;
+mod ros_strangers;
+mod ros_traps;
 mod settings;
 mod site;
 mod strangers;

@@ -356,7 +356,7 @@ impl Site {
     }
 
     /// Looks until something is so; the looking has a limit, and a pause that is none of what is tested.
-    pub(crate) fn until(what: &str, so: impl Fn() -> bool) {
+    pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
         let start = Instant::now();
         while !so() {
             assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");

@@ -95,9 +95,17 @@ impl DeserializerAdapter<Taken> for Passing {
             RepresentationIdentifier::PL_CDR_BE,
             RepresentationIdentifier::CDR2_LE,
             RepresentationIdentifier::CDR2_BE,
+            RepresentationIdentifier::PL_CDR2_LE,
+            RepresentationIdentifier::PL_CDR2_BE,
             RepresentationIdentifier::D_CDR_LE,
             RepresentationIdentifier::D_CDR_BE,
             RepresentationIdentifier::XML,
+            RepresentationIdentifier::XCDR2_LE,
+            RepresentationIdentifier::XCDR2_BE,
+            RepresentationIdentifier::D_CDR2_LE,
+            RepresentationIdentifier::D_CDR2_BE,
+            RepresentationIdentifier::PL_XCDR2_LE,
+            RepresentationIdentifier::PL_XCDR2_BE,
         ];
         ALL
     }

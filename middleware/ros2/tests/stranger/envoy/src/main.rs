@@ -1,0 +1,7 @@
+//! The component `envoy`.
+
+mod specific_worker;
+
+fn main() -> std::process::ExitCode {
+    envoy_generated::run::<specific_worker::SpecificWorker>()
+}

@@ -1,0 +1,21 @@
+"""Reads what was kept, and orders something for who comes late, until its input ends: late.py NETWORK DOMAIN COUNT."""
+
+import sys
+
+from node import Node, qos
+
+from envoy import ArchiveKeep, OrdersOrder
+
+network, domain, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+here = Node(network, domain)
+orders = here.writer("Orders/order", OrdersOrder, qos(kept=True, depth=3))
+for number in range(5):
+    orders.write(OrdersOrder(f"order {number}"))
+print("ready", flush=True)
+archive = here.reader("Archive/keep", ArchiveKeep, qos(kept=True, depth=100))
+for kept in here.values(archive):
+    print(kept.text, flush=True)
+    count -= 1
+    if count == 0:
+        break
+sys.stdin.read()

@@ -1,0 +1,37 @@
+"""Answers what the envoy asks until its input ends: oracle.py NETWORK DOMAIN."""
+
+import sys
+import threading
+
+from node import Node, Server, met
+
+from envoy import (
+    NONSENSE, Nonsense, OK, OracleAsk_Request, OracleAsk_Response, OracleTell_Request, OracleTell_Response, Point,
+)
+
+
+def ask(request):
+    print("asked", request.question, flush=True)
+    match request.question:
+        case "hold":
+            return None
+        case "nonsense":
+            return NONSENSE, Nonsense("so it is", 9), Point(), 0
+        case _:
+            return OK, Nonsense(), Point(1.5, -2.5), 1 << 40
+
+
+def tell(request):
+    print("told", request.text, flush=True)
+    return ()
+
+
+network, domain = sys.argv[1:]
+here = Node(network, domain)
+asks = Server(here, "Oracle/ask", OracleAsk_Request, OracleAsk_Response)
+tells = Server(here, "Oracle/tell", OracleTell_Request, OracleTell_Response)
+for server, answer in ((asks, ask), (tells, tell)):
+    threading.Thread(target=server.serve, args=(answer,), daemon=True).start()
+met(asks.responses, asks.requests, tells.responses, tells.requests)
+print("ready", flush=True)
+sys.stdin.read()

@@ -1,0 +1,39 @@
+//! `cargo xtask bench ros2`: generated components over ROS 2 beside the same by hand on ros2-client.
+
+use crate::bench::{BUILD, machine};
+use crate::compare::Peer;
+use crate::dds::rows;
+use crate::pair::{Pair, Row};
+use crate::programs::{Failure, cargo, finish};
+use crate::variant::{self, ROS2};
+use rc_cdsl::model::Backend;
+use rc_deploy::network::Profile;
+
+/// At p50 a generated component may take so many times what the hand-written program takes.
+const GOAL: f64 = 1.10;
+/// The size of a query.
+const SMALL: usize = 64;
+/// The domain of the hand-written program.
+const BY_HAND: &str = "91";
+
+/// Builds both and measures them in turns.
+pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
+    let generated = variant::build("bench", Backend::Ros2, Profile::Release)?;
+    let words = ["build", "--release", "-p", "bench_ros_peer"];
+    finish(cargo(&words)?, BUILD)?;
+    println!("{}\n", machine());
+    let peer = Peer {
+        name: "by hand",
+        goal: GOAL,
+    };
+    let mut ours = Pair::components(&generated, &ROS2)?;
+    let mut theirs = Pair::by_hand_over("bench_ros_peer", BY_HAND)?;
+    // What is larger than a packet cannot be answered by hand: `rustdds` writes fragments with a related request in a form that
+    // nobody can read, and ros2-client has no other one.
+    let is_possible = |row: &Row| !row.is_query() || row.size == SMALL;
+    let rows: Vec<Row> = rows().into_iter().flatten().filter(is_possible).collect();
+    if !peer.table(&rows, &mut ours, &mut theirs, blocks, share)? {
+        eprintln!("xtask: a goal was missed");
+    }
+    Ok(())
+}
