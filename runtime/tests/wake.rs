@@ -43,6 +43,7 @@ static DESCRIPTION: Description = Description {
             ..Qos::CALL
         },
         operations: &[DOUBLE],
+        foreign: &[],
     }],
     backends: &[("local", rc_local::connect)],
     note: b"",
