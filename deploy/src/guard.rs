@@ -3,7 +3,7 @@
 //! The supervisor tells it of every process over a socket (the guard's standard input). When the socket closes
 //! without a farewell, the supervisor is gone, by whatever way. Components notice the same through their own link.
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, OrCannot, complain};
 use crate::held::{Held, HeldComponent};
 use crate::lines::{Line, Lines, Overlong};
 use crate::lock::Lock;
@@ -181,7 +181,7 @@ pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
     match watch(network, cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("guard of {network}: {error}");
+            complain(format_args!("guard of {network}: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
@@ -220,7 +220,7 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         End::Gone(Some(held)) => held,
     };
     let names: Vec<&str> = held.components.iter().map(|c| c.name.as_str()).collect();
-    eprintln!(
+    complain(format_args!(
         "guard of {network} ({}): the supervisor is gone; components left: {}",
         Identity::own().map_or(0, |own| own.pid),
         if names.is_empty() {
@@ -228,9 +228,11 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         } else {
             names.join(", ")
         }
-    );
+    ));
     let killed = held.finish_off();
-    eprintln!("guard of {network}: {killed} processes had to be killed");
+    complain(format_args!(
+        "guard of {network}: {killed} processes had to be killed"
+    ));
     wipe(&lock, cleanup)
 }
 
@@ -267,9 +269,11 @@ fn listen(supervisor: &UnixStream) -> End {
                     held.components.retain(|c| c.process.pid != pid);
                 }
                 (Ok(Report::Farewell), _) => return End::Farewell,
-                (Ok(_), None) => eprintln!("guard: a report before the network: {text}"),
+                (Ok(_), None) => {
+                    complain(format_args!("guard: a report before the network: {text}"));
+                }
                 // The line of a supervisor that was killed while it wrote.
-                (Err(error), _) => eprintln!("guard: {error} in {text}"),
+                (Err(error), _) => complain(format_args!("guard: {error} in {text}")),
             }
         }
         if ended {

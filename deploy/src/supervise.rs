@@ -2,7 +2,7 @@
 
 use crate::control::{self, Call, Control};
 use crate::detach::Starter;
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, OrCannot, advice};
 use crate::events::{Event, Severity};
 use crate::guard::{Guard, GuardCommand};
 use crate::held::Held;
@@ -14,7 +14,7 @@ use crate::relay::Relay;
 use crate::report::Reporter;
 use crate::restart::Next;
 use crate::signals::Signals;
-use crate::status::Status;
+use crate::status::{Status, digest};
 use crate::unit::{Overdue, Unit, until};
 use crate::up::{Options, Outcome};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -50,6 +50,8 @@ enum Source {
 /// A network while it is up.
 pub(crate) struct Supervisor<'p> {
     plan: &'p Plan,
+    /// Of the `.ddsl` as it was at the start.
+    digest: Option<String>,
     report: &'p Reporter,
     units: Vec<Unit>,
     /// Whom each unit waits for.
@@ -116,6 +118,7 @@ impl<'p> Supervisor<'p> {
         guard.await_ready()?;
         Ok(Self {
             plan,
+            digest: digest(&plan.ddsl),
             report,
             units,
             needs: plan.needs(),
@@ -197,7 +200,10 @@ impl<'p> Supervisor<'p> {
     /// The next `up` needs this only if supervisor and guard are both killed.
     fn write_held(&self) {
         if let Err(error) = self.held.write(self.lock.directory()) {
-            let text = format!("cannot write to the run directory: {error}");
+            let text = format!(
+                "cannot write to the run directory: {error}{}",
+                advice(&error)
+            );
             self.network_event(Severity::Warning, "not-written", text);
         }
     }
@@ -371,6 +377,8 @@ impl<'p> Supervisor<'p> {
             pid: std::process::id() as i32,
             guard: self.guard.as_ref().map(Guard::pid),
             ddsl: self.plan.ddsl.clone(),
+            digest: self.digest.clone(),
+            changed: false,
             components: self.units.iter().map(Unit::status).collect(),
         }
     }
@@ -411,6 +419,14 @@ impl<'p> Supervisor<'p> {
         self.forget(i);
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
+        // At the end of the network all are looked for at once.
+        if goes_on {
+            let left = self.held.mark.sweep_of(unit.name());
+            if left > 0 {
+                let text = format!("killed {left} processes that it had left behind");
+                unit.event(self.report, Severity::Warning, "left-over", text);
+            }
+        }
         if goes_on && !unit.is_ready() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
         }

@@ -6,7 +6,7 @@ use crate::lines::{Line, Lines, Overlong};
 use crate::link::{self, HEARTBEAT_LIMIT, Message};
 use crate::logs;
 use crate::plan::Component;
-use crate::process::{self, Identity, KILL_LIMIT, MARK, Mark, kill_group};
+use crate::process::{self, COMPONENT, Identity, KILL_LIMIT, MARK, Mark, kill_group};
 use crate::realtime;
 use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
@@ -199,6 +199,7 @@ impl Unit {
             .envs(&component.env)
             .env("RC_SUPERVISED", "1")
             .env(MARK, mark.value())
+            .env(COMPONENT, &component.name)
             .current_dir(&component.directory)
             .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(theirs)))
