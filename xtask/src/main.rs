@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | deploy [--smoke] | --smoke] | soak [dds] [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | deploy [--smoke] | --smoke] | soak [dds] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }
