@@ -194,3 +194,19 @@ fn a_supervisor_killed_at_its_very_beginning_leaves_no_directory() {
     );
     assert!(bench.run_directory().join("lidar.sock").exists());
 }
+
+#[test]
+fn a_half_done_clean_up_is_not_in_the_way() {
+    let bench = Bench::new();
+    std::fs::create_dir_all(bench.run_directory()).expect("a folder");
+    // What is left where somebody is killed who empties the folder, in whatever order that happens.
+    for name in ["rcdeploy.sock", "a.sock"] {
+        let socket = std::os::unix::net::UnixListener::bind(bench.run_directory().join(name));
+        drop(socket.expect("a socket"));
+    }
+    std::fs::write(bench.run_directory().join("a.lock"), "").expect("written");
+    let up = bench.start_well();
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
