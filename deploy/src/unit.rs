@@ -22,6 +22,9 @@ use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+/// How long after its link a process may end before the closed link is an event of its own.
+const CLOSED_LIMIT: Duration = Duration::from_secs(1);
+
 /// How many reads of the link are made after the process has ended.
 const LAST_READS: usize = 16;
 
@@ -59,6 +62,9 @@ struct Running {
     pidfd: OwnedFd,
     identity: Identity,
     link: Option<UnixStream>,
+    /// When it is told that its link is closed, unless it has ended by then: a process that is killed closes its files
+    /// a moment before its end is known.
+    closed: Option<Instant>,
     lines: Lines,
     started: Instant,
     stop: Stop,
@@ -235,6 +241,7 @@ impl Unit {
             pidfd,
             identity,
             link: Some(link),
+            closed: None,
             lines: Lines::new(Overlong::Skip),
             started: now,
             stop: Stop::No,
@@ -251,6 +258,7 @@ impl Unit {
         let (lines, closed) = running.lines.read(link);
         if closed {
             running.link = None;
+            running.closed = Some(Instant::now() + CLOSED_LIMIT);
         }
         for line in lines {
             let message = match line {
@@ -265,7 +273,7 @@ impl Unit {
     }
 
     /// A component that closes its link while it runs cannot be watched.
-    pub(crate) fn report_closed_link(&self, report: &Reporter) {
+    fn report_closed_link(&self, report: &Reporter) {
         if self.is_alive() && self.link().is_none() && !self.is_asked_to_stop() {
             self.event(
                 report,
@@ -408,11 +416,12 @@ impl Unit {
         let Phase::Alive(running) = &self.phase else {
             return self.due;
         };
-        match running.stop {
+        let limit = match running.stop {
             Stop::Asked(at) | Stop::Killed(at) => Some(at),
             Stop::No if !self.ready => Some(running.started + self.component.ready),
             Stop::No => self.silence(),
-        }
+        };
+        limit.into_iter().chain(running.closed).min()
     }
 
     /// When it will have been silent for too long.
@@ -423,6 +432,12 @@ impl Unit {
     /// Looks at the clock.
     pub(crate) fn check(&mut self, now: Instant, report: &Reporter) -> Overdue {
         if self.deadline().is_none_or(|deadline| now < deadline) {
+            return Overdue::Nothing;
+        }
+        if let Phase::Alive(running) = &mut self.phase
+            && running.closed.take_if(|at| now >= *at).is_some()
+        {
+            self.report_closed_link(report);
             return Overdue::Nothing;
         }
         let Phase::Alive(running) = &self.phase else {
