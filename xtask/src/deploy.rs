@@ -23,7 +23,7 @@ const ROUNDS: usize = 7;
 const GOAL: (usize, Duration) = (100, Duration::from_secs(3));
 /// No start and no end of a network takes longer.
 const LIMIT: Duration = Duration::from_secs(60);
-/// What PyPI has of supervisord.
+/// What `PyPI` has of supervisord.
 const PACKAGE: &str = "supervisor==4.3.0";
 
 /// Who starts and stops programs.
@@ -148,7 +148,7 @@ struct Place<'s> {
     folder: TempDir,
     count: usize,
     supervisord: Option<&'s Path>,
-    /// Where programs tell that they are ready which nobody supervises by a link (sd_notify).
+    /// Where programs tell that they are ready which nobody supervises by a link (`sd_notify`).
     notified: UnixDatagram,
 }
 

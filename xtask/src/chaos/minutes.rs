@@ -44,7 +44,7 @@ struct Seen {
     /// The longest work of a component that calls another one in it.
     longest_call: Duration,
     calls: u64,
-    hung: u32,
+    hung: Vec<String>,
 }
 
 pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
@@ -238,7 +238,7 @@ impl<'g> Network<'g> {
             | "guard-lost" | "not-written" => {
                 return Err(format!("{name}: {message}").into());
             }
-            "hung" => seen.hung += 1,
+            "hung" => seen.hung.push(format!("{name}: {message}")),
             _ => {}
         }
         Ok(())
@@ -371,10 +371,13 @@ impl Seen {
             Figure {
                 what: "components that rcdeploy took for hung",
                 goal: "none",
-                measured: self.hung.to_string(),
-                met: self.hung == 0,
+                measured: self.hung.len().to_string(),
+                met: self.hung.is_empty(),
             },
         ]);
+        for hung in self.hung {
+            println!("hung: {hung}");
+        }
         println!("chaos: nobody else ended, everything started again, nothing is left");
         if !met {
             eprintln!("xtask: a goal was missed");
