@@ -535,12 +535,28 @@ impl Unit {
 fn describe(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("exit status {code}"),
+        (None, Some(signal)) if signal == Signal::BUS.as_raw() => {
+            format!("signal {signal} (SIGBUS){}", shared_memory())
+        }
         (None, Some(signal)) => match signal_hook::low_level::signal_name(signal) {
             Some(name) => format!("signal {signal} ({name})"),
             None => format!("signal {signal}"),
         },
         (None, None) => status.to_string(),
     }
+}
+
+/// What to do about a process that has met the end of the shared memory: the system has no other way to say so.
+fn shared_memory() -> String {
+    const PLACE: &str = "/dev/shm";
+    let Ok(disk) = rustix::fs::statvfs(PLACE) else {
+        return String::new();
+    };
+    let [all, free] = [disk.f_blocks, disk.f_bavail].map(|n| n * disk.f_frsize / 1000);
+    format!(
+        ", which is what happens where the shared memory is full: {PLACE} has {all} kB, of which {free} kB are free now; \
+         `mount -o remount,size=1G {PLACE}` makes it larger, `--shm-size=1g` that of a container"
+    )
 }
 
 /// The time until `deadline`, for a `poll`.

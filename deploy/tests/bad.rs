@@ -251,6 +251,20 @@ fn a_program_that_cannot_bear_a_full_disk_is_told_from_others() {
 }
 
 #[test]
+fn a_process_that_met_the_end_of_the_shared_memory_says_so() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![component("bad", "bus", &[])]);
+    let message = up.await_event("start-failed", Some("bad"));
+    assert!(
+        message.contains("(SIGBUS), which is what happens where the shared memory is full")
+            && message.contains("--shm-size"),
+        "{message}"
+    );
+    assert_eq!(up.end().0, Some(3));
+    bench.assert_nothing_left();
+}
+
+#[test]
 fn a_run_directory_on_a_full_disk_is_no_end() {
     let bench = Bench::new();
     let test = "a_run_directory_on_a_full_disk_is_no_end";

@@ -1,9 +1,10 @@
-//! A `.ddsl` that changes while its network runs, and components on a disk that is full.
+//! A `.ddsl` that changes while its network runs; components on a disk, and in a shared memory, that is full.
 
+use crate::python::skipped;
 use crate::site::{PATROL, Site};
 use rustix::process::{Signal, kill_process};
 use std::fs::File;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 #[test]
 fn a_changed_file_still_means_the_network_that_runs() {
@@ -68,4 +69,37 @@ fn a_component_bears_that_its_log_cannot_be_written() {
         .stdin(Stdio::null());
     let status = wrong.status().expect("it starts");
     assert_eq!(status.code(), Some(2));
+}
+
+#[test]
+fn a_network_that_does_not_fit_into_the_shared_memory_says_so() {
+    let site = Site::new("small");
+    let file = site.write(
+        "small.ddsl",
+        &include_str!("../../../components/networks/camera.ddsl")
+            .replace("Deployment camera", &format!("Deployment {}", site.network))
+            .replace("\"../", &format!("\"{}/", Site::components().display())),
+    );
+    let script = "mount -t tmpfs -o size=200k tmpfs /dev/shm && exec \"$@\"";
+    let within = |program: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["-m", "sh", "-c", script, "sh", program]);
+        command
+    };
+    let mut command = within("true");
+    command.stderr(Stdio::null());
+    if !command.status().is_ok_and(|status| status.success()) {
+        let test = "a_network_that_does_not_fit_into_the_shared_memory_says_so";
+        return skipped(test, "this user may not mount (`unshare -m`)");
+    }
+    let mut command = within(env!("CARGO_BIN_EXE_rcdeploy"));
+    command.args(["up", "--profile", "dev"]).arg(file);
+    let ran = site.run(command);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    assert!(
+        ran.stderr
+            .contains("the shared memory is full: /dev/shm has 204 kB"),
+        "{ran:?}"
+    );
+    site.assert_nothing_left();
 }

@@ -139,6 +139,14 @@ fn main() -> ExitCode {
             status = number(0);
         }
         "abort" => std::process::abort(),
+        // It meets the end of a memory that cannot grow.
+        "bus" => {
+            let signal = rustix::process::Signal::BUS;
+            // The first one ends the handler that every program in Rust has.
+            for _ in 0..2 {
+                let _ = rustix::process::kill_process(rustix::process::getpid(), signal);
+            }
+        }
         // MILLISECONDS STATUS
         "last" => {
             program.ready();
