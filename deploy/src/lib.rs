@@ -31,6 +31,7 @@ pub mod export;
 pub mod graph;
 pub mod guard;
 pub mod held;
+mod left;
 mod lines;
 mod link;
 mod lock;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// The environment variable that every process of a network carries and inherits, see [`Mark`].
 pub const MARK: &str = "RC_SUPERVISOR";
 
-/// The environment variable with the name of its component, which its children inherit as well.
+/// The environment variable with the name of its component and the number of its run, which its children inherit.
 pub const COMPONENT: &str = "RC_COMPONENT";
 
 /// How long a process that got SIGKILL is waited for. Only one that hangs in the kernel needs longer.
@@ -136,12 +136,9 @@ impl Mark {
         self.sweep_those(&[format!("{MARK}={}", self.0)])
     }
 
-    /// The same of those alone that a component has left behind.
-    pub(crate) fn sweep_of(&self, component: &str) -> usize {
-        self.sweep_those(&[
-            format!("{MARK}={}", self.0),
-            format!("{COMPONENT}={component}"),
-        ])
+    /// The same of those alone that a run of a component has left behind.
+    pub(crate) fn sweep_of(&self, run: &str) -> usize {
+        self.sweep_those(&[format!("{MARK}={}", self.0), format!("{COMPONENT}={run}")])
     }
 
     fn sweep_those(&self, wanted: &[String]) -> usize {

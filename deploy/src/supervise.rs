@@ -6,6 +6,7 @@ use crate::error::{Error, OrCannot, advice};
 use crate::events::{Event, Severity};
 use crate::guard::{Guard, GuardCommand};
 use crate::held::Held;
+use crate::left::Sweeps;
 use crate::lock::Lock;
 use crate::logs;
 use crate::plan::Plan;
@@ -68,6 +69,7 @@ pub(crate) struct Supervisor<'p> {
     relay: Option<Relay>,
     starter: Option<Starter>,
     is_up: bool,
+    sweeps: Sweeps,
     /// Units that failed after they were ready.
     failed: Vec<String>,
     ending: Option<Ending>,
@@ -133,6 +135,7 @@ impl<'p> Supervisor<'p> {
             relay,
             starter: None,
             is_up: false,
+            sweeps: Sweeps::default(),
             failed: Vec::new(),
             ending: None,
         })
@@ -168,7 +171,8 @@ impl<'p> Supervisor<'p> {
     fn start_what_may(&mut self) {
         for i in 0..self.units.len() {
             let may = self.needs[i].iter().all(|&j| self.units[j].is_ready());
-            if self.ending.is_none() && may && self.units[i].is_due() {
+            let due = self.units[i].is_due() && !self.sweeps.hold_back(i);
+            if self.ending.is_none() && may && due {
                 self.start(i);
             }
         }
@@ -291,7 +295,7 @@ impl<'p> Supervisor<'p> {
         }
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
-        let deadline = units.chain(relay).min();
+        let deadline = units.chain(relay).chain(self.sweeps.deadline()).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
@@ -407,11 +411,7 @@ impl<'p> Supervisor<'p> {
         let goes_on = self.ending.is_none();
         // At the end of the network all are looked for at once.
         if goes_on {
-            let left = self.held.mark.sweep_of(unit.name());
-            if left > 0 {
-                let text = format!("killed {left} processes that it had left behind");
-                unit.event(self.report, Severity::Warning, "left-over", text);
-            }
+            self.sweeps.begin(i, &self.held.mark, unit.run());
         }
         if goes_on && !unit.is_ready() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
@@ -471,6 +471,12 @@ impl<'p> Supervisor<'p> {
         let now = Instant::now();
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
+        }
+        for (i, left) in self.sweeps.done() {
+            if left > 0 {
+                let text = format!("killed {left} processes that it had left behind");
+                self.units[i].event(self.report, Severity::Warning, "left-over", text);
+            }
         }
         for i in 0..self.units.len() {
             match self.units[i].check(now, self.report) {

@@ -176,6 +176,11 @@ impl Unit {
         }
     }
 
+    /// Its name, and which of its runs this is.
+    pub(crate) fn run(&self) -> String {
+        format!("{}/{}", self.name(), self.restarts.count())
+    }
+
     /// Starts the process.
     pub(crate) fn start(&mut self, mark: &Mark) -> Result<(), String> {
         let component = &self.component;
@@ -205,7 +210,7 @@ impl Unit {
             .envs(&component.env)
             .env("RC_SUPERVISED", "1")
             .env(MARK, mark.value())
-            .env(COMPONENT, &component.name)
+            .env(COMPONENT, self.run())
             .current_dir(&component.directory)
             .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(theirs)))
