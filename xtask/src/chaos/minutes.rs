@@ -11,6 +11,8 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::process::Stdio;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -28,6 +30,8 @@ const DEADLINE: Duration = Duration::from_secs(1);
 const BESIDE: Duration = Duration::from_millis(100);
 /// What takes so many times its limit is no noise of the machine: it fails.
 const SLACK: u32 = 5;
+/// How long a thread sleeps that looks how busy the machine is.
+const NAP: Duration = Duration::from_millis(5);
 /// How long the network may take until it is up.
 const UP: Duration = Duration::from_secs(30);
 
@@ -43,8 +47,9 @@ struct Seen {
     up: Vec<Duration>,
     /// The longest work of a component that calls another one in it.
     longest_call: Duration,
-    calls: u64,
-    hung: Vec<String>,
+    hung: u32,
+    /// What took longer than it may, and when.
+    late: Vec<String>,
 }
 
 pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
@@ -52,6 +57,7 @@ pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
     let ground = Ground::new()?;
     describe(&ground)?;
     let mut seen = Seen::default();
+    let pause = pauses();
     let end = Instant::now() + Duration::from_secs(60) * minutes;
     let outcome = storm(&ground, &mut Dice(seed), end, &mut seen);
     if let Err(error) = outcome.and_then(|()| ground.nothing_is_left()) {
@@ -62,8 +68,23 @@ pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
         )
         .into());
     }
-    seen.report();
+    seen.report(Duration::from_micros(pause.load(Ordering::Relaxed)));
     Ok(())
+}
+
+/// Begins to measure how long the machine lets a thread wait that wants to run, in µs: what nobody here can help.
+fn pauses() -> Arc<AtomicU64> {
+    let longest = Arc::new(AtomicU64::new(0));
+    let measured = Arc::clone(&longest);
+    std::thread::spawn(move || {
+        while Arc::strong_count(&measured) > 1 {
+            let start = Instant::now();
+            std::thread::sleep(NAP);
+            let more = start.elapsed().saturating_sub(NAP);
+            measured.fetch_max(more.as_micros() as u64, Ordering::Relaxed);
+        }
+    });
+    longest
 }
 
 /// Writes the network, and configurations for callers in a hurry.
@@ -135,7 +156,7 @@ fn storm(ground: &Ground, dice: &mut Dice, end: Instant, seen: &mut Seen) -> Res
             return network.finish(seen);
         }
         if dice.falls(30) {
-            network.kill_guard(seen)?;
+            network.kill_guard(seen);
         }
         network.supervisor.kill()?;
         seen.supervisors += 1;
@@ -226,8 +247,13 @@ impl<'g> Network<'g> {
                 {
                     const DAY: i64 = 24 * 60 * 60 * 1000;
                     let took = (milliseconds(text("time"))? - start).rem_euclid(DAY);
-                    seen.ready.push(Duration::from_millis(took as u64));
-                    seen.tally.recovered(Duration::from_millis(took as u64));
+                    let took = Duration::from_millis(took as u64);
+                    seen.ready.push(took);
+                    seen.tally.recovered(took);
+                    if took >= READY {
+                        let late = format!("{}: {name}: ready after {took:?}", text("time"));
+                        seen.late.push(late);
+                    }
                 }
             }
             "exited" if message.contains("SIGKILL") => {
@@ -238,7 +264,11 @@ impl<'g> Network<'g> {
             | "guard-lost" | "not-written" => {
                 return Err(format!("{name}: {message}").into());
             }
-            "hung" => seen.hung.push(format!("{name}: {message}")),
+            "hung" => {
+                seen.hung += 1;
+                seen.late
+                    .push(format!("{}: {name}: {message}", text("time")));
+            }
             _ => {}
         }
         Ok(())
@@ -265,7 +295,7 @@ impl<'g> Network<'g> {
             }
         }
         if dice.falls(8) {
-            self.kill_guard(seen)?;
+            self.kill_guard(seen);
         }
         self.listen_for(end.saturating_duration_since(Instant::now()), seen)
     }
@@ -275,19 +305,23 @@ impl<'g> Network<'g> {
             return;
         };
         let work = &status["compute"];
-        let longest = work["max_us"].as_u64().unwrap_or(0);
-        seen.longest_call = seen.longest_call.max(Duration::from_micros(longest));
-        seen.calls = seen.calls.max(work["count"].as_u64().unwrap_or(0));
+        let longest = Duration::from_micros(work["max_us"].as_u64().unwrap_or(0));
+        if longest > seen.longest_call {
+            seen.longest_call = longest;
+            if longest >= DEADLINE + BESIDE {
+                seen.late
+                    .push(format!("{name}: compute() with a query took {longest:?}"));
+            }
+        }
     }
 
-    fn kill_guard(&self, seen: &mut Seen) -> Result<(), Failure> {
-        let status = self.ground.status("rcdeploy")?;
+    fn kill_guard(&self, seen: &mut Seen) {
+        let status = self.ground.status("rcdeploy").unwrap_or_default();
         if let Some(guard) = pid(&status["guard"])
             && self.ground.kill(guard)
         {
             seen.guards += 1;
         }
-        Ok(())
     }
 
     /// All get ready once more, and then end in good order.
@@ -332,7 +366,7 @@ fn milliseconds(time: &str) -> Result<i64, Failure> {
 }
 
 impl Seen {
-    fn report(mut self) {
+    fn report(mut self, pause: Duration) {
         let Tally {
             kills,
             during_start,
@@ -371,13 +405,17 @@ impl Seen {
             Figure {
                 what: "components that rcdeploy took for hung",
                 goal: "none",
-                measured: self.hung.len().to_string(),
-                met: self.hung.is_empty(),
+                measured: self.hung.to_string(),
+                met: self.hung == 0,
             },
         ]);
-        for hung in self.hung {
-            println!("hung: {hung}");
+        for late in self.late {
+            println!("late: {late}");
         }
+        let longest = ms(pause);
+        println!(
+            "the machine itself let a thread that slept {NAP:?} wait for {longest} more, at the most"
+        );
         println!("chaos: nobody else ended, everything started again, nothing is left");
         if !met {
             eprintln!("xtask: a goal was missed");
