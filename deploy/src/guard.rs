@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How long a guard may take until it guards.
 const START_LIMIT: Duration = Duration::from_secs(5);
@@ -64,6 +64,7 @@ enum Report {
 /// The supervisor's end: a guard that runs.
 #[derive(Debug)]
 pub(crate) struct Guard {
+    started: Instant,
     child: Child,
     link: UnixStream,
     pidfd: OwnedFd,
@@ -96,7 +97,12 @@ impl Guard {
             .map_err(|error| Error::Guard(format!("{}: {error}", command.program.display())))?;
         let pidfd = pidfd_open(Pid::from_child(&child), PidfdFlags::empty())
             .or_cannot("watch the guard process")?;
-        let mut guard = Self { child, link, pidfd };
+        let mut guard = Self {
+            started: Instant::now(),
+            child,
+            link,
+            pidfd,
+        };
         let mark = held.mark.clone();
         guard.tell(&Report::Network { mark });
         for component in &held.components {
@@ -128,6 +134,11 @@ impl Guard {
     /// Becomes readable when the guard ends.
     pub(crate) fn descriptor(&self) -> &OwnedFd {
         &self.pidfd
+    }
+
+    /// How long it has lived.
+    pub(crate) fn age(&self) -> Duration {
+        self.started.elapsed()
     }
 
     /// How it ended, after its descriptor was readable.

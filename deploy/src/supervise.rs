@@ -25,8 +25,10 @@ use std::os::fd::AsFd;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// How often a guard that ends is started anew.
+/// How many guards may be started of which none lives long.
 const GUARD_STARTS: u32 = 5;
+/// A guard that has lived so long was no part of a series.
+const GUARD_STEADY: Duration = Duration::from_secs(5);
 
 /// Why the network ends.
 #[derive(Debug)]
@@ -377,6 +379,9 @@ impl<'p> Supervisor<'p> {
         let Some(guard) = self.guard.take() else {
             return;
         };
+        if guard.age() >= GUARD_STEADY {
+            self.guard_starts = 0;
+        }
         let how = guard.reap();
         if self.guard_starts >= GUARD_STARTS {
             let text = format!(

@@ -30,6 +30,8 @@ const DEADLINE: Duration = Duration::from_secs(1);
 const BESIDE: Duration = Duration::from_millis(100);
 /// What takes so many times its limit is no noise of the machine: it fails.
 const SLACK: u32 = 5;
+/// How long a guard lives at least.
+const GUARDED: Duration = Duration::from_secs(6);
 /// How long a thread sleeps that looks how busy the machine is.
 const NAP: Duration = Duration::from_millis(5);
 /// How long the network may take until it is up.
@@ -170,6 +172,8 @@ struct Network<'g> {
     supervisor: Supervisor,
     events: Receiver<Value>,
     is_up: bool,
+    /// When its guard was started.
+    guarded: Instant,
     /// Those who have been started, and when, in milliseconds of the day.
     starting: BTreeMap<String, (i64, Instant)>,
 }
@@ -195,6 +199,7 @@ impl<'g> Network<'g> {
             supervisor,
             events,
             is_up: false,
+            guarded: Instant::now(),
             starting: BTreeMap::new(),
         })
     }
@@ -294,7 +299,9 @@ impl<'g> Network<'g> {
                 break;
             }
         }
-        if dice.falls(8) {
+        // A guard that never lives long is given up after a while, as it has to be.
+        if dice.falls(12) && self.guarded.elapsed() > GUARDED {
+            self.guarded = Instant::now();
             self.kill_guard(seen);
         }
         self.listen_for(end.saturating_duration_since(Instant::now()), seen)
