@@ -263,12 +263,12 @@ fn live<C: Component>(
             // Who does not wait any more has stopped the component already.
             let _ = running.send(());
         } else {
-            notify::tell("READY=1");
+            notify::tell(notify::Word::Ready);
         }
         event_loop.run()
     };
     if matches!(process, Process::Whole) {
-        notify::tell("STOPPING=1");
+        notify::tell(notify::Word::Stopping);
     }
     ports.linger(LINGER);
     drop(component);
