@@ -182,6 +182,7 @@ impl<'s> Place<'s> {
         };
         let log = std::fs::File::create(self.path("starter.log"))?;
         command
+            .env("CARGO_TARGET_DIR", target()?)
             .env("XDG_RUNTIME_DIR", self.path("run"))
             .env("XDG_STATE_HOME", self.path("state"))
             .stdin(Stdio::null())

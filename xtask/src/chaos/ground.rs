@@ -62,6 +62,7 @@ impl Ground {
         let mut command = Command::new(target()?.join("debug").join(program));
         command
             .current_dir(folder.join("work"))
+            .env("CARGO_TARGET_DIR", target()?)
             .env("XDG_RUNTIME_DIR", folder.join("run"))
             .env("XDG_STATE_HOME", folder.join("state"))
             .stdin(Stdio::null())
