@@ -37,6 +37,7 @@ mod growth;
 pub mod guard;
 pub mod held;
 mod journal;
+mod left;
 mod lines;
 mod link;
 mod lock;

@@ -78,7 +78,9 @@ impl Network {
 /// Makes and holds the services of `network` that [`Network::services`] listed. What cannot be held is told on
 /// standard error, and the network starts without it.
 pub fn hold(network: &str, services: &str) -> Option<Holder> {
-    let complain = |what: &dyn std::fmt::Display| eprintln!("guard of {network}: {what}");
+    let complain = |what: &dyn std::fmt::Display| {
+        crate::error::complain(format_args!("guard of {network}: {what}"));
+    };
     let listed: Vec<(String, Service)> = serde_json::from_str(services)
         .inspect_err(|e| complain(e))
         .ok()?;

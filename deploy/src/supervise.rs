@@ -3,10 +3,11 @@
 use crate::commands::{self, Commands, Verb};
 use crate::control::{self, Call, Control, Request};
 use crate::detach::Starter;
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, OrCannot, advice};
 use crate::events::{Event, Severity};
 use crate::guard::{Guard, GuardCommand};
 use crate::held::Held;
+use crate::left::Sweeps;
 use crate::lock::Lock;
 use crate::logs;
 use crate::plan::Plan;
@@ -16,7 +17,7 @@ use crate::report::Reporter;
 use crate::restart::Next;
 use crate::rotate::{self, Rotation};
 use crate::signals::Signals;
-use crate::status::Status;
+use crate::status::{Status, digest};
 use crate::unit::{Overdue, Unit, until};
 use crate::up::{Options, Outcome};
 use crate::watch::Rounds;
@@ -27,8 +28,10 @@ use std::os::fd::AsFd;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// How often a guard that ends is started anew.
+/// How many guards may be started of which none lives long.
 const GUARD_STARTS: u32 = 5;
+/// A guard that has lived so long was no part of a series.
+const GUARD_STEADY: Duration = Duration::from_secs(5);
 
 /// How often the memory of processes is looked at.
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
@@ -57,6 +60,8 @@ enum Source {
 /// A network while it is up.
 pub(crate) struct Supervisor<'p> {
     plan: &'p Plan,
+    /// Of the `.ddsl` as it was at the start.
+    digest: Option<String>,
     report: &'p Reporter,
     units: Vec<Unit>,
     /// Whom each unit waits for.
@@ -76,6 +81,7 @@ pub(crate) struct Supervisor<'p> {
     rounds: Rounds,
     starter: Option<Starter>,
     is_up: bool,
+    sweeps: Sweeps,
     /// Units that failed after they were ready.
     failed: Vec<String>,
     ending: Option<Ending>,
@@ -131,6 +137,7 @@ impl<'p> Supervisor<'p> {
         let needs = plan.needs();
         Ok(Self {
             plan,
+            digest: digest(&plan.ddsl),
             report,
             units,
             commands: Commands::new(&needs),
@@ -148,6 +155,7 @@ impl<'p> Supervisor<'p> {
             rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
             starter: None,
             is_up: false,
+            sweeps: Sweeps::default(),
             failed: Vec::new(),
             ending: None,
         })
@@ -191,7 +199,8 @@ impl<'p> Supervisor<'p> {
         for i in 0..self.units.len() {
             let lets = |&j: &usize| self.units[j].lets_others_start();
             let may = self.needs[i].iter().all(lets);
-            if self.ending.is_none() && may && self.units[i].is_due() {
+            let due = self.units[i].is_due() && !self.sweeps.hold_back(i);
+            if self.ending.is_none() && may && due {
                 self.start(i);
                 any = true;
             }
@@ -255,7 +264,10 @@ impl<'p> Supervisor<'p> {
     /// The next `up` needs this only if supervisor and guard are both killed.
     fn write_held(&self) {
         if let Err(error) = self.held.write(self.lock.directory()) {
-            let text = format!("cannot write to the run directory: {error}");
+            let text = format!(
+                "cannot write to the run directory: {error}{}",
+                advice(&error)
+            );
             self.network_event(Severity::Warning, "not-written", text);
         }
     }
@@ -349,6 +361,7 @@ impl<'p> Supervisor<'p> {
         let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
         let deadline = units.chain(relay).chain(commands);
+        let deadline = deadline.chain(self.sweeps.deadline());
         let deadline = deadline.chain(self.rotation.deadline());
         let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
@@ -386,23 +399,9 @@ impl<'p> Supervisor<'p> {
             Source::Listener => self.control.accept(),
             Source::Client(number) => self.serve(number),
             Source::Guard => self.guard_ended(),
-            Source::Link(i) => {
-                self.units[i].read_link(self.report);
-                // A process that ends closes its link as well; it is told apart by its end, in this very turn.
-                if self.units[i].link().is_none() && !self.has_ended(i) {
-                    self.units[i].report_closed_link(self.report);
-                }
-            }
+            Source::Link(i) => self.units[i].read_link(self.report),
             Source::Process(i) => self.unit_ended(i),
         }
-    }
-
-    fn has_ended(&self, i: usize) -> bool {
-        let process = self.units[i].process();
-        // A process closes its files a moment before its end is told.
-        process.is_none_or(|fd| {
-            crate::process::first_readable([fd], Duration::from_millis(20)).is_some()
-        })
     }
 
     fn signalled(&mut self) {
@@ -442,6 +441,8 @@ impl<'p> Supervisor<'p> {
             pid: std::process::id() as i32,
             guard: self.guard.as_ref().map(Guard::pid),
             ddsl: self.plan.ddsl.clone(),
+            digest: self.digest.clone(),
+            changed: false,
             components: self.units.iter().map(Unit::status).collect(),
         }
     }
@@ -450,6 +451,9 @@ impl<'p> Supervisor<'p> {
         let Some(guard) = self.guard.take() else {
             return;
         };
+        if guard.age() >= GUARD_STEADY {
+            self.guard_starts = 0;
+        }
         let how = guard.reap();
         if self.guard_starts >= GUARD_STARTS {
             let text = format!(
@@ -482,6 +486,10 @@ impl<'p> Supervisor<'p> {
         self.forget(i);
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
+        // At the end of the network all are looked for at once.
+        if goes_on {
+            self.sweeps.begin(i, &self.held.mark, unit.run());
+        }
         if goes_on && unit.is_stopped() {
             let severity = if end.done {
                 Severity::Info
@@ -563,6 +571,12 @@ impl<'p> Supervisor<'p> {
             let pause = self.rounds.pause;
             for unit in &mut self.units {
                 unit.measure(pause, self.report);
+            }
+        }
+        for (i, left) in self.sweeps.done() {
+            if left > 0 {
+                let text = format!("killed {left} processes that it had left behind");
+                self.units[i].event(self.report, Severity::Warning, "left-over", text);
             }
         }
         for i in 0..self.units.len() {

@@ -6,7 +6,7 @@ use crate::lines::{Line, Lines, Overlong};
 use crate::link::{self, HEARTBEAT_LIMIT, Message};
 use crate::logs;
 use crate::plan::Component;
-use crate::process::{self, Identity, KILL_LIMIT, MARK, Mark, kill_group};
+use crate::process::{self, COMPONENT, Identity, KILL_LIMIT, MARK, Mark, kill_group};
 use crate::realtime;
 use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
@@ -23,6 +23,9 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
+
+/// How long after its link a process may end before the closed link is an event of its own.
+const CLOSED_LIMIT: Duration = Duration::from_secs(1);
 
 /// How many reads of the link are made after the process has ended.
 const LAST_READS: usize = 16;
@@ -45,6 +48,8 @@ pub(crate) struct Unit {
     /// What goes wrong in this run.
     watch: Watch,
     restarts: Restarts,
+    /// How often it was started, also by a command.
+    runs: u32,
     /// When it may be started again.
     due: Option<Instant>,
     /// A command has stopped it: it stays so until it is released.
@@ -71,6 +76,9 @@ struct Running {
     pidfd: OwnedFd,
     identity: Identity,
     link: Option<UnixStream>,
+    /// When it is told that its link is closed, unless it has ended by then: a process that is killed closes its files
+    /// a moment before its end is known.
+    closed: Option<Instant>,
     lines: Lines,
     started: Instant,
     stop: Stop,
@@ -112,6 +120,7 @@ impl Unit {
     pub(crate) fn new(component: Component, log: PathBuf) -> Self {
         Self {
             restarts: Restarts::new(component.restart),
+            runs: 0,
             due: None,
             stopped: false,
             released: false,
@@ -236,8 +245,14 @@ impl Unit {
         }
     }
 
+    /// Its name, and which of its runs this is.
+    pub(crate) fn run(&self) -> String {
+        format!("{}/{}", self.name(), self.runs)
+    }
+
     /// Starts the process.
     pub(crate) fn start(&mut self, mark: &Mark) -> Result<(), String> {
+        self.runs += 1;
         let component = &self.component;
         let refused = |what: String, error: io::Error| format!("cannot {what}: {error}");
         let log = OpenOptions::new()
@@ -270,6 +285,7 @@ impl Unit {
             .envs(&component.env)
             .env("RC_SUPERVISED", "1")
             .env(MARK, mark.value())
+            .env(COMPONENT, self.run())
             .current_dir(&component.directory)
             .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(theirs)))
@@ -307,6 +323,7 @@ impl Unit {
             pidfd,
             identity,
             link: Some(link),
+            closed: None,
             lines: Lines::new(Overlong::Skip),
             started: now,
             stop: Stop::No,
@@ -323,6 +340,7 @@ impl Unit {
         let (lines, closed) = running.lines.read(link);
         if closed {
             running.link = None;
+            running.closed = Some(Instant::now() + CLOSED_LIMIT);
         }
         for line in lines {
             let message = match line {
@@ -337,7 +355,7 @@ impl Unit {
     }
 
     /// A component that closes its link while it runs cannot be watched.
-    pub(crate) fn report_closed_link(&self, report: &Reporter) {
+    fn report_closed_link(&self, report: &Reporter) {
         if self.is_alive() && self.link().is_none() && !self.is_asked_to_stop() {
             self.event(
                 report,
@@ -539,11 +557,12 @@ impl Unit {
         let Phase::Alive(running) = &self.phase else {
             return self.due;
         };
-        match running.stop {
+        let limit = match running.stop {
             Stop::Asked(at) | Stop::Killed(at) => Some(at),
             Stop::No if !self.ready => Some(running.started + self.component.ready),
             Stop::No => self.silence(),
-        }
+        };
+        limit.into_iter().chain(running.closed).min()
     }
 
     /// When it will have been silent for too long.
@@ -554,6 +573,12 @@ impl Unit {
     /// Looks at the clock.
     pub(crate) fn check(&mut self, now: Instant, report: &Reporter) -> Overdue {
         if self.deadline().is_none_or(|deadline| now < deadline) {
+            return Overdue::Nothing;
+        }
+        if let Phase::Alive(running) = &mut self.phase
+            && running.closed.take_if(|at| now >= *at).is_some()
+        {
+            self.report_closed_link(report);
             return Overdue::Nothing;
         }
         let Phase::Alive(running) = &self.phase else {
@@ -656,12 +681,28 @@ impl Unit {
 fn describe(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("exit status {code}"),
+        (None, Some(signal)) if signal == Signal::BUS.as_raw() => {
+            format!("signal {signal} (SIGBUS){}", shared_memory())
+        }
         (None, Some(signal)) => match signal_hook::low_level::signal_name(signal) {
             Some(name) => format!("signal {signal} ({name})"),
             None => format!("signal {signal}"),
         },
         (None, None) => status.to_string(),
     }
+}
+
+/// What to do about a process that has met the end of the shared memory: the system has no other way to say so.
+fn shared_memory() -> String {
+    const PLACE: &str = "/dev/shm";
+    let Ok(disk) = rustix::fs::statvfs(PLACE) else {
+        return String::new();
+    };
+    let [all, free] = [disk.f_blocks, disk.f_bavail].map(|n| n * disk.f_frsize / 1000);
+    format!(
+        ", which is what happens where the shared memory is full: {PLACE} has {all} kB, of which {free} kB are free now; \
+         `mount -o remount,size=1G {PLACE}` makes it larger, `--shm-size=1g` that of a container"
+    )
 }
 
 /// The time until `deadline`, for a `poll`.

@@ -65,6 +65,7 @@ fn open(backend: &dyn Backend, role: Role, count: usize, network: &str) -> Resul
                 name: "RcBench::Slot".to_owned(),
                 hash: OPERATION.type_hash,
             },
+            foreign: Vec::new(),
             qos,
         })
     };

@@ -331,7 +331,7 @@ fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(Failure(code, message)) => {
             if !message.is_empty() {
-                eprintln!("rcdeploy: error: {message}");
+                rc_deploy::error::complain(format_args!("rcdeploy: error: {message}"));
             }
             ExitCode::from(code)
         }
@@ -531,7 +531,9 @@ fn show<T: Serialize>(
 /// Removes what the default middleware keeps in memory for a network.
 fn wipe(network: &str) {
     if let Err(error) = rc_iceoryx2::wipe(&RunDirectory::of(network)) {
-        eprintln!("rcdeploy: the shared memory of {network} was not removed: {error}");
+        rc_deploy::error::complain(format_args!(
+            "rcdeploy: the shared memory of {network} was not removed: {error}"
+        ));
     }
 }
 
@@ -550,25 +552,43 @@ fn named(argument: Option<String>) -> Result<String, Failure> {
     }
 }
 
-/// A network is named by its name or by its file.
+/// A network is named by its name or by its file, which may have changed since, or be broken by now: then it is the
+/// network that was started from it.
 fn network_of(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);
     if path.extension().is_none_or(|e| e != "ddsl") {
         return Ok(argument.to_owned());
     }
-    let text =
-        std::fs::read_to_string(path).map_err(|e| system(&format!("{}: {e}", path.display())))?;
     let mut sources = SourceMap::new();
-    let source = sources.add(path, text);
-    let (file, found) = rc_ddsl::parse(&sources, source);
-    if let Some(deployment) = file.deployment {
-        return Ok(deployment.name.text);
+    let read = std::fs::read_to_string(path).map(|text| {
+        let source = sources.add(path, text);
+        rc_ddsl::parse(&sources, source)
+    });
+    let deployment = read.as_ref().ok().and_then(|(f, _)| f.deployment.as_ref());
+    let named = deployment.map(|deployment| deployment.name.text.clone());
+    if let Some(name) = &named
+        && rc_deploy::client::networks().contains(name)
+    {
+        return Ok(name.clone());
     }
-    eprint!(
-        "{}",
-        render(&sources, &found, rc_diagnostics::Format::Human)
-    );
-    Err(Failure(1, String::new()))
+    match (rc_deploy::client::started_from(path).as_slice(), named) {
+        ([one], _) => Ok(one.clone()),
+        (_, Some(name)) => Ok(name),
+        ([], None) => {
+            let (_, found) = read.map_err(|e| system(&format!("{}: {e}", path.display())))?;
+            let human = rc_diagnostics::Format::Human;
+            eprint!("{}", render(&sources, &found, human));
+            Err(Failure(1, String::new()))
+        }
+        (many, None) => Err(Failure(
+            2,
+            format!(
+                "several networks were started from {}: {}; name one",
+                path.display(),
+                many.join(", ")
+            ),
+        )),
+    }
 }
 
 /// Reads a network and all that it names, with `more` that is to be looked at; says what is wrong.

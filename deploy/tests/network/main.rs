@@ -1,6 +1,7 @@
 //! Whole networks of the components of this repository.
 
 mod camera;
+mod changed;
 mod dds;
 mod dds_bytes;
 mod dds_strangers;

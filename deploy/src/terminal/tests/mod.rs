@@ -57,6 +57,8 @@ fn status() -> Status {
         pid: 99,
         guard: Some(98),
         ddsl: "patrol.ddsl".into(),
+        digest: None,
+        changed: false,
         components: components.collect(),
     }
 }
