@@ -21,6 +21,7 @@
 //! that no stranger who got a pid for the second time is ever hit.
 
 mod addresses;
+mod body;
 pub mod client;
 mod configuration;
 mod control;
@@ -31,6 +32,8 @@ pub mod export;
 pub mod graph;
 pub mod guard;
 pub mod held;
+mod keep;
+mod launch;
 mod lines;
 mod link;
 mod lock;
@@ -43,6 +46,7 @@ pub mod preview;
 pub mod process;
 mod realtime;
 mod relay;
+mod remote;
 pub mod report;
 mod restart;
 pub mod services;
@@ -60,7 +64,8 @@ pub use error::Error;
 pub use events::{Event, Severity};
 pub use guard::{GuardCommand, guard};
 pub use held::recover;
-pub use plan::{Component, Plan, Policy, Restart};
+pub use plan::{Component, Host, Plan, Policy, Restart};
+pub use remote::agent;
 pub use report::Format;
 pub use status::{ComponentStatus, State, Status};
 pub use up::{Options, Outcome, up};

@@ -9,6 +9,7 @@ use crate::lock::Lock;
 use crate::plan::Plan;
 use crate::report::{Format, Output, Reporter};
 use crate::supervise::Supervisor;
+use std::collections::BTreeMap;
 use std::io;
 
 /// How a network is run.
@@ -23,6 +24,8 @@ pub struct Options {
     pub supervisor: bool,
     /// How the guard is started, if not as this program with the argument `guard`.
     pub guard: Option<GuardCommand>,
+    /// The shared-memory services that the guards of other machines hold, as JSON, by the name of the machine.
+    pub services: BTreeMap<String, String>,
 }
 
 /// How an `up` ended.

@@ -148,6 +148,9 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    /// What the supervisor of another machine runs here, over ssh; started by `up`.
+    #[command(hide = true)]
+    Agent,
     /// The process that cleans up when its supervisor is gone; started by `up`.
     #[command(hide = true)]
     Guard {
@@ -353,6 +356,11 @@ fn run(command: Command) -> Result<u8, Failure> {
             image,
             dry_run,
         } => export(&input, to, &out, image.as_deref(), dry_run),
+        Command::Agent => {
+            // Its own exit code is for nobody: it tells its supervisor what is wrong.
+            let _ = rc_deploy::agent(&wipe);
+            Ok(0)
+        }
         Command::Guard { network, hold } => {
             let held = RefCell::new(services::hold(&network, &hold));
             let clean = || {
@@ -503,7 +511,6 @@ fn load(
 fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
     move |network, found| {
         if !unbuilt {
-            network.warn_of_remote_hosts(found);
             network.check_machine(false, found);
             network.check_generated(found);
             network.check_executables(input.profile, found);
@@ -575,7 +582,6 @@ fn up(
     let human = rc_diagnostics::Format::Human;
     let network = if build {
         let network = load(input, human, |network, found| {
-            network.refuse_remote_hosts(found);
             network.check_machine(true, found);
             network.check_generated(found);
         })?;
@@ -589,7 +595,6 @@ fn up(
         }
     } else {
         load(input, human, |network, found| {
-            network.refuse_remote_hosts(found);
             network.check_machine(true, found);
             network.check_executables(input.profile, found);
         })?
@@ -622,13 +627,14 @@ fn up(
     let args = own
         .args
         .into_iter()
-        .chain(["--hold".to_owned(), network.services()])
+        .chain(["--hold".to_owned(), network.services(None)])
         .collect();
     let options = Options {
         format,
         relay: !supervisor,
         supervisor,
         guard: Some(GuardCommand { args, ..own }),
+        services: network.services_elsewhere(),
     };
     let name = plan.network.clone();
     Ok(rc_deploy::up(&plan, &options, &|| wipe(&name)).exit_code())

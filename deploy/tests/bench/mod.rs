@@ -118,10 +118,21 @@ impl Bench {
     }
 
     pub fn start_with(&self, components: Vec<Component>, flags: &[&str]) -> Up {
+        self.start_in(components, flags, &[])
+    }
+
+    /// The same with environment variables.
+    pub fn start_in(
+        &self,
+        components: Vec<Component>,
+        flags: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Up {
         let plan = self.write(components);
         let mut command = self.driver(&["up", &plan, "--json"]);
         let mut child = command
             .args(flags)
+            .envs(variables.iter().copied())
             .stdout(Stdio::piped())
             .spawn()
             .expect("it starts");
