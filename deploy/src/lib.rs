@@ -12,7 +12,8 @@
 //! - [`preview`], [`graph`]: what would run, as tables, as a picture, as JSON.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
-//! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
+//! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed; `keep` joins them.
+//! - `remote`: the same on other machines, over ssh; [`agent`](fn@agent) is the end there.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
 //! - [`export`](mod@export): the same for engines of another kind.
 //! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
