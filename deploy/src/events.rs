@@ -20,8 +20,9 @@ pub enum Severity {
 ///
 /// The codes: `recovered`, `starting`, `ready`, `up`, `state`, `exited`, `restarting`, `not-ready`, `gave-up`,
 /// `start-failed`, `hung`, `answers-again`, `link-closed`, `garbage`, `killed`, `not-killed`, `left-over`,
-/// `stopping`, `guard-ended`, `guard-lost`, `host-connected`, `host-unreachable`, `host-lost`, `host-back`, `host-note`,
-/// `not-written`, `not-cleaned`, `down`, `refused`, and `log` for a line that a component printed.
+/// `stopping`, `guard-ended`, `guard-lost`, `host-connecting`, `host-connected`, `host-unreachable`, `host-lost`,
+/// `host-back`, `host-note`, `not-written`, `not-cleaned`, `down`, `refused`, and `log` for a line
+/// that a component printed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Event {
     /// When, in UTC.

@@ -12,7 +12,7 @@ use crate::lock::Lock;
 use crate::logs;
 use crate::plan::Plan;
 use crate::relay::Relay;
-use crate::remote::Host;
+use crate::remote::{Host, Part};
 use crate::report::Reporter;
 use crate::restart::Next;
 use crate::signals::Signals;
@@ -41,7 +41,7 @@ enum Source {
     Listener,
     Client(u64),
     Guard,
-    Host(usize),
+    Host(usize, Part),
     Link(usize),
     Process(usize),
 }
@@ -135,6 +135,7 @@ impl<'p> Supervisor<'p> {
 
     /// Starts the units and keeps them until they end or are to end.
     pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
+        self.announce_hosts();
         loop {
             self.start_what_may();
             self.stop_what_may();
@@ -262,8 +263,8 @@ impl<'p> Supervisor<'p> {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
         for (h, host) in self.hosts.iter().enumerate() {
-            if let Some((descriptor, flags)) = host.descriptor() {
-                add(Source::Host(h), descriptor, flags);
+            for (part, descriptor, flags) in host.descriptors() {
+                add(Source::Host(h, part), descriptor, flags);
             }
         }
         for client in self.control.clients() {
@@ -322,7 +323,8 @@ impl<'p> Supervisor<'p> {
             Source::Listener => self.control.accept(),
             Source::Client(number) => self.serve(number),
             Source::Guard => self.guard_ended(),
-            Source::Host(h) => self.hear_host(h),
+            Source::Host(h, Part::Link) => self.hear_host(h),
+            Source::Host(h, Part::Socket(number)) => self.hosts[h].turn_socket(number),
             Source::Link(i) => {
                 self.units[i].read_link(self.report);
                 // A process that ends closes its link as well; it is told apart by its end, in this very turn.

@@ -5,7 +5,9 @@ use super::copies;
 use super::input::{Timed, read_line};
 use super::printed::Printed;
 use super::protocol::{File, Order, Word, line};
+use super::wires::{Heard, Wires};
 use super::{BEAT, HOST_LIMIT};
+use crate::addresses::process_name;
 use crate::error::{Error, OrCannot};
 use crate::guard::GuardCommand;
 use crate::held::{Recovered, recover_locked};
@@ -150,6 +152,7 @@ enum Source {
     Signals,
     Guard,
     Logs,
+    Wire(u64),
     Link(String),
     Process(String),
 }
@@ -170,6 +173,7 @@ struct Agent {
     look: Option<Instant>,
     printed: BTreeMap<String, Printed>,
     running: BTreeMap<String, Launched>,
+    wires: Wires,
     input: OwnedFd,
     lines: Lines,
     output: OwnedFd,
@@ -209,6 +213,7 @@ impl Agent {
             look: None,
             printed: BTreeMap::new(),
             running: BTreeMap::new(),
+            wires: Wires::default(),
             // The supervisor waits for the answer: nothing is left in the buffer.
             input: input.into_inner().0,
             lines: Lines::new(Overlong::Skip),
@@ -271,6 +276,9 @@ impl Agent {
         if self.look.is_none() {
             add(Source::Logs, self.watch.descriptor().as_fd(), PollFlags::IN);
         }
+        for (number, descriptor, flags) in self.wires.descriptors() {
+            add(Source::Wire(number), descriptor, flags);
+        }
         // Links come before processes: last words count.
         for (name, process) in &self.running {
             if let Some(link) = process.link() {
@@ -317,6 +325,17 @@ impl Agent {
                 self.watch.drain();
                 self.look = Some(Instant::now() + LOOK);
             }
+            Source::Wire(wire) => {
+                if let Some(Heard { text, there }) = self.wires.turn(*wire) {
+                    let wire = *wire;
+                    if !text.is_empty() {
+                        self.say(&Word::Tell { wire, text });
+                    }
+                    if !there {
+                        self.say(&Word::Shut(wire));
+                    }
+                }
+            }
             Source::Link(name) => self.read_link(name),
             Source::Process(name) => self.ended(name),
         }
@@ -341,6 +360,18 @@ impl Agent {
                 Some(Order::Kill(name)) => {
                     self.running.get(&name).inspect(|process| process.kill());
                 }
+                Some(Order::Call { wire, name }) => {
+                    let path = self.keeper.directory().socket(&process_name(&name));
+                    if self.wires.call(wire, &path).is_err() {
+                        self.say(&Word::Shut(wire));
+                    }
+                }
+                Some(Order::Tell { wire, text }) => {
+                    if !self.wires.send(wire, &text) {
+                        self.say(&Word::Shut(wire));
+                    }
+                }
+                Some(Order::Shut(wire)) => self.wires.shut(wire),
                 Some(Order::Beat) => {}
                 Some(Order::Farewell) => return Some(Ending::Farewell),
                 Some(Order::Network { .. }) | None => {

@@ -2,6 +2,7 @@
 
 use super::connection::{Beginner, Beginning, Begun, own_program};
 use super::protocol::{File, Order, Word, line, mirrored};
+use super::wires::{Heard, Sockets};
 use super::{BEAT, HOST_LIMIT, ssh};
 use crate::launch::Exit;
 use crate::lines::{Line, Lines, Overlong};
@@ -102,6 +103,15 @@ pub(crate) enum News {
     Word(Word),
 }
 
+/// Something of a host that is waited for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Part {
+    /// The connection.
+    Link,
+    /// A socket that stands for one there, or who has called it.
+    Socket(u64),
+}
+
 #[derive(Debug)]
 enum Link {
     /// There is none; the next attempt is then.
@@ -146,6 +156,7 @@ pub(crate) struct Host {
     /// Where in the log the complaints of this attempt begin.
     complaints: u64,
     link: Link,
+    sockets: Sockets,
     /// When it was last heard of.
     heard: Instant,
     next_beat: Instant,
@@ -168,6 +179,7 @@ impl Host {
             log,
             complaints: 0,
             link: Link::None(now),
+            sockets: Sockets::default(),
             heard: now,
             next_beat: now,
             pause: FIRST_PAUSE,
@@ -175,6 +187,11 @@ impl Host {
             root: PathBuf::new(),
             was_there: false,
         }
+    }
+
+    /// Where it is, as one types it.
+    pub(crate) fn destination(&self) -> String {
+        ssh::destination(&self.plan)
     }
 
     /// Whether processes can be started there.
@@ -209,8 +226,17 @@ impl Host {
         }
     }
 
-    /// What is waited for, if anything.
-    pub(crate) fn descriptor(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
+    /// What is waited for: the connection, and those who call components there.
+    pub(crate) fn descriptors(&self) -> impl Iterator<Item = (Part, BorrowedFd<'_>, PollFlags)> {
+        let link = self.descriptor();
+        let link = link.map(|(descriptor, flags)| (Part::Link, descriptor, flags));
+        let sockets = self.sockets.descriptors();
+        let sockets =
+            sockets.map(|(number, descriptor, flags)| (Part::Socket(number), descriptor, flags));
+        link.into_iter().chain(sockets)
+    }
+
+    fn descriptor(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
         match &self.link {
             Link::Beginning(_, beginner) => Some((beginner.over.as_fd(), PollFlags::IN)),
             Link::There(ssh, _) => {
@@ -281,6 +307,31 @@ impl Host {
         Ok(())
     }
 
+    /// Lets a component that runs there be called at `path`.
+    pub(crate) fn listen(&mut self, component: &str, path: &Path) -> io::Result<()> {
+        self.sockets.listen(component, path)
+    }
+
+    /// A component has ended: nobody can call it.
+    pub(crate) fn close(&mut self, component: &str) {
+        self.sockets.close(component);
+    }
+
+    /// Hands on what callers of components say.
+    pub(crate) fn turn_socket(&mut self, number: u64) {
+        if let Some((wire, name)) = self.sockets.accept(number) {
+            self.outbox.push(&Order::Call { wire, name });
+        } else if let Some(Heard { text, there }) = self.sockets.wires.turn(number) {
+            let wire = number;
+            if !text.is_empty() {
+                self.outbox.push(&Order::Tell { wire, text });
+            }
+            if !there {
+                self.outbox.push(&Order::Shut(wire));
+            }
+        }
+    }
+
     /// Something can be read or written.
     pub(crate) fn turn(&mut self, now: Instant) -> Vec<News> {
         match std::mem::replace(&mut self.link, Link::Over) {
@@ -330,6 +381,12 @@ impl Host {
                 self.heard = now;
                 match word {
                     Some(Word::Beat) => {}
+                    Some(Word::Tell { wire, text }) => {
+                        if !self.sockets.wires.send(wire, &text) {
+                            self.outbox.push(&Order::Shut(wire));
+                        }
+                    }
+                    Some(Word::Shut(wire)) => self.sockets.wires.shut(wire),
                     Some(Word::Gone { left }) => {
                         self.link = Link::Over;
                         news.push(News::Word(Word::Gone { left }));
@@ -411,6 +468,7 @@ impl Host {
             Link::None(_) | Link::Over => why.to_owned(),
         };
         self.outbox.0.borrow_mut().clear();
+        self.sockets.clear();
         News::Lost(why)
     }
 

@@ -15,10 +15,11 @@ mod input;
 mod printed;
 mod protocol;
 mod ssh;
+mod wires;
 
 pub use agent::agent;
 pub(crate) use connection::{Beginning, Begun};
-pub(crate) use host::{Distant, Host, News, Outbox};
+pub(crate) use host::{Distant, Host, News, Outbox, Part};
 pub(crate) use protocol::Word;
 
 use std::time::Duration;

@@ -64,7 +64,7 @@ impl Printed {
 }
 
 /// How many of these bytes are no part of a character whose end is still to come.
-fn whole(bytes: &[u8]) -> usize {
+pub(super) fn whole(bytes: &[u8]) -> usize {
     let start = bytes.len().saturating_sub(3);
     for (at, byte) in bytes.iter().enumerate().skip(start).rev() {
         let length = match byte {

@@ -27,6 +27,12 @@ pub(crate) enum Order {
     Stop(String),
     /// Ends one, with its group.
     Kill(String),
+    /// Somebody calls the management of a component; the call has this number.
+    Call { wire: u64, name: String },
+    /// What the caller says.
+    Tell { wire: u64, text: String },
+    /// The caller has gone.
+    Shut(u64),
     /// The supervisor is there.
     Beat,
     /// All has ended; the agent cleans up and goes.
@@ -58,6 +64,10 @@ pub(crate) enum Word {
     Closed(String),
     /// What it printed.
     Printed { name: String, text: String },
+    /// What a component answers to who has called it.
+    Tell { wire: u64, text: String },
+    /// It answers no more, or does not answer.
+    Shut(u64),
     /// It has ended.
     Ended { name: String, exit: Exit },
     /// Something about the agent itself that people should know.

@@ -1,6 +1,7 @@
 //! The other machines of a network: what the supervisor makes of their news.
 
 use super::{Ending, Supervisor};
+use crate::addresses::process_name;
 use crate::events::Severity;
 use crate::launch::Exit;
 use crate::lines::Line;
@@ -58,6 +59,13 @@ impl Supervisor<'_> {
     pub(super) fn has_host(&self, i: usize) -> bool {
         self.hosts.iter().all(Host::was_there)
             && self.host_of[i].is_none_or(|h| self.hosts[h].is_there())
+    }
+
+    pub(super) fn announce_hosts(&self) {
+        for h in 0..self.hosts.len() {
+            let text = format!("connecting to {}", self.hosts[h].destination());
+            self.host_event(h, Severity::Info, "host-connecting", &text);
+        }
     }
 
     /// All components have ended: lets the machines go, and gives whether they have gone.
@@ -127,8 +135,7 @@ impl Supervisor<'_> {
             let text = format!("it is back; {copied}");
             self.host_event(h, Severity::Info, "host-back", &text);
         } else {
-            let address = &self.hosts[h].plan.address;
-            let text = format!("connected to {address}; {copied}");
+            let text = format!("connected; {copied}");
             self.host_event(h, Severity::Info, "host-connected", &text);
         }
     }
@@ -153,7 +160,19 @@ impl Supervisor<'_> {
         }
     }
 
+    /// Lets the management of a component there be called as if it was here.
+    fn let_call(&mut self, h: usize, name: &str) {
+        let path = self.keeper.directory().socket(&process_name(name));
+        if let Err(error) = self.hosts[h].listen(name, &path) {
+            let text = format!("cannot listen at {}: {error}", path.display());
+            self.network_event(Severity::Warning, "not-written", text);
+        }
+    }
+
     fn distant_ended(&mut self, i: usize, exit: Exit) {
+        if let Some(h) = self.host_of[i] {
+            self.hosts[h].close(self.units[i].name());
+        }
         if let Some(process) = self.units[i].distant() {
             process.ended(exit);
             self.unit_ended(i);
@@ -169,6 +188,7 @@ impl Supervisor<'_> {
             Word::Started { name, pid } => {
                 if let Some(process) = on(&name).and_then(|i| self.units[i].distant()) {
                     process.pid = Some(pid);
+                    self.let_call(h, &name);
                 }
             }
             Word::NotStarted { name, reason } => {
@@ -206,8 +226,10 @@ impl Supervisor<'_> {
                 let text = format!("killed {left} processes that components had left behind");
                 self.host_event(h, Severity::Warning, "left-over", &text);
             }
-            // The others are of the beginning only.
+            // The others are of the beginning only, or are no business of the supervisor.
             Word::Gone { .. }
+            | Word::Tell { .. }
+            | Word::Shut(_)
             | Word::Wants(_)
             | Word::There { .. }
             | Word::Refused(_)

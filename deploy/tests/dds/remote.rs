@@ -254,10 +254,22 @@ fn a_host_is_lost_and_comes_back() {
     );
     assert!(!site.log("simulator").is_empty());
     assert!(robot.run_directory(&site).is_dir());
+    // Its management is here, too.
+    assert_eq!(site.ask("simulator", "status")["middleware"], "dds");
+    let get = site.rcdeploy(
+        &["params", "get", &site.network, "simulator", "seed"],
+        false,
+    );
+    assert_eq!(
+        (get.code, get.stdout.as_str()),
+        (0, "seed = 1\n"),
+        "{get:?}"
+    );
 
     cable.set(1, "down");
     up.await_event("host-lost");
     assert_eq!(component(&site, "simulator")["state"], "waiting");
+    assert!(!site.directory().socket("simulator").exists());
     assert_eq!(component(&site, "avoider")["state"], "running");
     Site::until("nothing of it runs there", || {
         processes(&robot.path("cache")).is_empty() && !robot.run_directory(&site).exists()
@@ -269,6 +281,7 @@ fn a_host_is_lost_and_comes_back() {
     );
     await_patrol(&site);
     assert_eq!(component(&site, "simulator")["restarts"], 1);
+    assert_eq!(site.ask("simulator", "status")["state"], "running");
 
     assert_eq!(up.interrupt(), Some(0));
     site.assert_nothing_left();
