@@ -113,7 +113,7 @@ fn both_machines_are_one_network() {
     let away = Away::new();
     let bench = &away.bench;
     let mut up = away.start(vec![
-        on_robot(component("far", "chatter 3", &[])),
+        on_robot(component("far", "chatter 30", &[])),
         component("near", "well", &["far"]),
         on_robot(component("last", "well", &["near"])),
     ]);
@@ -309,5 +309,73 @@ fn a_supervisor_that_is_killed_takes_the_other_machine_with_it() {
     up.await_event("up", None);
     up.signal(Signal::TERM);
     assert_eq!(up.end().0, Some(0));
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_workspace_has_to_be_there() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let workspace = bench.path("workspace");
+    let mut far = on_robot(well("far"));
+    far.host.as_mut().expect("a host").workspace = Some(workspace.clone());
+    let (code, events) = away.start(vec![far.clone()]).end();
+    assert_eq!(code, Some(3));
+    let failed = events.iter().find(|e| e["code"] == "start-failed");
+    let message = failed.expect("an error")["message"].to_string();
+    assert!(message.contains("workspace does not exist"), "{message}");
+    fs::create_dir(&workspace).expect("a folder");
+    let mut up = away.start(vec![far]);
+    up.await_event("up", None);
+    let [there] = bench.processes("far start")[..] else {
+        panic!("{:?}", bench.journal())
+    };
+    let directory = fs::read_link(format!("/proc/{}/cwd", there.pid)).expect("a link");
+    assert_eq!(directory, workspace.canonicalize().expect("a folder"));
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    away.assert_nothing_left();
+}
+
+/// Whoever asks it to stop while it connects does not wait for it.
+#[test]
+fn a_machine_that_does_not_answer_stops_nobody() {
+    let away = Away::new();
+    let ssh = "#!/bin/sh\necho waiting > FOLDER/ssh.pid\nexec sleep 600\n";
+    let ssh = ssh.replace("FOLDER", &away.bench.path("").display().to_string());
+    fs::write(away.bench.path("ssh"), ssh).expect("written");
+    let mut up = away.start(vec![well("near"), on_robot(well("far"))]);
+    up.await_event("host-connecting", None);
+    assert_eq!(component_status(&away.bench, "near").state, State::Waiting);
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    assert_eq!(away.bench.journal(), Vec::<String>::new());
+    away.assert_nothing_left();
+}
+
+/// Lines that need much escaping, that are too long, and that are none.
+#[test]
+fn what_a_component_says_wrongly_harms_nobody() {
+    let away = Away::new();
+    let mut up = away.start(vec![
+        on_robot(component("far", "garbage", &[])),
+        on_robot(component("shut", "shut", &[])),
+        on_robot(well("well")),
+    ]);
+    up.await_event("link-closed", Some("shut"));
+    up.await_event("ready", Some("well"));
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    let far = codes(&events, "far");
+    assert_eq!(
+        far.iter().filter(|code| *code == "garbage").count(),
+        1,
+        "{far:?}"
+    );
+    assert!(
+        events.iter().all(|e| e["code"] != "host-lost"),
+        "{events:#?}"
+    );
+    assert_eq!(code, Some(0));
     away.assert_nothing_left();
 }

@@ -4,7 +4,7 @@
 use super::copies;
 use super::input::{Timed, read_line};
 use super::printed::Printed;
-use super::protocol::{File, Order, Word, line};
+use super::protocol::{File, Order, Word, line as line_of};
 use super::wires::{Heard, Wires};
 use super::{BEAT, HOST_LIMIT};
 use crate::addresses::process_name;
@@ -13,7 +13,7 @@ use crate::guard::GuardCommand;
 use crate::held::{Recovered, recover_locked};
 use crate::keep::{Guarding, Keeper};
 use crate::launch::Launched;
-use crate::lines::{Line, Lines, Overlong};
+use crate::lines::{LIMIT, Line, Lines, Overlong};
 use crate::lock::Lock;
 use crate::logs::{self, Watch};
 use crate::plan::{Component, check_name};
@@ -44,7 +44,7 @@ pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
     match serve(cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let said = std::io::stdout().write_all(&line(&Word::Refused(error.to_string())));
+            let said = std::io::stdout().write_all(&line_of(&Word::Refused(error.to_string())));
             if said.is_err() {
                 eprintln!("rcdeploy agent: {error}");
             }
@@ -88,7 +88,7 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
         Recovered::Nothing => None,
     };
     let directory = lock.directory().clone();
-    let agent = Agent::new(&name, lock, &services, input, output);
+    let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
     // Nothing was started yet, and the error that is told is the first one.
     let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
     agent.say(&Word::There { root, recovered });
@@ -117,7 +117,7 @@ fn receive(
         .map(|(at, _)| at)
         .collect();
     output
-        .write_all(&line(&Word::Wants(wanted.clone())))
+        .write_all(&line_of(&Word::Wants(wanted.clone())))
         .or_cannot("answer its supervisor")?;
     for at in wanted {
         let received = files[at].receive(&root, input);
@@ -135,7 +135,7 @@ fn acquire(network: &str, output: &mut Timed) -> Result<Lock, Error> {
                 if Instant::now() < deadline =>
             {
                 output
-                    .write_all(&line(&Word::Beat))
+                    .write_all(&line_of(&Word::Beat))
                     .or_cannot("answer its supervisor")?;
                 std::thread::sleep(Duration::from_millis(200));
             }
@@ -165,6 +165,8 @@ enum Ending {
 
 struct Agent {
     network: String,
+    /// The folder of the copies.
+    root: PathBuf,
     keeper: Keeper,
     signals: Signals,
     logs: PathBuf,
@@ -185,6 +187,7 @@ struct Agent {
 impl Agent {
     fn new(
         network: &str,
+        root: PathBuf,
         lock: Lock,
         services: &str,
         input: BufReader<Timed>,
@@ -206,6 +209,7 @@ impl Agent {
         let now = Instant::now();
         Ok(Self {
             network: network.to_owned(),
+            root,
             keeper,
             signals,
             logs,
@@ -225,7 +229,7 @@ impl Agent {
     }
 
     fn say(&mut self, word: &Word) {
-        self.out.extend(line(word));
+        self.out.extend(line_of(word));
     }
 
     fn run(mut self, cleanup: &dyn Fn()) {
@@ -408,8 +412,11 @@ impl Agent {
             let printed = printed.map_err(|e| cannot("make its log", e))?;
             self.printed.insert(component.name.clone(), printed);
         }
-        copies::make_folder(&component.directory)
-            .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
+        // A folder that its user has named has to be there.
+        if component.directory.starts_with(&self.root) {
+            copies::make_folder(&component.directory)
+                .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
+        }
         let log = self.printed[&component.name].path();
         Launched::start(component, log, self.keeper.mark())
     }
@@ -437,12 +444,19 @@ impl Agent {
 
     fn said(&mut self, name: &str, lines: Vec<Line>) {
         for line in lines {
-            let line = match line {
-                Line::Text(text) => Some(text),
-                Line::TooLong => None,
+            let said = |line| {
+                line_of(&Word::Said {
+                    name: name.to_owned(),
+                    line,
+                })
             };
-            let name = name.to_owned();
-            self.say(&Word::Said { name, line });
+            let word = match line {
+                Line::Text(text) => said(Some(text)),
+                Line::TooLong => said(None),
+            };
+            // What needs much escaping may be longer than it was.
+            let fits = word.len() <= LIMIT;
+            self.out.extend(if fits { word } else { said(None) });
         }
     }
 
@@ -543,10 +557,11 @@ impl Agent {
         let (left, removed, lock) = self.keeper.finish(cleanup);
         if let Err(error) = removed {
             let path = lock.directory().path().display();
-            self.out
-                .extend(line(&Word::Note(format!("cannot remove {path}: {error}"))));
+            self.out.extend(line_of(&Word::Note(format!(
+                "cannot remove {path}: {error}"
+            ))));
         }
-        self.out.extend(line(&Word::Gone {
+        self.out.extend(line_of(&Word::Gone {
             left: left + killed,
         }));
         if matches!(ending, Ending::Farewell) {

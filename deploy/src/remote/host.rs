@@ -3,7 +3,7 @@
 use super::connection::{Beginner, Beginning, Begun, own_program};
 use super::protocol::{File, Order, Word, line, mirrored};
 use super::wires::{Heard, Sockets};
-use super::{BEAT, HOST_LIMIT, ssh};
+use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::launch::Exit;
 use crate::lines::{Line, Lines, Overlong};
 use crate::plan::{self, Component};
@@ -156,6 +156,8 @@ pub(crate) struct Host {
     /// Where in the log the complaints of this attempt begin.
     complaints: u64,
     link: Link,
+    /// When the present attempt began.
+    begun: Instant,
     sockets: Sockets,
     /// When it was last heard of.
     heard: Instant,
@@ -179,6 +181,7 @@ impl Host {
             log,
             complaints: 0,
             link: Link::None(now),
+            begun: now,
             sockets: Sockets::default(),
             heard: now,
             next_beat: now,
@@ -222,6 +225,9 @@ impl Host {
                 None => there(&component.directory),
             },
             args: component.args.iter().map(argument).collect(),
+            // The agent has no use for these.
+            files: Vec::new(),
+            after: Vec::new(),
             ..component.clone()
         }
     }
@@ -259,7 +265,8 @@ impl Host {
                 let limit = self.heard + HOST_LIMIT;
                 Some(limit.min(self.leaves.unwrap_or(limit)).min(self.next_beat))
             }
-            Link::Beginning(..) | Link::Over => None,
+            Link::Beginning(..) => Some(self.begun + SET_UP_LIMIT),
+            Link::Over => None,
         }
     }
 
@@ -269,6 +276,11 @@ impl Host {
             Link::None(at) if now >= *at => {
                 let connected = self.connect(mark);
                 connected.err().map(|why| self.failed(now, &why))
+            }
+            Link::Beginning(..) if now >= self.begun + SET_UP_LIMIT => {
+                self.link = Link::Over;
+                let why = format!("it was not there within {SET_UP_LIMIT:?}");
+                Some(self.failed(now, &why))
             }
             Link::There(..) => {
                 if self.leaves.is_some_and(|limit| now >= limit) {
@@ -304,6 +316,7 @@ impl Host {
         let stream = OwnedFd::from(ssh.stream.try_clone().map_err(system)?);
         let beginner = Beginner::start(stream, program, self.beginning.clone());
         self.link = Link::Beginning(ssh, beginner.map_err(system)?);
+        self.begun = Instant::now();
         Ok(())
     }
 

@@ -78,7 +78,7 @@ pub(crate) fn start(
 /// becomes its agent.
 pub(crate) fn script(hash: &str, size: u64) -> String {
     format!(
-        "umask 077; d=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; f=\"$d/{COPY}{hash}\"; n=\"$d/.new.$$\"; \
+        "umask 077; d=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; f=\"$d/{COPY}{hash}\"; n=\"$f.$$\"; \
          mkdir -p \"$d\" || exit 1; \
          if [ -x \"$f\" ]; then w=has; else w=wants; fi; \
          echo \"{TOKEN} $w $(uname -sm)\"; \

@@ -83,6 +83,10 @@ impl Supervisor<'_> {
 
     pub(super) fn look_at_hosts(&mut self, now: Instant) {
         for h in 0..self.hosts.len() {
+            // Where all ends, nobody connects again.
+            if self.ending.is_some() && !self.hosts[h].is_there() {
+                self.hosts[h].leave(now);
+            }
             if let Some(news) = self.hosts[h].check(now, self.keeper.mark()) {
                 self.take_news(h, news);
             }
