@@ -328,20 +328,12 @@ impl<'p> Supervisor<'p> {
             Source::Link(i) => {
                 self.units[i].read_link(self.report);
                 // A process that ends closes its link as well; it is told apart by its end, in this very turn.
-                if self.units[i].link().is_none() && !self.has_ended(i) {
+                if self.units[i].link().is_none() && !self.units[i].has_ended() {
                     self.units[i].report_closed_link(self.report);
                 }
             }
             Source::Process(i) => self.unit_ended(i),
         }
-    }
-
-    fn has_ended(&self, i: usize) -> bool {
-        let process = self.units[i].process();
-        // A process closes its files a moment before its end is told.
-        process.is_none_or(|fd| {
-            crate::process::first_readable([fd], Duration::from_millis(20)).is_some()
-        })
     }
 
     fn signalled(&mut self) {

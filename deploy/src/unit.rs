@@ -157,6 +157,15 @@ impl Unit {
         self.body().and_then(Body::link)
     }
 
+    /// Whether its process has ended, which may not have been told yet.
+    pub(crate) fn has_ended(&self) -> bool {
+        match self.body() {
+            Some(Body::Here(process)) => process.has_ended(),
+            Some(Body::There(_)) => false,
+            None => true,
+        }
+    }
+
     fn body(&self) -> Option<&Body> {
         match &self.phase {
             Phase::Alive(running) => Some(&running.body),
