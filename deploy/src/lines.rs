@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-/// The longest line of any protocol here.
+/// The longest line of any protocol here, where nothing else is said.
 pub(crate) const LIMIT: usize = 64 * 1024;
 
 /// What becomes of a line that is longer than the limit.
@@ -29,6 +29,7 @@ pub(crate) struct Lines {
     pending: Vec<u8>,
     skipping: bool,
     overlong: Overlong,
+    limit: usize,
 }
 
 impl Lines {
@@ -37,7 +38,13 @@ impl Lines {
             pending: Vec::new(),
             skipping: false,
             overlong,
+            limit: LIMIT,
         }
+    }
+
+    /// With another limit.
+    pub(crate) fn up_to(self, limit: usize) -> Self {
+        Self { limit, ..self }
     }
 
     /// The lines that these bytes complete.
@@ -70,14 +77,14 @@ impl Lines {
         if self.skipping {
             return;
         }
-        while self.pending.len() + text.len() > LIMIT {
+        while self.pending.len() + text.len() > self.limit {
             if self.overlong == Overlong::Skip {
                 self.pending.clear();
                 self.skipping = true;
                 lines.push(Line::TooLong);
                 return;
             }
-            let (now, later) = text.split_at(LIMIT - self.pending.len());
+            let (now, later) = text.split_at(self.limit - self.pending.len());
             self.pending.extend_from_slice(now);
             lines.push(self.take());
             text = later;

@@ -4,7 +4,7 @@
 use super::copies;
 use super::input::{Timed, read_line};
 use super::printed::Printed;
-use super::protocol::{File, Order, Word, line as line_of};
+use super::protocol::{File, LONGEST, Order, Word, line};
 use super::wires::{Heard, Wires};
 use super::{BEAT, HOST_LIMIT};
 use crate::addresses::process_name;
@@ -13,7 +13,7 @@ use crate::guard::GuardCommand;
 use crate::held::{Recovered, recover_locked};
 use crate::keep::{Guarding, Keeper};
 use crate::launch::Launched;
-use crate::lines::{LIMIT, Line, Lines, Overlong};
+use crate::lines::{Line, Lines, Overlong};
 use crate::lock::Lock;
 use crate::logs::{self, Watch};
 use crate::plan::{Component, check_name};
@@ -44,7 +44,7 @@ pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
     match serve(cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let said = std::io::stdout().write_all(&line_of(&Word::Refused(error.to_string())));
+            let said = std::io::stdout().write_all(&line(&Word::Refused(error.to_string())));
             if said.is_err() {
                 eprintln!("rcdeploy agent: {error}");
             }
@@ -117,7 +117,7 @@ fn receive(
         .map(|(at, _)| at)
         .collect();
     output
-        .write_all(&line_of(&Word::Wants(wanted.clone())))
+        .write_all(&line(&Word::Wants(wanted.clone())))
         .or_cannot("answer its supervisor")?;
     for at in wanted {
         let received = files[at].receive(&root, input);
@@ -135,7 +135,7 @@ fn acquire(network: &str, output: &mut Timed) -> Result<Lock, Error> {
                 if Instant::now() < deadline =>
             {
                 output
-                    .write_all(&line_of(&Word::Beat))
+                    .write_all(&line(&Word::Beat))
                     .or_cannot("answer its supervisor")?;
                 std::thread::sleep(Duration::from_millis(200));
             }
@@ -220,7 +220,7 @@ impl Agent {
             wires: Wires::default(),
             // The supervisor waits for the answer: nothing is left in the buffer.
             input: input.into_inner().0,
-            lines: Lines::new(Overlong::Skip),
+            lines: Lines::new(Overlong::Skip).up_to(LONGEST),
             output: output.0,
             out: Vec::new(),
             heard: now,
@@ -229,7 +229,7 @@ impl Agent {
     }
 
     fn say(&mut self, word: &Word) {
-        self.out.extend(line_of(word));
+        self.out.extend(line(word));
     }
 
     fn run(mut self, cleanup: &dyn Fn()) {
@@ -444,19 +444,12 @@ impl Agent {
 
     fn said(&mut self, name: &str, lines: Vec<Line>) {
         for line in lines {
-            let said = |line| {
-                line_of(&Word::Said {
-                    name: name.to_owned(),
-                    line,
-                })
+            let line = match line {
+                Line::Text(text) => Some(text),
+                Line::TooLong => None,
             };
-            let word = match line {
-                Line::Text(text) => said(Some(text)),
-                Line::TooLong => said(None),
-            };
-            // What needs much escaping may be longer than it was.
-            let fits = word.len() <= LIMIT;
-            self.out.extend(if fits { word } else { said(None) });
+            let name = name.to_owned();
+            self.say(&Word::Said { name, line });
         }
     }
 
@@ -557,11 +550,10 @@ impl Agent {
         let (left, removed, lock) = self.keeper.finish(cleanup);
         if let Err(error) = removed {
             let path = lock.directory().path().display();
-            self.out.extend(line_of(&Word::Note(format!(
-                "cannot remove {path}: {error}"
-            ))));
+            self.out
+                .extend(line(&Word::Note(format!("cannot remove {path}: {error}"))));
         }
-        self.out.extend(line_of(&Word::Gone {
+        self.out.extend(line(&Word::Gone {
             left: left + killed,
         }));
         if matches!(ending, Ending::Farewell) {

@@ -1,7 +1,7 @@
 //! A machine of the network as its supervisor sees it: it connects, loses the connection, and connects again.
 
 use super::connection::{Beginner, Beginning, Begun, own_program};
-use super::protocol::{File, Order, Word, line, mirrored};
+use super::protocol::{File, LONGEST, Order, Word, line, mirrored};
 use super::wires::{Heard, Sockets};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::launch::Exit;
@@ -351,7 +351,7 @@ impl Host {
             Link::Beginning(ssh, beginner) => vec![match beginner.result() {
                 Ok(begun) => {
                     self.outbox.0.borrow_mut().clear();
-                    self.link = Link::There(ssh, Lines::new(Overlong::Skip));
+                    self.link = Link::There(ssh, Lines::new(Overlong::Skip).up_to(LONGEST));
                     self.heard = now;
                     self.next_beat = now;
                     self.pause = FIRST_PAUSE;

@@ -4,9 +4,14 @@
 //! [`Word::There`]; from then on both sides speak whenever they have to say something.
 
 use crate::launch::Exit;
+use crate::lines::LIMIT;
 use crate::plan::Component;
 use serde::{Deserialize, Serialize};
 use std::path::{Component as Part, Path, PathBuf};
+
+/// The longest line, once the beginning is over: what a component may say in one, however much it has to be quoted, and
+/// more.
+pub(crate) const LONGEST: usize = 16 * LIMIT;
 
 /// What the supervisor says.
 #[derive(Debug, Serialize, Deserialize)]
