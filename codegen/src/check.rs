@@ -2,8 +2,8 @@
 
 use crate::configuration;
 use crate::languages;
-use crate::load;
 use crate::project::Project;
+use crate::{load, ros};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
@@ -75,6 +75,9 @@ pub fn file(
             let source = sources.add(path, load::read(path)?);
             let mut session = Session::new(sources, loader);
             session.load_source(source, path.to_path_buf(), Span::new(source, 0, 0));
+            if !session.found.has_errors() {
+                session.found.extend(ros::annotations(&session.library));
+            }
             found.extend(session.found);
         }
         Some("pdsl") => {

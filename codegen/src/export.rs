@@ -2,8 +2,13 @@
 
 mod idl;
 mod names;
+mod ros2;
 mod rpc;
 mod scope;
+pub(crate) mod uses;
+
+pub(crate) use idl::plain;
+pub use ros2::ros2;
 
 use crate::files::{Change, Owner, Step};
 use crate::{Files, load};
@@ -15,8 +20,8 @@ use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How every exported file begins: what begins otherwise is not overwritten.
-pub const FIRST_WORDS: &str = "// Exported by rcgen";
+/// What an exported file begins with, behind the mark of a comment: what begins otherwise is not overwritten.
+pub const FIRST_WORDS: &str = "Exported by rcgen";
 
 /// The envelope of calls, which every interface with calls includes.
 const RPC: &str = include_str!("export/dds_rpc.idl");
@@ -75,15 +80,15 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
         let calls = module
             .interfaces
             .iter()
-            .any(|i| rpc::has_calls(library.interface(*i)));
+            .any(|i| uses::has_calls(library.interface(*i)));
         if calls {
             includes.insert(0, RPC_FILE.to_owned());
-            let text = format!("{FIRST_WORDS}; rewritten at every export.\n{RPC}");
+            let text = format!("// {FIRST_WORDS}; rewritten at every export.\n{RPC}");
             files.add(RPC_FILE, Owner::Exported, text);
         }
         let source = sources.path(module.source).file_name().unwrap_or_default();
         let first_line = format!(
-            "{FIRST_WORDS} from {}; rewritten at every export.",
+            "// {FIRST_WORDS} from {}; rewritten at every export.",
             source.to_string_lossy()
         );
         let text = idl::module(library, &names, id, &first_line, &includes);
@@ -93,15 +98,22 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
 }
 
 /// The first file that an export into `folder` would overwrite although no export has written it: it does not begin with
-/// `first_words`.
+/// `first_words`, whatever marks the comment.
 pub fn foreign(steps: &[Step], folder: &Path, first_words: &str) -> io::Result<Option<PathBuf>> {
     for step in steps.iter().filter(|s| s.change == Change::Update) {
         let path = folder.join(&step.path);
-        if !std::fs::read(&path)?.starts_with(first_words.as_bytes()) {
+        let text = std::fs::read(&path)?;
+        if !unmarked(&text).starts_with(unmarked(first_words.as_bytes())) {
             return Ok(Some(path));
         }
     }
     Ok(None)
+}
+
+/// A text without what its first line begins with to be a comment.
+fn unmarked(text: &[u8]) -> &[u8] {
+    let mark = text.iter().take_while(|byte| b"#/<!- ".contains(byte));
+    &text[mark.count()..]
 }
 
 fn file_of(module: &Module, sources: &SourceMap) -> String {

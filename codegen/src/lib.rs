@@ -18,6 +18,7 @@ pub mod load;
 pub mod names;
 pub mod note;
 pub mod project;
+pub mod ros;
 pub mod stubs;
 pub mod view;
 pub mod workspace;

@@ -1,6 +1,6 @@
 //! One component with everything that its `.cdsl` names.
 
-use crate::load;
+use crate::{load, ros};
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_pdsl::model::Parameters;
@@ -39,6 +39,9 @@ impl Project {
         let Some(component) = component else {
             return Ok((None, found));
         };
+        if !found.has_errors() {
+            found.extend(ros::annotations(&component.library));
+        }
         let mut parameters = None;
         if let Some(file) = &component.parameters {
             let pdsl = beside(path, file);

@@ -14,6 +14,7 @@ use crate::layout;
 use crate::names;
 use crate::note::Note;
 use crate::project::Project;
+use crate::ros;
 use rc_cdsl::model::{Backend, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
@@ -101,7 +102,12 @@ pub struct Dependency {
 }
 
 /// The backends that this version generates for.
-pub const BACKENDS: [Backend; 3] = [Backend::Iceoryx2, Backend::Dds, Backend::Local];
+pub const BACKENDS: [Backend; 4] = [
+    Backend::Iceoryx2,
+    Backend::Dds,
+    Backend::Ros2,
+    Backend::Local,
+];
 
 /// What a new component's worker is called.
 pub const WORKER: &str = "SpecificWorker";
@@ -246,7 +252,8 @@ fn check_language(project: &Project, found: &mut Diagnostics) {
 
 fn backends(project: &Project, middleware: Backend, found: &mut Diagnostics) -> Vec<BackendCrate> {
     let mut used = vec![middleware];
-    for slot in &project.component.slots {
+    let component = &project.component;
+    for slot in &component.slots {
         let backend = slot.backend.unwrap_or(middleware);
         if !BACKENDS.contains(&backend) {
             let message = format!(
@@ -258,6 +265,9 @@ fn backends(project: &Project, middleware: Backend, found: &mut Diagnostics) -> 
         } else if !used.contains(&backend) {
             used.push(backend);
         }
+    }
+    if used.contains(&Backend::Ros2) {
+        found.extend(ros::refused(&component.library));
     }
     used.iter()
         .map(|backend| BackendCrate {

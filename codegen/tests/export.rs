@@ -3,6 +3,8 @@
 
 #![allow(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
+#[path = "export/debian.rs"]
+mod debian;
 mod folders;
 #[path = "export/idlc.rs"]
 mod idlc;
@@ -206,10 +208,13 @@ fn what_is_wrong_writes_nothing() {
     assert_eq!(code, 1);
     assert!(err.contains("M.idsl:1:23"), "{err}");
     for (to, code, says) in [
-        ("ros2", 2, "ros2 comes with a later version; there is dds"),
-        ("slice", 2, "slice comes with a later version; there is dds"),
+        (
+            "slice",
+            2,
+            "slice comes with a later version; there are dds and ros2",
+        ),
         ("ddz", 2, "did you mean `dds`?"),
-        ("corba", 2, "there is dds"),
+        ("corba", 2, "there are dds and ros2"),
     ] {
         let args = ["export", "M.idsl", "--to", to, "--out", "out"];
         let (found, err) = refused("module M { };", &args);

@@ -1,11 +1,14 @@
-//! The other end of the supervisor's socket: what `rcdeploy status` and `rcdeploy down` do.
+//! The other end of the supervisor's socket: what `rcdeploy status`, `down`, `start`, `stop` and `restart` do.
 
+use crate::commands::{Carried, Verb};
 use crate::control;
 use crate::error::{Error, OrCannot};
 use crate::lines::LIMIT;
 use crate::plan::check_name;
+use crate::process::KILL_LIMIT;
 use crate::status::Status;
 use rc_middleware::RunDirectory;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -14,6 +17,8 @@ use std::time::{Duration, Instant};
 
 /// How long the supervisor may take to answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(3);
+/// How much longer a command is waited for than its components may take: the supervisor answers in any case.
+const COMMAND_MARGIN: Duration = Duration::from_secs(10);
 /// The longest answer: a status may be longer than a line of a component.
 const ANSWER_LENGTH: u64 = 64 * LIMIT as u64;
 
@@ -48,6 +53,27 @@ pub fn down(network: &str, limit: Duration) -> Result<(), Error> {
             Err(error) if error.kind() == ErrorKind::ConnectionReset => return Ok(()),
             _ => {}
         }
+    }
+}
+
+/// Tells components or groups of a network to start, stop or restart, and waits until that is done, or cannot be.
+///
+/// The wait ends with the limits that the components have, and [`Carried`] says what did not come about.
+pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<Carried, Error> {
+    let mut connection = Connection::open(network)?;
+    let answer = connection.ask("status")?;
+    let status = Status::deserialize(&answer).map_err(|_| connection.strange(&answer))?;
+    let limits = status.components.iter().map(|c| c.ready_ms + c.stop_ms);
+    let limits = Duration::from_millis(limits.sum());
+    let killing = KILL_LIMIT * u32::try_from(status.components.len()).unwrap_or(u32::MAX);
+    connection.limit(limits + killing + COMMAND_MARGIN)?;
+    let answer = connection.request(verb.word(), &json!({ "names": names }))?;
+    if let Some(result) = answer.get("result") {
+        return Carried::deserialize(result).map_err(|_| connection.strange(&answer));
+    }
+    match answer["error"]["message"].as_str() {
+        Some(reason) => Err(Error::Command(reason.to_owned())),
+        None => Err(connection.strange(&answer)),
     }
 }
 
@@ -105,6 +131,15 @@ impl Connection {
             limit,
             stream: BufReader::new(stream),
         }))
+    }
+
+    /// Answers may each take so long from now on.
+    fn limit(&mut self, limit: Duration) -> Result<(), Error> {
+        self.limit = limit;
+        let stream = self.stream.get_ref();
+        stream
+            .set_read_timeout(Some(limit))
+            .or_cannot("limit the time of a read")
     }
 
     fn ask(&mut self, method: &str) -> Result<Value, Error> {

@@ -1,8 +1,10 @@
-//! The supervisor's own socket: `status` and `down`, as JSON-RPC 2.0 lines.
+//! The supervisor's own socket: `status`, `down`, and `start`, `stop`, `restart {"names": [NAME, …]}`, as JSON-RPC 2.0
+//! lines.
 //!
 //! It only speaks; what the answers are is the supervisor's business. A client that does not read its
 //! answers is dropped.
 
+use crate::commands::{Carried, Verb};
 use crate::lines::{Line, Lines, Overlong};
 use crate::status::Status;
 use serde::Deserialize;
@@ -32,8 +34,8 @@ pub(crate) struct Client {
     pub(crate) stream: UnixStream,
     lines: Lines,
     out: Vec<u8>,
-    /// It waits for its connection to close when all is down.
-    awaits_end: bool,
+    /// How many answers it waits for that take their time; the end of the network is one, too.
+    awaits: u32,
 }
 
 /// What a client wants.
@@ -44,17 +46,51 @@ pub(crate) struct Request {
     pub(crate) call: Call,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Call {
     Status,
     Down,
+    /// The names are of components or groups, and may be wrong.
+    Command(Verb, Vec<String>),
 }
+
+/// The parameters are wrong.
+const INPUT: i32 = -32602;
 
 #[derive(Deserialize)]
 struct Incoming {
     #[serde(default)]
     id: Value,
     method: String,
+    #[serde(default)]
+    params: Value,
+}
+
+/// What a method means; the error has the code of JSON-RPC and is for people.
+fn call(method: &str, params: &Value) -> Result<Call, (i32, String)> {
+    match method {
+        "status" => return Ok(Call::Status),
+        "down" => return Ok(Call::Down),
+        _ => {}
+    }
+    let Some(verb) = Verb::of(method) else {
+        let text =
+            format!("unknown method {method}; there are status, down, start, stop and restart");
+        return Err((-32601, text));
+    };
+    let names = params.get("names").and_then(Value::as_array);
+    let names: Option<Vec<String>> = names
+        .into_iter()
+        .flatten()
+        .map(|name| name.as_str().map(str::to_owned))
+        .collect();
+    match names.filter(|names| !names.is_empty()) {
+        Some(names) => Ok(Call::Command(verb, names)),
+        None => Err((
+            INPUT,
+            format!("`{method}` takes {{\"names\": [\"lidar\", …]}}"),
+        )),
+    }
 }
 
 impl Client {
@@ -90,7 +126,7 @@ impl Client {
                 Line::Text(text) => serde_json::from_str::<Incoming>(text).ok(),
                 Line::TooLong => None,
             };
-            let Some(Incoming { id, method }) = parsed else {
+            let Some(Incoming { id, method, params }) = parsed else {
                 self.send(&error(
                     &Value::Null,
                     -32700,
@@ -98,15 +134,14 @@ impl Client {
                 ));
                 continue;
             };
-            let call = match method.as_str() {
-                "status" => Call::Status,
-                "down" => Call::Down,
-                _ => {
-                    let text = format!("unknown method {method}; there are status and down");
-                    self.send(&error(&id, -32601, &text));
+            let call = match call(&method, &params) {
+                Ok(call) => call,
+                Err((code, text)) => {
+                    self.send(&error(&id, code, &text));
                     continue;
                 }
             };
+            self.awaits += u32::from(call != Call::Status);
             requests.push(Request {
                 client: self.number,
                 id,
@@ -141,7 +176,7 @@ impl Control {
         &self.clients
     }
 
-    /// Lets one client in. If there are too many, the oldest goes that does not wait for the end.
+    /// Lets one client in. If there are too many, the oldest goes that does not wait for an answer.
     pub(crate) fn accept(&mut self) {
         let Ok((stream, _)) = self.listener.accept() else {
             return;
@@ -150,7 +185,7 @@ impl Control {
             return;
         }
         if self.clients.len() >= CLIENTS {
-            let oldest = self.clients.iter().position(|c| !c.awaits_end);
+            let oldest = self.clients.iter().position(|c| c.awaits == 0);
             self.clients.remove(oldest.unwrap_or(0));
         }
         self.clients.push(Client {
@@ -158,7 +193,7 @@ impl Control {
             stream,
             lines: Lines::new(Overlong::Skip),
             out: Vec::new(),
-            awaits_end: false,
+            awaits: 0,
         });
         self.next += 1;
     }
@@ -180,23 +215,38 @@ impl Control {
 
     /// Answers `status`.
     pub(crate) fn answer_status(&mut self, request: &Request, status: &Status) {
-        self.answer(request, &json!(status), false);
+        self.answer(request, &result(&request.id, &json!(status)), 0);
     }
 
     /// Answers `down`: the connection closes when all is down.
     pub(crate) fn answer_down(&mut self, request: &Request) {
-        self.answer(request, &json!({"stopping": true}), true);
+        self.answer(request, &result(&request.id, &json!({"stopping": true})), 0);
     }
 
-    fn answer(&mut self, request: &Request, result: &Value, awaits_end: bool) {
+    /// Answers a command that was carried out as far as it could be.
+    pub(crate) fn answer_carried(&mut self, request: &Request, carried: &Carried) {
+        self.answer(request, &result(&request.id, &json!(carried)), 1);
+    }
+
+    /// Answers a command whose names are wrong.
+    pub(crate) fn answer_refused(&mut self, request: &Request, reason: &str) {
+        self.answer(request, &error(&request.id, INPUT, reason), 1);
+    }
+
+    /// Sends an answer; `awaited` of those that took their time.
+    fn answer(&mut self, request: &Request, answer: &Value, awaited: u32) {
         let found = self.clients.iter_mut().find(|c| c.number == request.client);
         let Some(client) = found else { return };
-        client.awaits_end |= awaits_end;
+        client.awaits = client.awaits.saturating_sub(awaited);
         if !request.id.is_null() {
-            client.send(&json!({"jsonrpc": "2.0", "id": request.id, "result": result}));
+            client.send(answer);
         }
         if !client.write() {
             self.clients.retain(|c| c.number != request.client);
         }
     }
+}
+
+fn result(id: &Value, result: &Value) -> Value {
+    json!({"jsonrpc": "2.0", "id": id, "result": result})
 }

@@ -67,6 +67,9 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// The supervisor refuses a command, as for a name that is none.
+    #[error("{0}")]
+    Command(String),
     /// A component cannot do what it is asked for.
     #[error("{name}:{}", behind(.reason))]
     Failed {
@@ -111,10 +114,10 @@ pub enum Error {
 }
 
 impl Error {
-    /// The exit code of the command: 1 for a wrong plan, a change that is refused and a secret that is not there, else 3.
+    /// The exit code of the command: 1 for a wrong plan, a command or a change that is refused and a secret that is not there, else 3.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Plan(_) | Self::Refused { .. } | Self::NoSecret => 1,
+            Self::Plan(_) | Self::Command(_) | Self::Refused { .. } | Self::NoSecret => 1,
             _ => 3,
         }
     }

@@ -18,11 +18,7 @@ pub enum Severity {
 
 /// One thing that happened.
 ///
-/// The codes: `recovered`, `starting`, `ready`, `up`, `state`, `exited`, `restarting`, `not-ready`, `gave-up`,
-/// `start-failed`, `hung`, `answers-again`, `link-closed`, `garbage`, `killed`, `not-killed`, `left-over`,
-/// `stopping`, `guard-ended`, `guard-lost`, `host-connecting`, `host-connected`, `host-unreachable`, `host-lost`,
-/// `host-back`, `host-note`, `not-written`, `not-cleaned`, `down`, `refused`, and `log` for a line
-/// that a component printed.
+/// ARCHITECTURE.md has a table of the codes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Event {
     /// When, in UTC.
@@ -86,8 +82,13 @@ impl fmt::Display for Event {
 }
 
 fn rfc3339<S: serde::Serializer>(time: &SystemTime, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&time_text(*time))
+}
+
+/// A time in UTC, as events have it.
+pub(crate) fn time_text(time: SystemTime) -> String {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
-    serializer.serialize_str(&utc(since.as_secs(), since.subsec_millis()))
+    utc(since.as_secs(), since.subsec_millis())
 }
 
 /// Date and time of RFC 3339. The date is computed as in Hinnant, "chrono-compatible low-level date algorithms".

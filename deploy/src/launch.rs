@@ -8,7 +8,7 @@ use crate::realtime;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use serde::{Deserialize, Serialize};
 use std::fs::OpenOptions;
-use std::io;
+use std::io::{self, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -42,8 +42,13 @@ pub(crate) struct Exit {
 }
 
 impl Launched {
-    /// Starts the process; what it prints is appended to `log`.
-    pub(crate) fn start(component: &Component, log: &Path, mark: &Mark) -> Result<Self, String> {
+    /// Starts the process, whose link begins with `greeting`; what it prints is appended to `log`.
+    pub(crate) fn start(
+        component: &Component,
+        greeting: Option<&str>,
+        log: &Path,
+        mark: &Mark,
+    ) -> Result<Self, String> {
         let refused = |what: String, error: io::Error| format!("cannot {what}: {error}");
         let file = OpenOptions::new()
             .create(true)
@@ -57,6 +62,11 @@ impl Launched {
             UnixStream::pair().map_err(|e| refused("make its link".to_owned(), e))?;
         link.set_nonblocking(true)
             .map_err(|e| refused("set up its link".to_owned(), e))?;
+        if let Some(line) = greeting {
+            (&link)
+                .write_all(line.as_bytes())
+                .map_err(|e| refused("hand over its changed parameters".to_owned(), e))?;
+        }
         // A wrong folder and a wrong program are the same error to the system.
         if !component.directory.is_dir() {
             return Err(format!(

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! network → plan → up → supervise (a loop over units) → events → report
-//!          ├─ control   what status and down talk to
+//!          ├─ control   what status, down, start … talk to
 //!          └─ guard     a second process, which cleans up when the first one is gone
 //! ```
 //!
@@ -16,6 +16,7 @@
 //! - `remote`: the same on other machines, over ssh; [`agent`](fn@agent) is the end there.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
 //! - [`export`](mod@export): the same for engines of another kind.
+//! - [`commands`]: components and groups that are stopped and started while all else runs on.
 //! - [`client`], [`detach`](mod@detach), [`logs`], [`params`]: the other commands.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
@@ -24,13 +25,16 @@
 mod addresses;
 mod body;
 pub mod client;
+pub mod commands;
 mod configuration;
 mod control;
 pub mod detach;
 pub mod error;
 pub mod events;
 pub mod export;
+mod follower;
 pub mod graph;
+mod growth;
 pub mod guard;
 pub mod held;
 mod keep;
@@ -50,6 +54,8 @@ mod relay;
 mod remote;
 pub mod report;
 mod restart;
+mod restore;
+mod rotate;
 pub mod services;
 mod signals;
 pub mod status;
@@ -58,8 +64,10 @@ mod unit;
 mod unsupported;
 pub mod up;
 mod variant;
+mod watch;
 
 pub use client::{down, status};
+pub use commands::{Carried, Verb};
 pub use detach::detach;
 pub use error::Error;
 pub use events::{Event, Severity};
@@ -68,5 +76,5 @@ pub use held::recover;
 pub use plan::{Component, Host, Plan, Policy, Restart};
 pub use remote::agent;
 pub use report::Format;
-pub use status::{ComponentStatus, State, Status};
+pub use status::{ComponentStatus, State, Status, Trouble};
 pub use up::{Options, Outcome, up};

@@ -2,14 +2,15 @@
 
 use crate::error::{Error, OrCannot};
 use crate::events::{Event, Severity};
-use crate::lines::{Line, Lines, Overlong};
+use crate::follower::Follower;
 use crate::plan::{check_name, is_reserved};
 use crate::report::Format;
+use crate::rotate;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fs::inotify;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, ErrorKind, Write};
 use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
@@ -18,11 +19,6 @@ use std::path::{Path, PathBuf};
 /// The log of the supervisor and of its guard; no component has such a name, see [`is_reserved`].
 pub(crate) const SUPERVISOR: &str = "rcdeploy";
 pub(crate) const GUARD: &str = "rcdeploy-guard";
-
-/// How much of the end of a log is searched for its last lines.
-const TAIL: u64 = 256 * 1024;
-/// How much is read of one log before it is another one's turn.
-const TURN: usize = 256 * 1024;
 
 /// The folder of a network's logs: `robocomp/NETWORK` in `$XDG_STATE_HOME`, else in `~/.local/state`, else
 /// `robocomp-UID/NETWORK` in the folder for temporary files.
@@ -73,8 +69,12 @@ pub(crate) fn file(directory: &Path, name: &str) -> PathBuf {
     directory.join(format!("{name}.log"))
 }
 
-/// Makes a log empty. A process that still writes to it goes on at its beginning.
+/// Makes a log empty, without its older part. A process that still writes to it goes on at its beginning.
 pub(crate) fn clear(path: &Path) -> io::Result<()> {
+    match std::fs::remove_file(rotate::older(path)) {
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
     File::create(path).map(drop)
 }
 
@@ -99,73 +99,6 @@ pub(crate) fn quote(path: &Path) -> String {
     });
     let lines: Vec<&str> = lines.collect();
     format!("the last lines of {path}:\n    {}", lines.join("\n    "))
-}
-
-/// A log that is read as it grows.
-#[derive(Debug)]
-pub(crate) struct Follower {
-    file: File,
-    position: u64,
-    lines: Lines,
-}
-
-impl Follower {
-    /// A log from its beginning.
-    pub(crate) fn open(path: &Path) -> io::Result<Self> {
-        Ok(Self {
-            file: File::open(path)?,
-            position: 0,
-            lines: Lines::new(Overlong::Split),
-        })
-    }
-
-    fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
-        let mut follower = Self::open(path)?;
-        let length = follower.file.metadata()?.len();
-        let skipped = length.saturating_sub(TAIL);
-        follower.position = follower.file.seek(SeekFrom::Start(skipped))?;
-        let mut lines = Vec::new();
-        while follower.position < length {
-            let (more, _) = follower.read();
-            if more.is_empty() && follower.position < length {
-                break;
-            }
-            lines.extend(more);
-        }
-        lines.extend(follower.finish());
-        // The first of them is half a line, if anything was skipped.
-        let first = usize::from(skipped > 0).max(lines.len().saturating_sub(count));
-        Ok((lines.split_off(first.min(lines.len())), follower))
-    }
-
-    /// The lines that have come, and whether there is more at once.
-    pub(crate) fn read(&mut self) -> (Vec<String>, bool) {
-        if let Ok(now) = self.file.metadata()
-            && now.len() < self.position
-        {
-            // It was emptied for a new start.
-            self.position = self.file.seek(SeekFrom::Start(0)).unwrap_or(0);
-            self.lines = Lines::new(Overlong::Split);
-        }
-        let mut buffer = Vec::new();
-        let read = (&mut self.file).take(TURN as u64).read_to_end(&mut buffer);
-        let count = read.unwrap_or(0);
-        self.position += count as u64;
-        let lines = self.lines.push(&buffer[..count.min(buffer.len())]);
-        (lines.into_iter().filter_map(text).collect(), count == TURN)
-    }
-
-    /// The last line, if it has no end.
-    pub(crate) fn finish(&mut self) -> Option<String> {
-        self.lines.finish().and_then(text)
-    }
-}
-
-fn text(line: Line) -> Option<String> {
-    match line {
-        Line::Text(text) => Some(text),
-        Line::TooLong => None,
-    }
 }
 
 /// Tells when anything in a folder is written.
@@ -304,32 +237,5 @@ impl Printer<'_> {
         written
             .and_then(|()| self.out.flush())
             .or_cannot("print the log")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_log_is_followed_over_its_restart() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("a.log");
-        std::fs::write(&path, "one\ntwo\nthr").expect("written");
-        assert_eq!(tail(&path, 2).expect("read"), ["two", "thr"]);
-        let mut follower = Follower::open(&path).expect("opened");
-        assert_eq!(follower.read().0, ["one", "two"]);
-        std::fs::write(&path, "new\n").expect("written");
-        assert_eq!(follower.read().0, ["new"]);
-        assert_eq!(follower.finish(), None);
-    }
-
-    #[test]
-    fn only_the_end_of_a_long_log_is_read() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("a.log");
-        let lines: Vec<String> = (0..100_000).map(|i| format!("line {i}")).collect();
-        std::fs::write(&path, lines.join("\n")).expect("written");
-        assert_eq!(tail(&path, 2).expect("read"), ["line 99998", "line 99999"]);
     }
 }

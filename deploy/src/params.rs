@@ -1,4 +1,4 @@
-//! The parameters of a running component, for `rcdeploy params`. The component itself is asked, so that it does not matter
+//! The parameters of a running component, for `rcdeploy params`, and its emergency. The component itself is asked, so that it does not matter
 //! who has started it.
 
 use crate::client::Connection;
@@ -126,6 +126,12 @@ pub fn set(network: &str, name: &str, changes: &Map<String, Value>) -> Result<Ch
 /// Has the component write its changed values into its configuration.
 pub fn save(network: &str, name: &str) -> Result<Saved, Error> {
     ask(network, name, "parameters_save", &json!({}))
+}
+
+/// Has a component enter its emergency, or leave it.
+pub fn emergency(network: &str, name: &str, active: bool) -> Result<(), Error> {
+    let active = json!({ "active": active });
+    ask::<Value>(network, name, "emergency", &active).map(drop)
 }
 
 fn ask<T: DeserializeOwned>(

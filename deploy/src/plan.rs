@@ -247,7 +247,8 @@ impl Plan {
     }
 }
 
-fn reachable(edges: &[BTreeSet<usize>], from: usize) -> BTreeSet<usize> {
+/// The nodes that edges lead to from a node, directly or through others.
+pub(crate) fn reachable(edges: &[BTreeSet<usize>], from: usize) -> BTreeSet<usize> {
     let mut seen = BTreeSet::new();
     let mut left = vec![from];
     while let Some(node) = left.pop() {

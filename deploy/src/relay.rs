@@ -3,7 +3,8 @@
 //! A write to a log wakes the loop, at most twenty times a second; nothing is looked at while nothing is written.
 
 use crate::events::{Event, Severity};
-use crate::logs::{Follower, Watch};
+use crate::follower::Follower;
+use crate::logs::Watch;
 use crate::report::Reporter;
 use std::io;
 use std::os::fd::OwnedFd;

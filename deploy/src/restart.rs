@@ -45,6 +45,12 @@ impl Restarts {
         self.count
     }
 
+    /// Somebody starts it by a command: earlier failures count no more.
+    pub(crate) fn begin_anew(&mut self) {
+        self.pause = self.rules.backoff;
+        self.recent.clear();
+    }
+
     /// What follows the end, at `now`, of a run that took `ran`.
     pub(crate) fn after(&mut self, failed: bool, ran: Duration, now: Instant) -> Next {
         match self.rules.policy {

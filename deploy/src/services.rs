@@ -134,6 +134,7 @@ pub fn hold(network: &str, services: &str) -> Option<Holder> {
                 durability,
                 ..Qos::PUBLISHER
             },
+            foreign: Vec::new(),
         };
         let held = if service.topic {
             holder.hold_topic(&endpoint)

@@ -26,6 +26,8 @@ pub enum State {
     Failed,
     /// It runs, and its loop has not turned for a while.
     Hung,
+    /// A command has stopped it, and nobody has started it since.
+    Stopped,
 }
 
 impl fmt::Display for State {
@@ -39,6 +41,7 @@ impl fmt::Display for State {
             Self::Done => "done",
             Self::Failed => "failed",
             Self::Hung => "hung",
+            Self::Stopped => "stopped",
         })
     }
 }
@@ -86,13 +89,31 @@ pub struct ComponentStatus {
     pub executable: PathBuf,
     /// What it printed.
     pub log: PathBuf,
-    /// How often it was started again.
+    /// How often it was started again by itself, without a command.
     pub restarts: u32,
+    /// How long it may take from its start until it is ready, in milliseconds.
+    pub ready_ms: u64,
+    /// How long it may take to end when it is asked to, in milliseconds.
+    pub stop_ms: u64,
     /// How many values its slots have lost in this run; slots that lost none are left out.
     #[serde(default)]
     pub lost: BTreeMap<String, u64>,
+    /// What is wrong with it now.
+    #[serde(default)]
+    pub troubles: Vec<Trouble>,
     /// How it ended.
     pub exit: Option<String>,
+}
+
+/// Something that has begun and is not over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Trouble {
+    /// The code of the event with which it began.
+    pub code: String,
+    /// The same for people, as it was seen last.
+    pub message: String,
+    /// When it began, in UTC.
+    pub since: String,
 }
 
 impl fmt::Display for Status {
@@ -145,6 +166,9 @@ impl fmt::Display for Status {
                 write!(f, "  {slot} lost {lost}")?;
             }
             writeln!(f)?;
+            for trouble in &component.troubles {
+                writeln!(f, "{:width$}  {}: {}", "", trouble.code, trouble.message)?;
+            }
         }
         Ok(())
     }

@@ -2,7 +2,8 @@
 
 mod hosts;
 
-use crate::control::{self, Call, Control};
+use crate::commands::{self, Commands, Verb};
+use crate::control::{self, Call, Control, Request};
 use crate::detach::Starter;
 use crate::error::{Error, OrCannot};
 use crate::events::{Event, Severity};
@@ -15,15 +16,20 @@ use crate::relay::Relay;
 use crate::remote::{Host, Part};
 use crate::report::Reporter;
 use crate::restart::Next;
+use crate::rotate::{self, Rotation};
 use crate::signals::Signals;
 use crate::status::Status;
 use crate::unit::{Overdue, Unit, until};
 use crate::up::{Options, Outcome};
+use crate::watch::Rounds;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
 use std::io;
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
+
+/// How often the memory of processes is looked at.
+const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 
 /// Why the network ends.
 #[derive(Debug)]
@@ -38,6 +44,7 @@ enum Source {
     Signals,
     Starter,
     Relay,
+    Rotation,
     Listener,
     Client(u64),
     Guard,
@@ -58,8 +65,11 @@ pub(crate) struct Supervisor<'p> {
     host_of: Vec<Option<usize>>,
     keeper: Keeper,
     control: Control,
+    commands: Commands,
     signals: Signals,
     relay: Option<Relay>,
+    rotation: Rotation,
+    rounds: Rounds,
     starter: Option<Starter>,
     is_up: bool,
     /// Units that failed after they were ready.
@@ -100,6 +110,10 @@ impl<'p> Supervisor<'p> {
             })
             .transpose()
             .or_cannot("follow the logs")?;
+        let limit = options.log_limit.unwrap_or(rotate::LIMIT);
+        let logs = units.iter().map(|unit| unit.log.clone());
+        let logs = logs.chain([guard_log.clone(), supervisor_log]).collect();
+        let rotation = Rotation::new(&log_directory, logs, limit).or_cannot("watch the logs")?;
         let signals = Signals::new().or_cannot("listen to signals")?;
         let guard_command = match &options.guard {
             Some(command) => command.clone(),
@@ -110,17 +124,21 @@ impl<'p> Supervisor<'p> {
         let control =
             Control::listen(&socket).or_cannot(format!("listen at {}", socket.display()))?;
         keeper.start_guard()?;
+        let needs = plan.needs();
         Ok(Self {
             plan,
             report,
             units,
-            needs: plan.needs(),
+            commands: Commands::new(&needs),
+            needs,
             hosts,
             host_of,
             keeper,
             control,
             signals,
             relay,
+            rotation,
+            rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
             starter: None,
             is_up: false,
             failed: Vec::new(),
@@ -137,11 +155,15 @@ impl<'p> Supervisor<'p> {
     pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
         self.announce_hosts();
         loop {
-            self.start_what_may();
+            self.command();
+            while self.start_what_may() {}
+            self.command();
             self.stop_what_may();
             self.note_up();
             let alive = self.units.iter().any(Unit::is_alive);
-            let to_come = self.ending.is_none() && self.units.iter().any(Unit::is_waiting);
+            // What a command has stopped can be started by another one.
+            let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();
+            let to_come = self.ending.is_none() && self.units.iter().any(may_come);
             if !alive && !to_come && self.hosts_are_left() {
                 return self.finish(cleanup);
             }
@@ -156,13 +178,47 @@ impl<'p> Supervisor<'p> {
         self.report.event(Event::network(severity, code, message));
     }
 
-    fn start_what_may(&mut self) {
+    /// Says whether there was one: others may wait for one that could not be started.
+    fn start_what_may(&mut self) -> bool {
+        let mut any = false;
         for i in 0..self.units.len() {
-            let may = self.needs[i].iter().all(|&j| self.units[j].is_ready());
+            let lets = |&j: &usize| self.units[j].lets_others_start();
+            let may = self.needs[i].iter().all(lets);
             if self.ending.is_none() && may && self.units[i].is_due() && self.has_host(i) {
                 self.start(i);
+                any = true;
             }
         }
+        any
+    }
+
+    /// Goes on with what was asked for over the socket.
+    fn command(&mut self) {
+        let answers = if self.ending.is_none() {
+            self.commands.advance(&mut self.units, &self.needs)
+        } else {
+            self.commands.end(&self.units)
+        };
+        for (request, carried) in answers {
+            self.control.answer_carried(&request, &carried);
+        }
+    }
+
+    /// Takes a command, or tells why not.
+    fn take(&mut self, request: Request, verb: Verb, names: &[String]) {
+        let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
+        let members = match commands::select(names, &all) {
+            Ok(members) if self.ending.is_none() => members,
+            Ok(_) => return self.control.answer_refused(&request, "the network stops"),
+            Err(wrong) => return self.control.answer_refused(&request, &wrong),
+        };
+        let text = format!("asked to {} {}", verb.word(), names.join(", "));
+        self.network_event(Severity::Info, "asked", text);
+        self.failed.retain(|name| {
+            let again = |&i: &usize| self.units[i].name() == name;
+            !members.iter().any(again)
+        });
+        self.commands.take(request, verb, members, &self.units);
     }
 
     fn start(&mut self, i: usize) {
@@ -186,6 +242,7 @@ impl<'p> Supervisor<'p> {
             return self.fail(i, reason);
         }
         let text = unit.failure(reason);
+        self.commands.failed(i, reason);
         unit.event(self.report, Severity::Error, "start-failed", text);
         let next = unit.follow(Duration::ZERO, true);
         self.go_on(i, next, true);
@@ -211,6 +268,7 @@ impl<'p> Supervisor<'p> {
     fn stop(&mut self, ending: Ending, why: &str) {
         if self.ending.is_none() {
             self.ending = Some(ending);
+            self.units.iter_mut().for_each(Unit::be_quiet);
             self.network_event(Severity::Info, "stopping", format!("stopping: {why}"));
         }
     }
@@ -229,7 +287,7 @@ impl<'p> Supervisor<'p> {
     }
 
     fn note_up(&mut self) {
-        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::is_ready) {
+        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::lets_others_start) {
             self.is_up = true;
             let text = format!("network {} is up", self.plan.network);
             self.network_event(Severity::Info, "up", text);
@@ -259,6 +317,9 @@ impl<'p> Supervisor<'p> {
         if let Some(watch) = self.relay.as_ref().and_then(Relay::descriptor) {
             add(Source::Relay, watch.as_fd(), PollFlags::IN);
         }
+        if let Some(watch) = self.rotation.descriptor() {
+            add(Source::Rotation, watch.as_fd(), PollFlags::IN);
+        }
         if let Some(guard) = self.keeper.descriptor() {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
@@ -287,8 +348,11 @@ impl<'p> Supervisor<'p> {
         }
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
+        let commands = self.commands.deadline();
         let hosts = self.hosts.iter().filter_map(Host::deadline);
-        let deadline = units.chain(relay).chain(hosts).min();
+        let deadline = units.chain(relay).chain(hosts).chain(commands);
+        let deadline = deadline.chain(self.rotation.deadline());
+        let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
         let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
         match poll(&mut polled, timeout.as_ref()) {
@@ -320,6 +384,7 @@ impl<'p> Supervisor<'p> {
                     relay.wake();
                 }
             }
+            Source::Rotation => self.rotation.wake(),
             Source::Listener => self.control.accept(),
             Source::Client(number) => self.serve(number),
             Source::Guard => self.guard_ended(),
@@ -349,7 +414,8 @@ impl<'p> Supervisor<'p> {
 
     fn serve(&mut self, number: u64) {
         for request in self.control.turn(number) {
-            match request.call {
+            match request.call.clone() {
+                Call::Command(verb, names) => self.take(request, verb, &names),
                 Call::Status => {
                     let status = self.status();
                     self.control.answer_status(&request, &status);
@@ -393,6 +459,19 @@ impl<'p> Supervisor<'p> {
         }
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
+        if goes_on && unit.is_stopped() {
+            let severity = if end.done {
+                Severity::Info
+            } else {
+                Severity::Warning
+            };
+            return unit.event(
+                self.report,
+                severity,
+                "stopped",
+                format!("stopped: {}", end.text),
+            );
+        }
         if goes_on && !unit.is_ready() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
         }
@@ -400,6 +479,9 @@ impl<'p> Supervisor<'p> {
         // ends without getting ready, however well it ends.
         let failed = !end.done || (goes_on && (asked || !unit.is_ready()));
         let text = format!("ended: {}", end.text);
+        if failed {
+            self.commands.failed(i, &unit.failure(&text));
+        }
         if !failed {
             unit.event(self.report, Severity::Info, "exited", text);
         } else if asked {
@@ -442,6 +524,14 @@ impl<'p> Supervisor<'p> {
             relay.show(now, self.report);
         }
         self.look_at_hosts(now);
+        self.rotation.look(now, self.report);
+        if self.rounds.is_due(now) {
+            self.rotation.look_at_disk(self.report);
+            let pause = self.rounds.pause;
+            for unit in &mut self.units {
+                unit.measure(pause, self.report);
+            }
+        }
         for i in 0..self.units.len() {
             match self.units[i].check(now, self.report) {
                 Overdue::Nothing => {}
@@ -449,6 +539,7 @@ impl<'p> Supervisor<'p> {
                     let unit = &self.units[i];
                     let text = format!("was not ready within {:?}", unit.component.ready);
                     if unit.is_restarted() {
+                        self.commands.failed(i, &text);
                         unit.event(self.report, Severity::Warning, "not-ready", text);
                         self.units[i].ask_to_stop();
                     } else {
@@ -460,7 +551,7 @@ impl<'p> Supervisor<'p> {
                 Overdue::NotKilled => {
                     self.failed.push(self.units[i].name().to_owned());
                     // Whoever needs it would wait for ever.
-                    if self.ending.is_none() {
+                    if self.ending.is_none() && !self.units[i].is_stopped() {
                         self.fail(i, "cannot be ended, and so not be started again");
                     }
                 }

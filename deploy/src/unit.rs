@@ -12,7 +12,9 @@ use crate::process::{KILL_LIMIT, Mark};
 use crate::remote::{self, Distant, Outbox};
 use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
+use crate::restore::Changes;
 use crate::status::{ComponentStatus, State};
+use crate::watch::{self, Watch};
 use std::collections::BTreeMap;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -37,9 +39,19 @@ pub(crate) struct Unit {
     /// When it was last heard of, or became ready.
     heard: Instant,
     garbage: bool,
+    /// What goes wrong in this run.
+    watch: Watch,
     restarts: Restarts,
     /// When it may be started again.
     due: Option<Instant>,
+    /// A command has stopped it: it stays so until it is released.
+    stopped: bool,
+    /// A command has started it: its failures are no longer those of the network's start.
+    released: bool,
+    /// What was changed in it and not saved.
+    changes: Changes,
+    /// What of that its present run could not be told.
+    unkept: Option<String>,
 }
 
 #[derive(Debug)]
@@ -74,6 +86,8 @@ pub(crate) struct End {
     pub(crate) text: String,
     /// How long it ran.
     pub(crate) ran: Duration,
+    /// It did not end, and is given up.
+    lost: bool,
 }
 
 /// What the passing of time did to a component.
@@ -91,6 +105,10 @@ impl Unit {
         Self {
             restarts: Restarts::new(component.restart),
             due: None,
+            stopped: false,
+            released: false,
+            changes: Changes::default(),
+            unkept: None,
             component,
             log,
             away: None,
@@ -102,6 +120,7 @@ impl Unit {
             hung: false,
             heard: Instant::now(),
             garbage: false,
+            watch: Watch::default(),
         }
     }
 
@@ -115,19 +134,66 @@ impl Unit {
 
     /// Whether it may be started as far as its own clock says.
     pub(crate) fn is_due(&self) -> bool {
-        self.is_waiting() && self.due.is_none()
+        self.is_waiting() && self.due.is_none() && !self.stopped
     }
 
-    /// Whether it has run before.
+    /// Whether it has run before, or was started by a command.
     pub(crate) fn is_restarted(&self) -> bool {
-        self.restarts.count() > 0
+        self.restarts.count() > 0 || self.released
+    }
+
+    /// Whether a command has stopped it, or is about to.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// Whether those that need it may start: it is ready, or will not be by itself.
+    pub(crate) fn lets_others_start(&self) -> bool {
+        self.ready || self.stopped || matches!(self.phase, Phase::Ended(_))
+    }
+
+    /// Whether it did not even end by SIGKILL.
+    pub(crate) fn is_lost(&self) -> bool {
+        matches!(&self.phase, Phase::Ended(end) if end.lost)
+    }
+
+    /// How it ended.
+    pub(crate) fn end_text(&self) -> Option<&str> {
+        match &self.phase {
+            Phase::Ended(end) => Some(&end.text),
+            _ => None,
+        }
+    }
+
+    /// Ends it, or keeps it from being started, until it is released.
+    pub(crate) fn hold(&mut self) {
+        self.stopped = true;
+        self.due = None;
+        self.ask_to_stop();
+    }
+
+    /// Its next run begins with what its configuration says.
+    pub(crate) fn forget_changes(&mut self) {
+        self.changes = Changes::default();
+    }
+
+    /// What does not run is started as if for the first time, but on its own account.
+    pub(crate) fn release(&mut self) {
+        self.stopped = false;
+        if !self.is_alive() {
+            self.phase = Phase::Waiting;
+            self.ready = false;
+            self.due = None;
+            self.released = true;
+            self.restarts.begin_anew();
+        }
     }
 
     pub(crate) fn is_alive(&self) -> bool {
         matches!(self.phase, Phase::Alive(_))
     }
 
-    /// Whether those that need it may start.
+    /// Whether it has reported ready since its last start.
     pub(crate) fn is_ready(&self) -> bool {
         self.ready
     }
@@ -186,19 +252,27 @@ impl Unit {
 
     /// Starts the process.
     pub(crate) fn start(&mut self, mark: &Mark) -> Result<(), String> {
+        let greeting = self.changes.line();
         let body = match &self.away {
-            None => Body::Here(Launched::start(&self.component, &self.log, mark)?),
+            None => Body::Here(Launched::start(
+                &self.component,
+                greeting.as_deref(),
+                &self.log,
+                mark,
+            )?),
             Some(outbox) => {
-                let component = self.component_there.as_ref();
-                Body::There(Distant::start(component.unwrap_or(&self.component), outbox))
+                let component = self.component_there.as_ref().unwrap_or(&self.component);
+                Body::There(Distant::start(component, greeting, outbox))
             }
         };
         let now = Instant::now();
         self.heard = now;
         self.reported = None;
         self.lost.clear();
+        self.unkept = self.changes.lost();
         self.hung = false;
         self.garbage = false;
+        self.watch = Watch::default();
         self.phase = Phase::Alive(Running {
             body,
             started: now,
@@ -269,11 +343,34 @@ impl Unit {
                     let seconds = running.started.elapsed().as_secs_f64();
                     let text = format!("ready after {seconds:.2} s");
                     self.event(report, Severity::Info, "ready", text);
+                    if let Some(text) = self.unkept.take() {
+                        self.event(report, Severity::Warning, "not-restored", text);
+                    }
                 }
             }
-            Message::Heartbeat { age, lost } => {
+            Message::Parameters { changed, unkept } => {
+                self.changes = Changes::new(changed, unkept);
+            }
+            Message::Restored(Ok(())) => {
+                let text = self.changes.restored();
+                self.event(report, Severity::Info, "restored", text);
+            }
+            Message::Restored(Err(why)) => {
+                let text = format!(
+                    "runs with its configuration; changed parameters were not restored: {why}"
+                );
+                self.event(report, Severity::Warning, "not-restored", text);
+                self.forget_changes();
+            }
+            Message::Heartbeat(mut beat) => {
                 self.heard = Instant::now();
-                self.lost = lost;
+                self.lost = std::mem::take(&mut beat.lost);
+                let age = beat.age;
+                if !self.is_asked_to_stop() {
+                    for (severity, code, text) in self.watch.beat(beat) {
+                        self.event(report, severity, code, text);
+                    }
+                }
                 if age <= HEARTBEAT_LIMIT {
                     if std::mem::take(&mut self.hung) {
                         self.event(
@@ -290,6 +387,25 @@ impl Unit {
                     );
                 }
             }
+        }
+    }
+
+    /// The network ends: what goes wrong from now on is no news.
+    pub(crate) fn be_quiet(&mut self) {
+        self.watch.be_quiet();
+    }
+
+    /// Looks how much memory the process has, `pause` after the last time.
+    pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
+        // The memory of another machine cannot be looked at from here.
+        let Some(Body::Here(process)) = self.body() else {
+            return;
+        };
+        if self.ready
+            && let Some(bytes) = watch::resident(process.pid())
+            && let Some((severity, code, text)) = self.watch.memory(bytes, pause)
+        {
+            self.event(report, severity, code, text);
         }
     }
 
@@ -343,6 +459,7 @@ impl Unit {
             done: exit.is_done(running.stop != Stop::No),
             text: exit.text,
             ran: running.started.elapsed(),
+            lost: false,
         };
         self.phase = Phase::Ended(end.clone());
         Some(end)
@@ -353,10 +470,26 @@ impl Unit {
     pub(crate) fn follow(&mut self, ran: Duration, failed: bool) -> Next {
         let now = Instant::now();
         let next = self.restarts.after(failed, ran, now);
-        if let Next::Again(pause) = next {
-            self.phase = Phase::Waiting;
-            self.ready = false;
-            self.due = Some(now + pause);
+        match next {
+            Next::Again(pause) => {
+                self.phase = Phase::Waiting;
+                self.ready = false;
+                self.due = Some(now + pause);
+            }
+            Next::Nothing | Next::GiveUp(_) if self.is_waiting() => {
+                self.phase = Phase::Ended(End {
+                    done: false,
+                    text: "could not be started".to_owned(),
+                    ran,
+                    lost: false,
+                });
+            }
+            Next::Nothing | Next::GiveUp(_) => {
+                // One that was asked to end because it did not get ready may have ended well.
+                if let Phase::Ended(end) = &mut self.phase {
+                    end.done &= !failed;
+                }
+            }
         }
         next
     }
@@ -412,6 +545,7 @@ impl Unit {
                     done: false,
                     text,
                     ran,
+                    lost: true,
                 });
                 Overdue::NotKilled
             }
@@ -463,7 +597,10 @@ impl Unit {
             executable: self.component.executable.clone(),
             log: self.log.clone(),
             restarts: self.restarts.count(),
+            ready_ms: self.component.ready.as_millis() as u64,
+            stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
+            troubles: running.map_or_else(Vec::new, |_| self.watch.troubles()),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,
@@ -473,6 +610,7 @@ impl Unit {
 
     fn state(&self) -> State {
         match &self.phase {
+            Phase::Waiting | Phase::Ended(_) if self.stopped => State::Stopped,
             Phase::Waiting => State::Waiting,
             Phase::Ended(end) if end.done => State::Done,
             Phase::Ended(_) => State::Failed,

@@ -11,6 +11,7 @@ use crate::report::{Format, Output, Reporter};
 use crate::supervise::Supervisor;
 use std::collections::BTreeMap;
 use std::io;
+use std::time::Duration;
 
 /// How a network is run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -22,6 +23,10 @@ pub struct Options {
     /// This is the background process that [`detach`](fn@crate::detach) started: it leaves the terminal's session,
     /// and says on standard output when the network is up.
     pub supervisor: bool,
+    /// How long a log may become before it is turned over, in bytes; 16 MiB if not told.
+    pub log_limit: Option<u64>,
+    /// How often the memory of components is read; twice a minute if not told.
+    pub memory_pause: Option<Duration>,
     /// How the guard is started, if not as this program with the argument `guard`.
     pub guard: Option<GuardCommand>,
     /// The shared-memory services that the guards of other machines hold, as JSON, by the name of the machine.

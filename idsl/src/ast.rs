@@ -19,6 +19,8 @@ pub struct Module {
     pub name: Name,
     /// Its documentation.
     pub doc: Vec<String>,
+    /// `@…` before it.
+    pub annotations: Vec<Annotation>,
     /// Its declarations.
     pub decls: Vec<Decl>,
 }

@@ -47,6 +47,8 @@ pub struct Module {
     pub interfaces: Vec<InterfaceId>,
     /// Its constants, in their order.
     pub consts: Vec<Const>,
+    /// `@ros("robot_msgs")`: its package in ROS 2, as it is written.
+    pub ros: Option<Name>,
 }
 
 /// A constant.
@@ -77,6 +79,8 @@ pub struct TypeDecl {
     pub levels: u32,
     /// What it looks like in memory, where its size is known from the type alone: it is plain.
     pub image: Option<Image>,
+    /// `@ros("sensor_msgs/msg/LaserScan")` on a structure: the type in ROS 2 that it is, as it is written.
+    pub ros: Option<Name>,
 }
 
 /// The kinds of named types.
@@ -290,6 +294,8 @@ pub struct Operation {
     pub outputs: Vec<Member>,
     /// Exceptions that it may answer with.
     pub throws: Vec<TypeId>,
+    /// `@ros("std_srvs/srv/Trigger")`: its types in ROS 2, as they are written: of its topic, of its service.
+    pub ros: Vec<Name>,
 }
 
 impl Operation {

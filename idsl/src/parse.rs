@@ -42,10 +42,12 @@ fn module(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Module {
     let mut module = Module {
         name: Name::new("", r.span(&pair)),
         doc,
+        annotations: Vec::new(),
         decls: Vec::new(),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
+            Rule::annotation => module.annotations.push(annotation(r, part)),
             Rule::name => module.name = r.name(&part),
             Rule::decl => module
                 .decls

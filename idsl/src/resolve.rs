@@ -14,6 +14,11 @@ use std::collections::HashMap;
 /// So many unknown names get a suggestion.
 const MOST_SUGGESTIONS: usize = 100;
 
+/// The annotations of members and parameters.
+const OF_MEMBERS: [&str; 4] = ["unit", "range", "default", "optional"];
+/// What may stand before a module, a structure or an operation.
+const OF_ALL: [&str; 5] = ["unit", "range", "default", "optional", "ros"];
+
 /// Whether a declaration makes a type that has a name.
 pub(crate) fn is_type(kind: &DeclKind) -> bool {
     matches!(
@@ -72,7 +77,6 @@ impl Scope<'_, '_> {
     }
 
     pub(crate) fn type_decl(&mut self, decl: &Decl) -> TypeDeclKind {
-        decl.annotations.iter().for_each(|a| self.ignored(a));
         match &decl.kind {
             DeclKind::Enum(values) => TypeDeclKind::Enum(self.enumerators(decl, values)),
             DeclKind::Struct(members) => TypeDeclKind::Struct(self.members(members)),
@@ -229,20 +233,77 @@ impl Scope<'_, '_> {
                     message,
                 ));
             }
-            _ => self.ignored(annotation),
+            _ => self.ignored(annotation, &OF_MEMBERS),
         }
     }
 
     /// On a structure or an operation an annotation documents; one that nobody knows is a slip all the same.
-    fn ignored(&mut self, annotation: &ast::Annotation) {
-        const KNOWN: [&str; 4] = ["unit", "range", "default", "optional"];
+    fn ignored(&mut self, annotation: &ast::Annotation, known: &[&str]) {
         let text = annotation.name.text.as_str();
-        if KNOWN.contains(&text) {
+        if known.contains(&text) {
             return;
         }
-        let message = format!("unknown annotation `@{text}` is ignored");
-        let span = annotation.name.span;
-        self.report(Diagnostic::warning("unknown-annotation", span, message).suggest(text, KNOWN));
+        let report =
+            |message| Diagnostic::warning("unknown-annotation", annotation.name.span, message);
+        self.report(if text == "ros" {
+            report("`@ros` is ignored here".to_owned())
+                .help("it stands before a module, a struct or an operation")
+        } else {
+            report(format!("unknown annotation `@{text}` is ignored"))
+                .suggest(text, known.iter().copied())
+        });
+    }
+
+    /// The texts of all `@ros` among `annotations`.
+    fn ros(&mut self, annotations: &[ast::Annotation]) -> Vec<Name> {
+        let mut all = Vec::new();
+        for annotation in annotations {
+            if annotation.name.text != "ros" {
+                self.ignored(annotation, &OF_ALL);
+                continue;
+            }
+            match annotation.args.as_slice() {
+                [
+                    (
+                        None,
+                        Literal {
+                            kind: LiteralKind::Text(text),
+                            span,
+                        },
+                    ),
+                ] => all.push(Name::new(text.clone(), *span)),
+                _ => self.report(Diagnostic::error(
+                    "annotation-arguments",
+                    annotation.name.span,
+                    "`@ros` takes one text: `@ros(\"sensor_msgs/msg/LaserScan\")`",
+                )),
+            }
+        }
+        all
+    }
+
+    /// The only `@ros` among `annotations`.
+    pub(crate) fn only_ros(&mut self, annotations: &[ast::Annotation]) -> Option<Name> {
+        let mut all = self.ros(annotations).into_iter();
+        let first = all.next();
+        for other in all {
+            let message = "there is a `@ros` already";
+            let diagnostic = Diagnostic::error("annotation-arguments", other.span, message);
+            let first = first.as_ref().map_or(other.span, |first| first.span);
+            self.report(diagnostic.label(first, "the first one"));
+        }
+        first
+    }
+
+    /// The type in ROS 2 that a structure says it is.
+    pub(crate) fn type_in_ros(&mut self, decl: &Decl) -> Option<Name> {
+        if matches!(decl.kind, DeclKind::Struct(_)) {
+            return self.only_ros(&decl.annotations);
+        }
+        for annotation in &decl.annotations {
+            self.ignored(annotation, &OF_MEMBERS);
+        }
+        None
     }
 
     /// Members of an exception's base come before its own.
@@ -297,7 +358,7 @@ impl Scope<'_, '_> {
     }
 
     fn operation(&mut self, tree: &ast::Operation) -> Operation {
-        tree.annotations.iter().for_each(|a| self.ignored(a));
+        let ros = self.ros(&tree.annotations);
         check::duplicates(
             tree.params.iter().map(|p| &p.name),
             "parameter",
@@ -343,6 +404,7 @@ impl Scope<'_, '_> {
             inputs,
             outputs,
             throws,
+            ros,
         };
         if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) =
             (marked, pattern, operation.has_result() || written)

@@ -150,6 +150,7 @@ impl<'a> Session<'a> {
             types_by_name: HashMap::new(),
             interfaces: Vec::new(),
             consts: Vec::new(),
+            ros: None,
         };
         // Names first, so that declarations may stand in any order.
         for decl in tree.decls.iter().filter(|d| is_type(&d.kind)) {
@@ -167,6 +168,7 @@ impl<'a> Session<'a> {
                 },
                 levels: 0,
                 image: None,
+                ros: None,
             });
         }
         let types = module.types.clone();
@@ -175,6 +177,8 @@ impl<'a> Session<'a> {
             session: self,
             module: id,
         };
+        let package = scope.only_ros(&tree.annotations);
+        scope.session.library.modules[id.0].ros = package;
         scope.consts(&tree.decls);
         // Keys and defaults look into enums and aliases, wherever in the file these stand.
         let depth = |decl: &Decl| match decl.kind {
@@ -186,8 +190,10 @@ impl<'a> Session<'a> {
         let mut in_order: Vec<(&Decl, &TypeId)> = decls.zip(&types).collect();
         in_order.sort_by_key(|(decl, _)| depth(decl));
         for (decl, ty) in in_order {
+            let ros = scope.type_in_ros(decl);
             let kind = scope.type_decl(decl);
-            scope.session.library.types[ty.0].kind = kind;
+            let declared = &mut scope.session.library.types[ty.0];
+            (declared.kind, declared.ros) = (kind, ros);
         }
         scope.bases(&tree.decls, &types);
         check::nesting(&mut self.library, &types, &mut self.found);

@@ -388,6 +388,43 @@ fn values_fit() {
 }
 
 #[test]
+fn marks_for_ros_stand_where_they_mean_something() {
+    let library = check_file(
+        "@ros(\"a_msgs\") module M {
+         @ros(\"a/msg/B\") struct S { @ros(\"a/msg/C\") int x; };
+         @ros(\"a/msg/D\") enum E { e };
+         @ros @ros(a=\"b\") @ros(\"x\", \"y\") struct T { int x; };
+         @ros(\"a/msg/F\") @ros(\"a/msg/G\") struct U { int x; };
+         interface I { @ros(\"a/msg/H\") @ros(\"a/srv/H\") void go(); };
+         };",
+        &expect![[r#"
+            m.idsl:2:38: warning[unknown-annotation]: `@ros` is ignored here (it stands before a module, a struct or an operation)
+            m.idsl:3:11: warning[unknown-annotation]: `@ros` is ignored here (it stands before a module, a struct or an operation)
+            m.idsl:4:11: error[annotation-arguments]: `@ros` takes one text: `@ros("sensor_msgs/msg/LaserScan")`
+            m.idsl:4:16: error[annotation-arguments]: `@ros` takes one text: `@ros("sensor_msgs/msg/LaserScan")`
+            m.idsl:4:28: error[annotation-arguments]: `@ros` takes one text: `@ros("sensor_msgs/msg/LaserScan")`
+            m.idsl:5:31: error[annotation-arguments]: there is a `@ros` already; the first one at m.idsl:5:15
+        "#]],
+    );
+    let text = |name: &rc_syntax::Name| name.text.clone();
+    let module = library.modules[0].ros.as_ref().map(text);
+    assert_eq!(module.as_deref(), Some("a_msgs"));
+    let types: Vec<_> = library
+        .types
+        .iter()
+        .map(|t| t.ros.as_ref().map(text))
+        .collect();
+    let some = |name: &str| Some(name.to_owned());
+    assert_eq!(types, [some("a/msg/B"), None, None, some("a/msg/F")]);
+    let operation: Vec<_> = library.interfaces[0].operations[0]
+        .ros
+        .iter()
+        .map(text)
+        .collect();
+    assert_eq!(operation, ["a/msg/H", "a/srv/H"]);
+}
+
+#[test]
 fn patterns_go_with_results() {
     check(
         "interface I { command int a(); publish void b(out int x); publish void c() throws E; query void d(); command e(int x); query f(out int x); };\nexception E { };",

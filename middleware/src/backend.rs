@@ -51,6 +51,30 @@ impl std::fmt::Display for TypeIdentity {
     }
 }
 
+/// How the body of a call stands behind its envelope, see [`crate::rpc`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Profile {
+    /// OMG DDS-RPC: the envelope travels with the body, and an answer is a result or one exception.
+    #[default]
+    Rpc,
+    /// A service of ROS 2: only the body travels, which begins at a multiple of 8 bytes; where an operation throws, its
+    /// answer is a code, every exception and the result.
+    Ros,
+}
+
+/// An operation in the words of a middleware that has types of its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Foreign {
+    /// The slot that it is of.
+    pub slot: String,
+    /// Its name in the IDSL.
+    pub operation: String,
+    /// Its number in the envelope of a call.
+    pub id: i32,
+    /// Its type, such as `geometry_msgs/msg/Pose`.
+    pub type_name: String,
+}
+
 /// One end of a connection that is to be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Endpoint {
@@ -60,6 +84,8 @@ pub struct Endpoint {
     pub types: TypeIdentity,
     /// How.
     pub qos: Qos,
+    /// Its operations, where the component was generated for a middleware that has types of its own; else empty.
+    pub foreign: Vec<Foreign>,
 }
 
 /// Opens ports on one middleware, for one component.
@@ -78,6 +104,11 @@ pub trait Backend {
 
     /// The one end that answers them; a second live one is refused and told who the first is.
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError>;
+
+    /// Ends that were found since the last look and do not fit to those of this component, a text for people each.
+    fn mismatches(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// Waits until what was sent has reached those who are there, at most `limit`; called before the ports of
     /// a component that ends are closed.
@@ -141,6 +172,11 @@ pub trait Client {
     /// Identifies this client in the envelope of its calls.
     fn guid(&self) -> [u8; 16];
 
+    /// How its calls are written.
+    fn profile(&self) -> Profile {
+        Profile::Rpc
+    }
+
     /// Puts a command into the queue of a live server, or fails.
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError>;
 
@@ -181,6 +217,11 @@ pub trait Server {
 pub trait Reply {
     /// What is in it in the end is the reply, and nothing is none; empty at first.
     fn body(&mut self) -> &mut Vec<u8>;
+
+    /// How the request is to be read and the reply to be written.
+    fn profile(&self) -> Profile {
+        Profile::Rpc
+    }
 
     /// Memory of `length` bytes, aligned to 16, in which the reply is written instead; none where this middleware
     /// lends none, or has none left.

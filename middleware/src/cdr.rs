@@ -195,7 +195,8 @@ impl Writer {
         self.put(&u32::try_from(length).unwrap_or(u32::MAX));
     }
 
-    fn align(&mut self, size: usize) {
+    /// Zeros up to the next multiple of `size` bytes.
+    pub(crate) fn align(&mut self, size: usize) {
         let rest = self.bytes.len() % size;
         if rest != 0 {
             self.bytes.resize(self.bytes.len() + size - rest, 0);
@@ -317,7 +318,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn align(&mut self, size: usize) {
+    /// Goes on at the next multiple of `size` bytes.
+    pub(crate) fn align(&mut self, size: usize) {
         self.at = self.at.next_multiple_of(size).min(self.bytes.len());
     }
 }

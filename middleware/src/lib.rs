@@ -27,8 +27,8 @@ pub mod wait;
 
 pub use address::Address;
 pub use backend::{
-    Backend, Client, Encoding, Endpoint, Header, Lent, Publisher, Reply, Server, Subscriber,
-    TypeIdentity,
+    Backend, Client, Encoding, Endpoint, Foreign, Header, Lent, Profile, Publisher, Reply, Server,
+    Subscriber, TypeIdentity,
 };
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use environment::{Environment, RunDirectory};

@@ -7,7 +7,11 @@
 //! parameters that go in, `Out` those that come out and then the return value; one that would be empty holds
 //! one octet. Where the header of a reply says that nothing was executed, a text with the reason follows the
 //! (unknown) branch of the union.
+//!
+//! Over ROS 2 ([`Profile::Ros`]) no envelope travels: a backend puts it around the body of a request or a reply, with
+//! a body that begins at [`ENVELOPE`], and takes it off.
 
+use crate::backend::Profile;
 use crate::cdr::{DecodeError, Reader, Writer};
 
 /// Identifies one request: who asks, and the how manyth request of this client it is.
@@ -34,6 +38,24 @@ pub enum Outcome {
     UnknownOperation = 4,
     /// The server failed in a way that its interface does not name.
     UnknownException = 5,
+}
+
+/// Where the body of a call begins in [`Profile::Ros`]: a multiple of all alignments, so that its bytes are the same
+/// without what is before it.
+pub const ENVELOPE: usize = 40;
+
+/// Leaves the room between an envelope and its body that `profile` asks for.
+pub fn begin_body(writer: &mut Writer, profile: Profile) {
+    if profile == Profile::Ros {
+        writer.align(8);
+    }
+}
+
+/// Goes to the body behind an envelope that was read.
+pub fn open_body(reader: &mut Reader<'_>, profile: Profile) {
+    if profile == Profile::Ros {
+        reader.align(8);
+    }
 }
 
 /// Begins a request.
@@ -130,6 +152,21 @@ fn open_identity(reader: &mut Reader<'_>) -> Result<RequestId, DecodeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_body_without_its_envelope_has_the_same_bytes() {
+        let (mut request, mut reply) = (Writer::default(), Writer::default());
+        begin_request(&mut request, RequestId::default(), 3);
+        begin_reply(&mut reply, RequestId::default(), 3, 0);
+        for mut writer in [request, reply] {
+            begin_body(&mut writer, Profile::Ros);
+            assert_eq!(writer.len(), ENVELOPE);
+        }
+        let mut reader = Reader::new(&[0; ENVELOPE]);
+        open_request(&mut reader).expect("an envelope");
+        open_body(&mut reader, Profile::Ros);
+        assert!(reader.rest().is_empty());
+    }
 
     #[test]
     fn an_envelope_comes_back() {

@@ -1,7 +1,7 @@
 //! The layer between generated code and the bytes of a backend. Only this layer and generated code know codecs.
 
-use crate::backend::{Client, Encoding, Header, Publisher, Reply, now};
-use crate::cdr::{DecodeError, EncodeError, Reader, Writer};
+use crate::backend::{Client, Encoding, Header, Profile, Publisher, Reply, now};
+use crate::cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 use crate::error::{CallError, SendError};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace, Loan, Memory, Sending};
 use crate::rpc::{self, Outcome, ReplyKind, RequestId};
@@ -18,6 +18,45 @@ pub struct Operation {
     pub type_hash: u64,
     /// Whether an answer comes back.
     pub two_way: bool,
+    /// What an answer may be where the operation throws, in the order of [`Profile::Ros`]: its exceptions, as it names
+    /// them, and then its result. Empty where it throws nothing.
+    pub answers: &'static [Alternative],
+}
+
+/// One of the things that an answer may be. A result of several parts is several, all with the case 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Alternative {
+    /// 0 for the result, else the hash of the exception.
+    pub case: i32,
+    /// Writes its default.
+    pub put: fn(&mut Writer),
+    /// Reads it and forgets it.
+    pub skip: fn(&mut Reader<'_>) -> Result<(), DecodeError>,
+}
+
+impl Alternative {
+    /// The exception `T`, or, with 0, a part of the result.
+    pub const fn of<T: Cdr + Default>(case: i32) -> Self {
+        Self {
+            case,
+            put: |writer| writer.put(&T::default()),
+            skip: |reader| reader.get::<T>().map(drop),
+        }
+    }
+}
+
+impl PartialEq for Alternative {
+    fn eq(&self, other: &Self) -> bool {
+        self.case == other.case
+    }
+}
+
+impl Eq for Alternative {}
+
+/// The code of an answer in [`Profile::Ros`]: 0 for the result, else the number of the exception, from 1.
+fn code(answers: &[Alternative], case: i32) -> i32 {
+    let at = answers.iter().position(|a| a.case == case && case != 0);
+    at.map_or(0, |at| i32::try_from(at + 1).unwrap_or(i32::MAX))
 }
 
 /// The sending end of a topic.
@@ -136,6 +175,7 @@ pub struct Caller {
     id: RequestId,
     operation: i32,
     type_hash: u64,
+    answers: &'static [Alternative],
     timeout: Duration,
 }
 
@@ -153,6 +193,7 @@ impl Caller {
             id,
             operation: 0,
             type_hash: 0,
+            answers: &[],
             timeout,
         }
     }
@@ -178,7 +219,9 @@ impl Caller {
         self.writer.clear();
         self.operation = operation.id;
         self.type_hash = operation.type_hash;
+        self.answers = operation.answers;
         rpc::begin_request(&mut self.writer, self.id, operation.id);
+        rpc::begin_body(&mut self.writer, self.port.profile());
         &mut self.writer
     }
 
@@ -230,6 +273,8 @@ impl Caller {
             id: self.id,
             operation: self.operation,
             type_hash: self.type_hash,
+            profile: self.port.profile(),
+            answers: self.answers,
         }
     }
 
@@ -249,6 +294,8 @@ struct Asked {
     id: RequestId,
     operation: i32,
     type_hash: u64,
+    profile: Profile,
+    answers: &'static [Alternative],
 }
 
 /// Opens the envelope of a reply.
@@ -265,8 +312,31 @@ fn open(body: &[u8], header: Header, asked: Asked) -> Result<(i32, Reader<'_>), 
                 }
                 reader.image_at(BEHIND_ENVELOPE);
             }
+            if asked.profile == Profile::Ros {
+                rpc::open_body(&mut reader, asked.profile);
+                let case = open_answer(&mut reader, asked.answers)?;
+                return Ok((case, reader));
+            }
             Ok((case, reader))
         }
+    }
+}
+
+/// Goes to what an answer in [`Profile::Ros`] is, and says which of the `answers` that is.
+fn open_answer(reader: &mut Reader<'_>, answers: &[Alternative]) -> Result<i32, DecodeError> {
+    if answers.is_empty() {
+        return Ok(0);
+    }
+    let found: i32 = reader.get()?;
+    for answer in answers.iter().filter(|answer| answer.case != 0) {
+        if code(answers, answer.case) == found {
+            return Ok(answer.case);
+        }
+        (answer.skip)(reader)?;
+    }
+    match found {
+        0 => Ok(0),
+        _ => Err(DecodeError::Unknown("code in the reply")),
     }
 }
 
@@ -287,6 +357,9 @@ pub struct Request<'a> {
     id: RequestId,
     type_hash: u64,
     two_way: bool,
+    answers: &'static [Alternative],
+    /// What comes behind the part of the answer that is being written.
+    rest: &'static [Alternative],
     writer: Writer,
     reply: &'a mut dyn Reply,
     placed: Option<Result<(), EncodeError>>,
@@ -301,6 +374,7 @@ impl<'a> Request<'a> {
     ) -> Result<Self, DecodeError> {
         let mut reader = Reader::of(body, header.encoding);
         let (id, operation) = rpc::open_request(&mut reader)?;
+        rpc::open_body(&mut reader, reply.profile());
         let writer = Writer::over(std::mem::take(reply.body()));
         Ok(Self {
             operation,
@@ -308,6 +382,8 @@ impl<'a> Request<'a> {
             id,
             type_hash: header.type_hash,
             two_way: true,
+            answers: &[],
+            rest: &[],
             writer,
             reply,
             placed: None,
@@ -322,6 +398,7 @@ impl<'a> Request<'a> {
         read: impl FnOnce(&mut Reader<'a>) -> Result<T, DecodeError>,
     ) -> Result<T, HandlerError> {
         self.two_way = operation.two_way;
+        self.answers = operation.answers;
         let what = operation.name;
         if self.type_hash != 0 && self.type_hash != operation.type_hash {
             let (theirs, ours) = (self.type_hash, operation.type_hash);
@@ -340,11 +417,35 @@ impl<'a> Request<'a> {
     pub fn begin(&mut self, case: i32) -> &mut Writer {
         self.writer.clear();
         rpc::begin_reply(&mut self.writer, self.id, self.operation, case);
+        if self.reply.profile() == Profile::Ros {
+            self.begin_answer(case);
+        }
         &mut self.writer
+    }
+
+    /// Writes what comes before the answer `case` in [`Profile::Ros`].
+    fn begin_answer(&mut self, case: i32) {
+        rpc::begin_body(&mut self.writer, Profile::Ros);
+        self.rest = &[];
+        let answers = self.answers;
+        if answers.is_empty() {
+            return;
+        }
+        self.writer.put(&code(answers, case));
+        let here = answers.iter().position(|answer| answer.case == case);
+        for answer in &answers[..here.unwrap_or(answers.len())] {
+            (answer.put)(&mut self.writer);
+        }
+        if let Some(at) = here.filter(|_| case != 0) {
+            self.rest = &answers[at + 1..];
+        }
     }
 
     /// Ends the answer. One that cannot be written becomes a refusal that says so.
     pub fn finish(&mut self) -> Result<(), HandlerError> {
+        for answer in std::mem::take(&mut self.rest) {
+            (answer.put)(&mut self.writer);
+        }
         let written = self.writer.finish().map(|_| ());
         self.finished(written)
     }

@@ -51,6 +51,8 @@ pub struct Slot {
     pub qos: Qos,
     /// Its operations, in the order of the IDSL.
     pub operations: &'static [Operation],
+    /// What their types are called by a middleware that has types of its own; else empty.
+    pub foreign: &'static [&'static str],
 }
 
 /// The four ends of connections.

@@ -4,8 +4,8 @@
 //! takes longer than the period is counted and reported; what was missed is never made up for.
 
 use crate::component::{Component, Description, WorkerError};
-use crate::ports::Receiver;
-use crate::status::{Shared, State, Wish};
+use crate::ports::{Ports, Receiver};
+use crate::status::{Doing, Shared, State, Wish};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Reader, Reply};
 use rustix::event::{Timespec, epoll};
@@ -35,6 +35,7 @@ pub(crate) struct EventLoop<'a> {
     component: &'a mut dyn Component,
     description: &'static Description,
     shared: Arc<Shared>,
+    connections: &'a Ports,
     ports: Vec<Port>,
     epoll: OwnedFd,
     timer: OwnedFd,
@@ -60,6 +61,9 @@ struct Port {
     /// Until when it is looked at again and again, without sleeping.
     awake_until: Option<Instant>,
     complained: Option<Instant>,
+    /// The longest time between two values of a topic, and when the last one came, or its first publisher.
+    deadline: Option<Duration>,
+    heard: Option<Instant>,
 }
 
 impl Port {
@@ -91,6 +95,7 @@ impl<'a> EventLoop<'a> {
     pub(crate) fn new(
         component: &'a mut dyn Component,
         description: &'static Description,
+        connections: &'a Ports,
         receivers: Vec<(usize, Receiver)>,
     ) -> io::Result<Self> {
         let shared = component.core().shared.clone();
@@ -128,6 +133,8 @@ impl<'a> EventLoop<'a> {
                 acknowledged: false,
                 awake_until: None,
                 complained: None,
+                deadline: description.slots[slot].qos.deadline,
+                heard: None,
             })
             .collect();
         let period = component.core().period();
@@ -135,6 +142,7 @@ impl<'a> EventLoop<'a> {
             component,
             description,
             shared,
+            connections,
             ports,
             epoll,
             timer,
@@ -161,6 +169,7 @@ impl<'a> EventLoop<'a> {
             self.shared.turned(now);
             self.wishes();
             self.handlers(now);
+            self.listen();
             if due && !self.shared.interrupt.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
@@ -331,6 +340,7 @@ impl<'a> EventLoop<'a> {
             Ok(true) => {
                 port.failures = 0;
                 let now = Instant::now();
+                port.heard = Some(now);
                 let spin = self.description.slots[slot].qos.spin;
                 if !spin.is_zero() {
                     self.ports[at].awake_until = Some(now + spin);
@@ -358,7 +368,13 @@ impl<'a> EventLoop<'a> {
 
     fn handled(&mut self, at: usize, took: Duration, lost: u64, result: Result<(), HandlerError>) {
         let slot = self.ports[at].slot;
-        self.shared.status().slots[slot].handled(took, lost, result.is_ok());
+        {
+            let mut status = self.shared.status();
+            status.slots[slot].handled(took, lost, result.is_ok());
+            if took > self.period {
+                status.news.overrun(Doing::Handler(slot), took);
+            }
+        }
         if took > self.period {
             let message = format!(
                 "a handler took {took:?}, longer than the period of {:?}",
@@ -368,6 +384,22 @@ impl<'a> EventLoop<'a> {
         }
         if let Err(error) = result {
             self.complain(at, &format!("a message was not handled: {error}"));
+        }
+    }
+
+    /// Notes topics from which nothing has come for longer than they promise. What has come and waits is no silence.
+    fn listen(&mut self) {
+        let late = |port: &&Port| !port.ready && port.deadline.is_some() && port.heard.is_some();
+        for port in self.ports.iter().filter(late) {
+            if let (Receiver::Subscriber { operation, .. }, Some(heard), Some(deadline)) =
+                (&port.receiver, port.heard, port.deadline)
+            {
+                let silence = heard.elapsed();
+                if silence > deadline {
+                    let mut status = self.shared.status();
+                    status.news.silent(port.slot, *operation, silence);
+                }
+            }
         }
     }
 
@@ -395,7 +427,10 @@ impl<'a> EventLoop<'a> {
         let complain = {
             let mut status = self.shared.status();
             status.compute.count(took, result.is_ok());
-            status.overruns += u64::from(took > self.period);
+            if took > self.period {
+                status.overruns += 1;
+                status.news.overrun(Doing::Compute, took);
+            }
             if let Err(WorkerError::Failed(message)) = &result {
                 status.last_error = Some(message.clone());
             }
@@ -448,18 +483,27 @@ impl<'a> EventLoop<'a> {
         }
         self.peers_at = Some(now);
         let mut counts = vec![0; self.description.slots.len()];
-        for port in &self.ports {
+        for port in &mut self.ports {
             counts[port.slot] = match &port.receiver {
                 Receiver::Server(server) => server.peers(),
                 Receiver::Subscriber {
                     port: subscriber, ..
-                } => subscriber.peers().max(counts[port.slot]),
+                } => {
+                    let peers = subscriber.peers();
+                    if peers > 0 {
+                        port.heard.get_or_insert(now);
+                    }
+                    peers.max(counts[port.slot])
+                }
             };
         }
         self.component.sending_peers(&mut counts);
-        for (slot, peers) in self.shared.status().slots.iter_mut().zip(counts) {
+        let mismatches = self.connections.mismatches();
+        let mut status = self.shared.status();
+        for (slot, peers) in status.slots.iter_mut().zip(counts) {
             slot.peers = peers;
         }
+        status.news.mismatches.extend(mismatches);
     }
 }
 

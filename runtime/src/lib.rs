@@ -9,6 +9,7 @@ mod arguments;
 pub mod component;
 mod context;
 mod event_loop;
+mod link;
 mod management;
 mod name;
 mod notify;

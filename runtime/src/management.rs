@@ -3,10 +3,11 @@
 //! The socket is `NAME.sock` in the network's run directory and speaks JSON-RPC 2.0, one object a line:
 //! `status`, `parameters {"paths": ["speed"]}`, `parameters_set {"changes": {"speed": 300}}`, `parameters_save`,
 //! `period {"ms": 50}`, `emergency {"active": true}`, `stop`. A component whose environment has `RC_SUPERVISED` has its
-//! supervisor at its standard input, a socket: it tells `state`, `ready` and, twice a second, `heartbeat {"age_ms", "lost"}`
-//! (`lost` by slot), and ends when the other side closes.
+//! supervisor at its standard input, a socket: it tells `state`, `ready`, `parameters` and, twice a second, `heartbeat`
+//! (ARCHITECTURE.md), takes `restore`, and ends when the other side closes.
 
-use crate::component::Description;
+use crate::component::{Description, Role};
+use crate::link::Link;
 use crate::name::Name;
 use crate::parameters::{Answer, Asker, Refusal, Tuning};
 use crate::process::{Configured, StartError};
@@ -25,6 +26,8 @@ const HEARTBEAT: Duration = Duration::from_millis(500);
 const TOGETHER: Duration = Duration::from_millis(300);
 /// A longer request is refused.
 const LONGEST_LINE: usize = 64 * 1024;
+/// The caller that is the supervisor; those of the socket are counted from 1.
+const SUPERVISOR: u64 = 0;
 /// More callers than this at once are turned away.
 const MOST_CALLERS: usize = 32;
 
@@ -93,6 +96,7 @@ impl Management {
             callers: Vec::new(),
             called: 0,
             link: None,
+            restore: None,
             signals: None,
             told: None,
             signalled: None,
@@ -151,7 +155,9 @@ struct Server {
     callers: Vec<Caller>,
     /// How many callers there have been.
     called: u64,
-    link: Option<UnixStream>,
+    link: Option<Link>,
+    /// What an earlier run had changed and not saved. It is set again before the supervisor hears that this one is ready.
+    restore: Option<Map<String, Value>>,
     signals: Option<UnixStream>,
     told: Option<State>,
     signalled: Option<Instant>,
@@ -182,11 +188,7 @@ impl Server {
             signal_hook::low_level::pipe::register(signal, write.try_clone()?)?;
         }
         self.signals = Some(read);
-        if std::env::var_os("RC_SUPERVISED").is_some() {
-            let link = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
-            link.set_nonblocking(true)?;
-            self.link = Some(link);
-        }
+        self.link = Link::inherited()?;
         Ok(())
     }
 
@@ -203,16 +205,21 @@ impl Server {
             };
             let wait = self.tuning.patience().map_or(wait, |limit| wait.min(limit));
             let events = self.wait(wait);
+            // What is to be restored was told before the process began.
+            if events.get(3) == Some(&true) {
+                self.linked();
+            }
             if events.first() == Some(&true) {
                 let mut bytes = [0_u8; 8];
                 let count = (&self.ended).read(&mut bytes).unwrap_or(0);
                 if bytes[..count].contains(&b'r') && !ready {
                     ready = true;
                     self.tell_state();
-                    self.tell("ready", &json!({}));
+                    self.be_ready();
                 }
                 if bytes[..count].contains(&b'e') || count == 0 {
-                    let answers = self.tuning.end();
+                    let mut answers = self.tuning.end();
+                    answers.retain(|(asker, _)| asker.caller != SUPERVISOR);
                     self.send(answers);
                     self.tell_state();
                     return;
@@ -224,17 +231,15 @@ impl Server {
             if events.get(2) == Some(&true) {
                 self.signalled();
             }
-            if events.get(3) == Some(&true) {
-                self.linked();
-            }
             self.serve(events.get(4..).unwrap_or_default());
             let answers = self.tuning.turn(&self.shared);
+            if let (Some(link), false) = (&mut self.link, answers.is_empty()) {
+                link.tell_changes(&self.tuning.unsaved());
+            }
             self.send(answers);
             if beat.elapsed() >= HEARTBEAT {
                 beat = Instant::now();
-                let lost = self.facts.lost(&self.shared);
-                let age_ms = self.shared.age_ms();
-                self.tell("heartbeat", &json!({ "age_ms": age_ms, "lost": lost }));
+                self.tell("heartbeat", &self.facts.heartbeat(&self.shared));
             }
         }
     }
@@ -244,7 +249,7 @@ impl Server {
         let fixed = [Some(self.ended.as_fd()), Some(self.listener.as_fd())];
         let optional = [
             self.signals.as_ref().map(AsFd::as_fd),
-            self.link.as_ref().map(AsFd::as_fd),
+            self.link.as_ref().map(Link::descriptor),
         ];
         let callers = self.callers.iter().map(|c| Some(c.stream.as_fd()));
         let all: Vec<_> = fixed.into_iter().chain(optional).chain(callers).collect();
@@ -307,23 +312,39 @@ impl Server {
         self.shared.interrupt.stop();
     }
 
-    /// The supervisor says nothing; it only can be gone.
+    /// The supervisor has said something, or is gone.
     fn linked(&mut self) {
-        let mut bytes = [0_u8; 256];
-        let gone = self
-            .link
-            .as_ref()
-            .is_some_and(|mut link| match link.read(&mut bytes) {
-                Ok(count) => count == 0,
-                Err(error) => {
-                    error.kind() != io::ErrorKind::WouldBlock
-                        && error.kind() != io::ErrorKind::Interrupted
-                }
-            });
-        if gone {
+        let Some(heard) = self.link.as_mut().map(Link::hear) else {
+            return;
+        };
+        self.restore = heard.restore.or(self.restore.take());
+        if heard.gone {
             self.link = None;
             self.shared.interrupt.stop();
         }
+    }
+
+    /// Tells that the component is ready, after what is to be restored.
+    fn be_ready(&mut self) {
+        let changes = self.restore.take().unwrap_or_default();
+        if changes.is_empty() {
+            return self.tell("ready", &json!({}));
+        }
+        let asker = Asker {
+            caller: SUPERVISOR,
+            id: None,
+        };
+        let changes = json!({ "changes": changes });
+        let answer = self.tuning.set(asker, &changes);
+        self.send(answer.into_iter().collect());
+    }
+
+    fn restored(&self, result: Result<Value, Refusal>) {
+        match result {
+            Ok(_) => self.tell("restored", &json!({})),
+            Err(refusal) => self.tell("restored", &json!({ "refused": refusal.message })),
+        }
+        self.tell("ready", &json!({}));
     }
 
     fn tell_state(&mut self) {
@@ -335,10 +356,8 @@ impl Server {
     }
 
     fn tell(&self, method: &str, params: &Value) {
-        if let Some(mut link) = self.link.as_ref() {
-            let line = json!({ "jsonrpc": "2.0", "method": method, "params": params });
-            // A supervisor that does not read loses heartbeats, not its component.
-            let _ = link.write_all(format!("{line}\n").as_bytes());
+        if let Some(link) = &self.link {
+            link.tell(method, params);
         }
     }
 
@@ -361,6 +380,10 @@ impl Server {
     /// Answers those who have waited, if they are still there.
     fn send(&mut self, answers: Vec<Answer>) {
         for (asker, result) in answers {
+            if asker.caller == SUPERVISOR {
+                self.restored(result);
+                continue;
+            }
             let Some(id) = asker.id else { continue };
             let answer = envelope(&id, result);
             self.callers
@@ -459,14 +482,34 @@ impl Facts {
         Some(envelope(&id?, result))
     }
 
-    /// How many values were lost, by slot; slots that lost none are left out.
-    fn lost(&self, shared: &Shared) -> Map<String, Value> {
-        let status = shared.status();
+    /// How old the last turn of the loop is, what the slots that need somebody have, and what was noticed since the
+    /// last time.
+    fn heartbeat(&self, shared: &Shared) -> Value {
+        let mut status = shared.status();
+        let news = std::mem::take(&mut status.news);
         let slots = self.description.slots.iter().zip(&status.slots);
-        slots
-            .filter(|(_, counted)| counted.lost > 0)
+        // Slots that lost none are left out.
+        let lost = slots.clone().filter(|(_, counted)| counted.lost > 0);
+        let lost: Map<String, Value> = lost
             .map(|(slot, counted)| (slot.name.to_owned(), counted.lost.into()))
-            .collect()
+            .collect();
+        let needing =
+            slots.filter(|(slot, _)| matches!(slot.role, Role::Requires | Role::SubscribesTo));
+        let peers: Map<String, Value> = needing
+            .map(|(slot, counted)| (slot.name.to_owned(), counted.peers.into()))
+            .collect();
+        let mut beat = json!({
+            "age_ms": shared.age_ms(),
+            "lost": lost,
+            "peers": peers,
+            "silent": news.silences(self.description.slots),
+            "mismatches": news.mismatches,
+        });
+        if let Some(mut overruns) = news.overruns(self.description.slots) {
+            overruns["period_ms"] = (status.period.as_secs_f64() * 1e3).into();
+            beat["overruns"] = overruns;
+        }
+        beat
     }
 
     fn status(&self, shared: &Shared) -> Value {

@@ -353,6 +353,11 @@ impl Tuning {
         answers
     }
 
+    /// The values of the next start that are in no file.
+    pub(crate) fn unsaved(&self) -> Vec<ParamChange> {
+        self.live.unsaved()
+    }
+
     fn write(&mut self) -> Result<Value, Refusal> {
         let Some(file) = &self.file else {
             let message = "the component has read no configuration file; start it with --config FILE, a file that may be empty";

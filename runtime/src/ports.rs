@@ -3,7 +3,7 @@
 use crate::component::{Description, Role, Slot};
 use rc_middleware::typed::{Caller, Topic};
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, OpenError, Server, Subscriber, TypeIdentity,
+    Address, Backend, Endpoint, Environment, Foreign, OpenError, Server, Subscriber, TypeIdentity,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -96,6 +96,12 @@ impl Ports {
         &self.addresses
     }
 
+    /// What was found since the last look and does not fit to these connections.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        let all = self.backends.iter().map(|(_, backend)| backend);
+        all.flat_map(|backend| backend.mismatches()).collect()
+    }
+
     /// Lets what was sent arrive.
     pub(crate) fn linger(&self, limit: Duration) {
         for (_, backend) in &self.backends {
@@ -129,6 +135,7 @@ impl Ports {
             address: self.addresses[slot].clone(),
             types,
             qos: *qos,
+            foreign: self.description.slots[slot].foreign().collect(),
         }
     }
 
@@ -139,6 +146,7 @@ impl Ports {
             qos,
             ..
         } = &self.description.slots[slot];
+        let foreign = self.description.slots[slot].foreign().nth(operation);
         let operation = &operations[operation];
         let types = TypeIdentity {
             name: format!("{type_name}/{}", operation.name),
@@ -148,7 +156,21 @@ impl Ports {
             address: self.addresses[slot].join(operation.name),
             types,
             qos: *qos,
+            foreign: foreign.into_iter().collect(),
         }
+    }
+}
+
+impl Slot {
+    /// Its operations as a middleware with types of its own knows them.
+    fn foreign(&self) -> impl Iterator<Item = Foreign> {
+        let operations = self.operations.iter().zip(self.foreign);
+        operations.map(|(operation, type_name)| Foreign {
+            slot: self.name.to_owned(),
+            operation: operation.name.to_owned(),
+            id: operation.id,
+            type_name: (*type_name).to_owned(),
+        })
     }
 }
 

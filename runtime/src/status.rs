@@ -1,9 +1,11 @@
 //! What is known of a running component: its state, its counters, its times.
 
+use crate::component::Slot;
 use crate::parameters::Proposal;
 use hdrhistogram::Histogram;
 use rc_middleware::Interrupt;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -105,6 +107,70 @@ pub(crate) struct Status {
     pub(crate) overruns: u64,
     pub(crate) slots: Vec<SlotStatus>,
     pub(crate) last_error: Option<String>,
+    /// What the supervisor is to hear with the next heartbeat.
+    pub(crate) news: News,
+}
+
+/// What was noticed since the last heartbeat.
+#[derive(Debug, Default)]
+pub(crate) struct News {
+    /// How often the worker needed longer than its period, and the longest time.
+    overruns: u64,
+    slowest: Option<(Doing, Duration)>,
+    /// Topics, by slot and operation, from which nothing came for longer than their deadline, and for how long.
+    silent: BTreeMap<(usize, usize), Duration>,
+    /// Other ends that do not fit.
+    pub(crate) mismatches: Vec<String>,
+}
+
+/// What the worker was doing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Doing {
+    Compute,
+    /// A handler of this slot.
+    Handler(usize),
+}
+
+impl News {
+    /// Something took longer than the period.
+    pub(crate) fn overrun(&mut self, doing: Doing, took: Duration) {
+        self.overruns += 1;
+        if self.slowest.is_none_or(|(_, longest)| longest < took) {
+            self.slowest = Some((doing, took));
+        }
+    }
+
+    /// Nothing has come from a topic for so long.
+    pub(crate) fn silent(&mut self, slot: usize, operation: usize, time: Duration) {
+        let longest = self.silent.entry((slot, operation)).or_default();
+        *longest = time.max(*longest);
+    }
+
+    /// `{"count", "what", "ms"}`, where there was an overrun.
+    pub(crate) fn overruns(&self, slots: &[Slot]) -> Option<Value> {
+        let (doing, took) = self.slowest?;
+        let what = match doing {
+            Doing::Compute => "compute()".to_owned(),
+            Doing::Handler(slot) => format!("a handler of {}", slots[slot].name),
+        };
+        let ms = took.as_secs_f64() * 1e3;
+        Some(json!({ "count": self.overruns, "what": what, "ms": ms }))
+    }
+
+    /// `{TOPIC: MILLISECONDS}`: the slot, and with several operations which.
+    pub(crate) fn silences(&self, slots: &[Slot]) -> Map<String, Value> {
+        let topic = |slot: &Slot, operation: usize| match slot.operations {
+            [_, _, ..] => format!("{}.{}", slot.name, slot.operations[operation].name),
+            _ => slot.name.to_owned(),
+        };
+        let silent = self.silent.iter();
+        silent
+            .map(|(&(slot, operation), time)| {
+                let topic = topic(&slots[slot], operation);
+                (topic, (time.as_millis() as u64).into())
+            })
+            .collect()
+    }
 }
 
 /// Counters and times of one slot.
@@ -141,6 +207,7 @@ impl Status {
             overruns: 0,
             slots,
             last_error: None,
+            news: News::default(),
         }
     }
 }

@@ -21,6 +21,7 @@ const DOUBLE: Operation = Operation {
     id: 5,
     type_hash: 6,
     two_way: true,
+    answers: &[],
 };
 
 static DESCRIPTION: Description = Description {
@@ -130,6 +131,7 @@ fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
             hash: 7,
         },
         qos: Qos::CALL,
+        foreign: Vec::new(),
     };
     let mut caller = Caller::new(backend.client(&endpoint).expect("a client"), LIMIT);
     for number in 0..100 {

@@ -15,6 +15,7 @@ const OPERATION: Operation = Operation {
     id: 1,
     type_hash: 1,
     two_way: true,
+    answers: &[],
 };
 
 enum Ports {

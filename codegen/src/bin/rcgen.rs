@@ -100,7 +100,7 @@ enum Command {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with rcgen.
         #[arg(value_name = "FILE.idsl")]
         file: PathBuf,
-        /// What to write: dds (OMG IDL 4.2).
+        /// What to write: dds (OMG IDL 4.2), ros2 (interface packages).
         #[arg(long, value_name = "FORMAT", value_parser = target)]
         to: Target,
         /// The folder that the files are written to.
@@ -186,16 +186,20 @@ fn middleware(text: &str) -> Result<Backend, String> {
 #[derive(Clone, Copy)]
 enum Target {
     Dds,
+    Ros2,
 }
 
 fn target(text: &str) -> Result<Target, String> {
     match text {
         "dds" => Ok(Target::Dds),
-        "ros2" | "slice" => Err(format!("{text} comes with a later version; there is dds")),
+        "ros2" => Ok(Target::Ros2),
+        "slice" => Err(format!(
+            "{text} comes with a later version; there are dds and ros2"
+        )),
         _ => {
             let near = rc_diagnostics::nearest(text, ["dds", "ros2", "slice"]);
             let hint = near.map(|near| format!("did you mean `{near}`?"));
-            Err(hint.unwrap_or_else(|| "there is dds".to_owned()))
+            Err(hint.unwrap_or_else(|| "there are dds and ros2".to_owned()))
         }
     }
 }
@@ -246,11 +250,11 @@ fn main() -> ExitCode {
         Some(Command::Explain { code }) => explain(code.as_deref()),
         Some(Command::Export {
             file,
-            to: Target::Dds,
+            to,
             out,
             common,
             dry_run,
-        }) => export_to_dds(&file, &out, &common, dry_run),
+        }) => export_to(to, &file, &out, &common, dry_run),
         Some(Command::Stubs { file, common, out }) => print_stubs(&file, &common, out),
         None => generate_component(&cli.generate),
     };
@@ -481,7 +485,13 @@ fn load(
     Err(Failure::Input)
 }
 
-fn export_to_dds(file: &Path, out: &Path, common: &Common, dry_run: bool) -> Result<(), Failure> {
+fn export_to(
+    target: Target,
+    file: &Path,
+    out: &Path,
+    common: &Common,
+    dry_run: bool,
+) -> Result<(), Failure> {
     if file.extension().is_none_or(|e| e != "idsl") {
         let message = format!("{} is not an .idsl file", file.display());
         return Err(Failure::Usage(message));
@@ -494,7 +504,10 @@ fn export_to_dds(file: &Path, out: &Path, common: &Common, dry_run: bool) -> Res
             found.extend(more);
             let right = Some(library).filter(|_| !found.has_errors());
             right.map(|library| {
-                let (files, more) = export::dds(&library, &sources);
+                let (files, more) = match target {
+                    Target::Dds => export::dds(&library, &sources),
+                    Target::Ros2 => export::ros2(&library, &sources),
+                };
                 found.extend(more);
                 files
             })
@@ -511,6 +524,10 @@ fn export_to_dds(file: &Path, out: &Path, common: &Common, dry_run: bool) -> Res
     let Some(files) = files else {
         return Err(Failure::Input);
     };
+    if files.iter().next().is_none() {
+        let file = file.display();
+        tell(format_args!("{file}: there is nothing to export in it\n"));
+    }
     let system = |e: std::io::Error| Failure::System(e.to_string());
     let steps = files.plan(out).map_err(system)?;
     if let Some(foreign) = export::foreign(&steps, out, export::FIRST_WORDS).map_err(system)? {

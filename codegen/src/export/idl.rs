@@ -334,7 +334,7 @@ fn value(ty: &Type, literal: &Literal) -> Option<String> {
 }
 
 /// A value for a person.
-fn plain(literal: &Literal) -> String {
+pub(crate) fn plain(literal: &Literal) -> String {
     match &literal.kind {
         LiteralKind::Int(value) => value.to_string(),
         LiteralKind::Float(value) => format!("{value:?}"),

@@ -3,40 +3,12 @@
 
 use super::idl::Writer;
 use super::scope::{Scope, written};
+use super::uses::{has_calls, is_call, is_topic};
 use crate::view::rpc_hash;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
-use rc_idsl::model::{Interface, Member, Module, Operation, Pattern, Type};
+use rc_idsl::model::{Interface, Member, Module, Operation, Type};
 use rc_syntax::Name;
-
-/// Whether an operation could be published, by itself.
-fn one_way(operation: &Operation) -> bool {
-    let marked = operation.marked;
-    !operation.has_result() && matches!(marked, None | Some(Pattern::Publish))
-}
-
-/// Whether a component can publish the interface.
-fn has_topics(interface: &Interface) -> bool {
-    interface.operations.iter().all(one_way)
-}
-
-/// Whether an operation is a topic: it says so, or its interface can be used so.
-fn is_topic(interface: &Interface, operation: &Operation) -> bool {
-    operation.marked == Some(Pattern::Publish) || has_topics(interface)
-}
-
-/// Whether an operation can be called: unless its interface can only be published.
-fn is_call(interface: &Interface, operation: &Operation) -> bool {
-    let publish = |o: &Operation| o.marked == Some(Pattern::Publish);
-    let only_topics = has_topics(interface) && interface.operations.iter().any(publish);
-    !publish(operation) && !only_topics
-}
-
-/// Whether an interface can be called.
-pub(super) fn has_calls(interface: &Interface) -> bool {
-    let mut operations = interface.operations.iter();
-    operations.any(|o| is_call(interface, o))
-}
 
 /// The constant with the hash of an exception.
 pub(super) fn exception_hash(exception: &str) -> String {

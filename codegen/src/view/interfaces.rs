@@ -65,6 +65,8 @@ pub struct OperationView {
     pub type_hash: String,
     /// Whether an answer comes back.
     pub two_way: bool,
+    /// What an answer may be, where it throws: the constant's lines.
+    pub answers: Vec<String>,
     /// `pub fn …(&mut self, …) -> … {` of the calling end.
     pub call_signature: String,
     /// `pub fn …(&mut self, …) -> … {` of the publishing end.
@@ -189,6 +191,7 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
             .collect()
     };
     let typed = listed(&[
+        ("Alternative", throws),
         ("Caller", required),
         ("Operation", true),
         ("Topic", published),
@@ -287,6 +290,7 @@ fn mentions(
     let module = format!("{}::", path.trim_start_matches("crate::types::"));
     operations.iter().any(|operation| {
         let mut texts: Vec<&str> = operation.throws.iter().map(|t| t.path.as_str()).collect();
+        texts.extend(operation.answers.iter().map(String::as_str));
         texts.push(&operation.answer_alias);
         if required {
             texts.push(&operation.call_signature);
@@ -577,7 +581,7 @@ fn operation(
     if operation.result.is_some() {
         outs.rotate_right(1);
     }
-    if outs.is_empty() {
+    if outs.is_empty() && operation.throws.is_empty() {
         answer_lines.push("reader.get::<u8>()?;".to_owned());
     }
     let inputs: Vec<String> = operation.inputs.iter().map(|m| owned(library, m)).collect();
@@ -622,6 +626,7 @@ fn operation(
             rc_idsl::canonical::operation_hash(library, id, operation)
         ),
         two_way,
+        answers: answers(library, id, operation),
         call_signature: layout::signature(
             4,
             &head,
@@ -660,6 +665,24 @@ fn operation(
         method,
         error,
     }
+}
+
+/// What an answer of an operation that throws may be, a line each.
+fn answers(library: &Library, id: InterfaceId, operation: &Operation) -> Vec<String> {
+    let of =
+        |ty: &str, case: String| layout::call(8, &format!("Alternative::of::<{ty}>"), &[case], ",");
+    let mut lines = Vec::new();
+    for thrown in &operation.throws {
+        let name = &library.ty(*thrown).name.text;
+        let constant = exception_constant(library.interface(id), name);
+        lines.push(of(&path(library, *thrown), constant));
+    }
+    if !lines.is_empty() {
+        let results = what_comes_back(operation);
+        let results = results.iter().map(|(_, member)| owned(library, member));
+        lines.extend(results.map(|ty| of(&ty, "0".to_owned())));
+    }
+    lines
 }
 
 /// The documentation of an operation with the units and ranges of its parameters.

@@ -6,7 +6,7 @@ use super::operation_names::{
     answer_name, error_name, exception_constant, operation_constant, variant,
 };
 use super::{in_place, types};
-use crate::{layout, names};
+use crate::{layout, names, ros};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Backend, Qos, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -14,6 +14,17 @@ use rc_idsl::Library;
 use rc_idsl::model::{Operation, Type, TypeId};
 use serde::Serialize;
 use std::time::Duration;
+
+/// The types of the operations of a slot in ROS 2.
+fn foreign(library: &Library, slot: &rc_cdsl::model::Slot) -> Vec<String> {
+    let name = |operation: &Operation| match slot.role.is_topic() {
+        true => ros::names::topic_type(library, slot.interface, operation),
+        false => ros::names::service_type(library, slot.interface, operation),
+    };
+    let operations = &library.interface(slot.interface).operations;
+    let names = operations.iter().map(|o| format!("\"{}\"", name(o)));
+    names.collect()
+}
 
 /// One slot.
 #[derive(Debug, Serialize)]
@@ -52,6 +63,8 @@ pub struct Slot {
     pub backend: String,
     /// The quality of service, as an expression.
     pub qos: Vec<String>,
+    /// The constant of what its middleware calls the types of its operations, and its declaration.
+    pub foreign: (String, String),
     /// Modules that its code uses.
     pub uses: Vec<String>,
     /// Its operations.
@@ -192,6 +205,12 @@ fn one(
         operations.iter().any(|o| o.signature.contains(&module))
     });
     let in_place = |o| in_place(library, slot, o, super::two_way(slot.role, o));
+    let foreign = match slot.backend.unwrap_or(middleware) {
+        Backend::Ros2 => foreign(library, slot),
+        _ => Vec::new(),
+    };
+    let types = format!("TYPES_{}", names::shout(&slot.name));
+    let declared = layout::constant(&format!("pub(crate) const {types}: &[&str]"), &foreign);
     if slot.role == Role::Implements || !interface.operations.iter().all(|o| in_place(o).is_some())
     {
         uses.push(format!("crate::interfaces::{module}"));
@@ -254,6 +273,7 @@ fn one(
             .map(|b| b.word().to_owned())
             .unwrap_or_default(),
         qos: qos(role, &slot.qos),
+        foreign: (types, declared),
         uses,
         doc: interface.doc.clone(),
         queries: operations.iter().any(|o| o.two_way),

@@ -1,6 +1,7 @@
 //! The compiler of Cyclone DDS, as Debian packs it.
 
-use crate::python::{run, skipped};
+use crate::debian;
+use crate::python::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -20,47 +21,13 @@ pub(crate) fn idlc(test: &str) -> Option<Idlc> {
     if system.works() {
         return Some(system);
     }
-    match install() {
-        Ok(idlc) => Some(idlc),
+    match debian::unpacked("cyclonedds-tools", &|folder| unpacked(folder).works()) {
+        Ok(folder) => Some(unpacked(&folder)),
         Err(reason) => {
             skipped(test, &reason);
             None
         }
     }
-}
-
-fn install() -> Result<Idlc, String> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let place = folder.join("cyclonedds-tools");
-    let found = unpacked(&place);
-    if found.works() {
-        return Ok(found);
-    }
-    // Made under another name, so that what is found is whole.
-    let new = folder.join(format!("cyclonedds-tools-{}", std::process::id()));
-    let script = "set -e; mkdir \"$0\"; cd \"$0\"
-        apt-get download $(apt-get --simulate install cyclonedds-tools | sed -n 's/^Inst \\([^ ]*\\).*/\\1/p')
-        for package in *.deb; do dpkg --extract $package .; done";
-    let made = run(Path::new("sh"), &["-c", script, &new.display().to_string()]);
-    // The script itself is no use in a list.
-    let made = made.map_err(|error| {
-        let last = error.rsplit("`: ").next().unwrap_or_default();
-        format!("apt-get download cyclonedds-tools: {last}")
-    });
-    let made = made.and_then(|()| {
-        if unpacked(&new).works() {
-            Ok(())
-        } else {
-            Err("Debian's cyclonedds-tools hold no idlc that runs here".to_owned())
-        }
-    });
-    if made.is_ok() && std::fs::rename(&new, &place).is_err() {
-        // What is there was spoilt, or is another one's.
-        let _ = std::fs::remove_dir_all(&place);
-        let _ = std::fs::rename(&new, &place);
-    }
-    let _ = std::fs::remove_dir_all(&new);
-    made.map(|()| unpacked(&place))
 }
 
 /// The compiler in packages that were unpacked in `folder`.

@@ -3,7 +3,7 @@
 //! Exit codes: 0 done, also an `up` that was ended by Ctrl-C; 1 the input is wrong; 2 wrong usage; 3 the system
 //! refused or a component failed.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
 use rc_codegen::files::Change;
@@ -11,7 +11,7 @@ use rc_codegen::view::BACKENDS;
 use rc_deploy::export::{self, Engine};
 use rc_deploy::graph::GraphFormat;
 use rc_deploy::network::{self, Network, Profile};
-use rc_deploy::{Format, GuardCommand, Options, params, services};
+use rc_deploy::{Carried, Format, GuardCommand, Options, Verb, params, services};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
@@ -81,6 +81,9 @@ enum Command {
         /// How events are printed: human or json (one object a line).
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
+        /// How many MiB a log may have. A longer one becomes the older part beside it, in the place of the one before.
+        #[arg(long, value_name = "MIB", default_value_t = 16, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+        log_limit: u64,
         #[arg(long, hide = true)]
         supervisor: bool,
     },
@@ -112,6 +115,23 @@ enum Command {
         /// human or json (one object a line).
         #[arg(long, default_value = "human", value_parser = format)]
         format: Format,
+    },
+    /// Starts components that do not run, each after those that it needs, and waits until they are ready.
+    Start(Named),
+    /// Stops components, those first that need others of them. They stay so until they are started; what needs them
+    /// runs on without them.
+    Stop(Named),
+    /// Stops components, then starts them again.
+    Restart(Named),
+    /// Has a component enter its emergency, or leave it. It does not matter whether rcdeploy has started it.
+    Emergency {
+        /// The network or its .ddsl.
+        network: String,
+        /// The component.
+        name: String,
+        /// on or off.
+        #[arg(action = ArgAction::Set, value_parser = switch)]
+        active: bool,
     },
     /// Shows the parameters of a running component, changes them, and saves what was changed.
     ///
@@ -186,6 +206,27 @@ enum Action {
         #[command(flatten)]
         of: Running,
     },
+}
+
+/// Components of a network that is up.
+#[derive(Args)]
+struct Named {
+    /// The network or its .ddsl.
+    network: String,
+    /// Components by their whole names, or groups with all that is in them.
+    #[arg(required = true, value_name = "NAME")]
+    names: Vec<String>,
+    /// human, or json: one document.
+    #[arg(long, default_value = "human", value_parser = format)]
+    format: Format,
+}
+
+fn switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("an emergency is on or off".to_owned()),
+    }
 }
 
 /// A component that runs.
@@ -311,8 +352,9 @@ fn run(command: Command) -> Result<u8, Failure> {
             build,
             detach,
             format,
+            log_limit,
             supervisor,
-        } => up(&input, build, detach, format, supervisor),
+        } => up(&input, build, detach, format, log_limit, supervisor),
         Command::Down { network } => {
             let network = named(network)?;
             // Components have limits of their own; this one is for a supervisor that does not answer.
@@ -333,6 +375,17 @@ fn run(command: Command) -> Result<u8, Failure> {
             let network = network_of(&network)?;
             let out = &mut std::io::stdout();
             rc_deploy::logs::print(&network, component.as_deref(), lines, follow, format, out)?;
+            Ok(0)
+        }
+        Command::Start(named) => tell(Verb::Start, &named),
+        Command::Stop(named) => tell(Verb::Stop, &named),
+        Command::Restart(named) => tell(Verb::Restart, &named),
+        Command::Emergency {
+            network,
+            name,
+            active,
+        } => {
+            params::emergency(&network_of(&network)?, &name, active)?;
             Ok(0)
         }
         Command::Params {
@@ -372,6 +425,27 @@ fn run(command: Command) -> Result<u8, Failure> {
             Ok(0)
         }
     }
+}
+
+/// Has components started or stopped, and says what has become of them.
+fn tell(verb: Verb, named: &Named) -> Result<u8, Failure> {
+    let carried = rc_deploy::client::command(&network_of(&named.network)?, verb, &named.names)?;
+    let lines = |carried: &Carried| -> String {
+        let word = match verb {
+            Verb::Start => "ready",
+            Verb::Stop => "stopped",
+            Verb::Restart => "ready again",
+        };
+        let done = carried.done.iter();
+        done.map(|name| format!("{name}: {word}\n")).collect()
+    };
+    if named.format == Format::Json || !carried.done.is_empty() {
+        show(named.format, &carried, lines)?;
+    }
+    for failed in &carried.failed {
+        eprintln!("rcdeploy: error: {}: {}", failed.name, failed.reason);
+    }
+    Ok(if carried.failed.is_empty() { 0 } else { 3 })
 }
 
 fn params(action: Action) -> Result<u8, Failure> {
@@ -577,6 +651,7 @@ fn up(
     build: bool,
     detach: bool,
     format: Format,
+    log_limit: u64,
     supervisor: bool,
 ) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
@@ -607,6 +682,7 @@ fn up(
             .arg(&input.file)
             .args(["--supervisor", "--format", "json"]);
         command.args(["--profile", input.profile.word()]);
+        command.args(["--log-limit", &log_limit.to_string()]);
         if let Some(middleware) = input.middleware {
             command.args(["--middleware", middleware.word()]);
         }
@@ -633,6 +709,8 @@ fn up(
         format,
         relay: !supervisor,
         supervisor,
+        log_limit: Some(log_limit << 20),
+        memory_pause: None,
         guard: Some(GuardCommand { args, ..own }),
         services: network.services_elsewhere(),
     };

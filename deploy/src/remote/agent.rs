@@ -355,7 +355,10 @@ impl Agent {
                 Line::TooLong => None,
             };
             match order {
-                Some(Order::Start(component)) => self.start(&component),
+                Some(Order::Start {
+                    component,
+                    greeting,
+                }) => self.start(&component, greeting.as_deref()),
                 Some(Order::Stop(name)) => {
                     self.running
                         .get(&name)
@@ -387,9 +390,9 @@ impl Agent {
         ended.then(|| Ending::Alone("the connection has ended".to_owned()))
     }
 
-    fn start(&mut self, component: &Component) {
+    fn start(&mut self, component: &Component, greeting: Option<&str>) {
         let name = component.name.clone();
-        match self.launch(component) {
+        match self.launch(component, greeting) {
             Ok(process) => {
                 let held = process.held(component);
                 let pid = process.pid();
@@ -401,7 +404,11 @@ impl Agent {
         }
     }
 
-    fn launch(&mut self, component: &Component) -> Result<Launched, String> {
+    fn launch(
+        &mut self,
+        component: &Component,
+        greeting: Option<&str>,
+    ) -> Result<Launched, String> {
         check_name("component", &component.name).map_err(|e| e.to_string())?;
         if self.running.contains_key(&component.name) {
             return Err("it runs already".to_owned());
@@ -418,7 +425,7 @@ impl Agent {
                 .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
         }
         let log = self.printed[&component.name].path();
-        Launched::start(component, log, self.keeper.mark())
+        Launched::start(component, greeting, log, self.keeper.mark())
     }
 
     /// The account of processes is needed only where all of rcdeploy is killed.

@@ -56,9 +56,12 @@ pub(crate) struct Distant {
 }
 
 impl Distant {
-    /// Asks the agent to start a process.
-    pub(crate) fn start(component: &Component, outbox: &Outbox) -> Self {
-        outbox.push(&Order::Start(Box::new(component.clone())));
+    /// Asks the agent to start a process, whose link begins with `greeting`.
+    pub(crate) fn start(component: &Component, greeting: Option<String>, outbox: &Outbox) -> Self {
+        outbox.push(&Order::Start {
+            component: Box::new(component.clone()),
+            greeting,
+        });
         Self {
             name: component.name.clone(),
             outbox: outbox.clone(),

@@ -27,7 +27,11 @@ pub(crate) enum Order {
         services: String,
     },
     /// Starts a process, with paths as they are there.
-    Start(Box<Component>),
+    Start {
+        component: Box<Component>,
+        /// The first line of its link.
+        greeting: Option<String>,
+    },
     /// Asks one to end.
     Stop(String),
     /// Ends one, with its group.

@@ -287,6 +287,7 @@ impl Herald {
             id,
             type_hash: 0,
             two_way,
+            answers: &[],
         }
     }
 

@@ -77,6 +77,64 @@ fn components_of_groups_run_under_their_whole_names() {
 }
 
 #[test]
+fn a_group_is_restarted_and_who_uses_it_finds_it_again() {
+    let site = Site::new("regroup");
+    site.write_ddsl(GROUPED);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let network = &site.network;
+    let pids = || {
+        let status = site.status();
+        let components = status["components"].as_array().expect("a list");
+        components
+            .iter()
+            .map(|c| c["pid"].as_i64())
+            .collect::<Vec<_>>()
+    };
+    let before = pids();
+    let restart = site.rcdeploy(&["restart", network, "world"], false);
+    assert_eq!(restart.code, 0, "{restart:?}");
+    assert_eq!(restart.stdout, "world.simulator: ready again\n");
+    let after = pids();
+    assert_ne!(before[0], after[0]);
+    assert_eq!(before[1..], after[1..]);
+
+    // The file names the network as well.
+    let ddsl = site.ddsl().display().to_string();
+    let stop = site.rcdeploy(&["stop", &ddsl, "world", "--format", "json"], false);
+    assert_eq!(
+        stop.stdout.trim(),
+        r#"{"done":["world.simulator"],"failed":[]}"#
+    );
+    // What needs it runs on, and is heard again.
+    site.await_component("robot.base.avoider", |c| c["state"] == "running");
+    let calls = || site.ask("robot-base-avoider", "status")["compute"]["errors"].as_u64();
+    let failed = calls();
+    Site::until("calls that fail", || calls() > failed);
+    assert_eq!(site.rcdeploy(&["start", network, "world"], false).code, 0);
+    let poses = site.count_in_log("monitor", "poses=");
+    Site::until("poses of the new simulator", || {
+        site.count_in_log("monitor", "poses=") > poses
+    });
+
+    let wrong = site.rcdeploy(&["restart", network, "wrold"], false);
+    assert_eq!(wrong.code, 1, "{wrong:?}");
+    assert!(wrong.stderr.contains("did you mean `world`?"), "{wrong:?}");
+    assert_eq!(site.rcdeploy(&["stop", network], false).code, 2);
+
+    let on = site.rcdeploy(&["emergency", network, "robot.base.avoider", "on"], false);
+    assert_eq!(on.code, 0, "{on:?}");
+    site.await_component("robot.base.avoider", |c| c["state"] == "emergency");
+    let off = site.rcdeploy(&["emergency", network, "robot.base.avoider", "off"], false);
+    assert_eq!(off.code, 0, "{off:?}");
+    site.await_component("robot.base.avoider", |c| c["state"] == "running");
+    let nobody = site.rcdeploy(&["emergency", network, "avoider", "on"], false);
+    assert_eq!(nobody.code, 3, "{nobody:?}");
+    assert_eq!(site.rcdeploy(&["down", network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+#[test]
 fn what_is_private_or_elsewhere_is_refused_at_its_place() {
     let site = Site::new("private");
     site.write_ddsl(&GROUPED.replace("export Laser, ", "export "));

@@ -3,7 +3,7 @@
 use crate::site::{PATROL, Ran, Site};
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rustix::process::{Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::fs;
 
@@ -219,4 +219,37 @@ fn a_component_that_was_started_by_hand_is_changed_too_and_one_that_is_stopped_d
     assert!(silent.stderr.contains("has not answered"), "{silent:?}");
     kill_process(pid, Signal::TERM).expect("to end it");
     assert_eq!(avoider.end(), Some(0));
+}
+
+#[test]
+fn a_component_whose_log_cannot_be_written_does_its_work() {
+    let site = Site::new("unlogged");
+    let full = || {
+        fs::File::options()
+            .write(true)
+            .open("/dev/full")
+            .expect("the device")
+    };
+    let mut command = site.command(&Site::executable("avoider"));
+    command.args(["--network", &site.network]);
+    let mut avoider = command
+        .stdout(full())
+        .stderr(full())
+        .spawn()
+        .expect("a component");
+    let socket = site.directory().socket("avoider");
+    Site::until("its socket", || {
+        std::os::unix::net::UnixStream::connect(&socket).is_ok()
+    });
+    // There is nobody to ask, of which it complains.
+    Site::until("complaints", || {
+        site.ask("avoider", "status")["compute"]["errors"].as_u64() > Some(2)
+    });
+    let asked = site.rcdeploy(&["emergency", &site.network, "avoider", "on"], false);
+    assert_eq!(asked.code, 0, "{asked:?}");
+    Site::until("its emergency", || {
+        site.ask("avoider", "status")["state"] == "emergency"
+    });
+    kill_process(Pid::from_child(&avoider), Signal::TERM).expect("to end it");
+    assert_eq!(avoider.wait().expect("it ended").code(), Some(0));
 }

@@ -329,6 +329,18 @@ impl Site {
         std::fs::read_to_string(logs.join(format!("{component}.log"))).unwrap_or_default()
     }
 
+    /// The events that a supervisor in the background has reported of a component: their codes and messages.
+    pub(crate) fn events(&self, component: &str) -> Vec<(String, String)> {
+        let log = self.log("rcdeploy");
+        let events = log
+            .lines()
+            .filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let of = events.filter(|event| event["component"] == component);
+        let text = |event: &Value, key: &str| event[key].as_str().unwrap_or_default().to_owned();
+        of.map(|event| (text(&event, "code"), text(&event, "message")))
+            .collect()
+    }
+
     /// Waits until the status of a component is as it should be.
     pub(crate) fn await_component(&self, name: &str, so: impl Fn(&Value) -> bool) {
         Self::until(&format!("the wanted status of {name}"), || {

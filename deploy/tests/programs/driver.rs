@@ -2,7 +2,7 @@
 //!
 //! Its clean-up leaves a line in the file that `RC_TEST_CLEANED` names.
 
-use rc_deploy::{Format, GuardCommand, Options, Plan};
+use rc_deploy::{Format, GuardCommand, Options, Plan, Verb};
 use std::fs::File;
 use std::io::Write;
 use std::process::{Command, ExitCode};
@@ -22,6 +22,7 @@ fn up(arguments: &[String]) -> ExitCode {
     if has("--detach") {
         let mut command = Command::new(std::env::current_exe().expect("this program"));
         command.args(["up", &arguments[1], "--supervisor", "--json"]);
+        command.args(arguments[2..].iter().filter(|flag| *flag != "--detach"));
         let outcome = rc_deploy::detach(&plan, command);
         match outcome.message() {
             Some(message) => eprintln!("error: {message}"),
@@ -38,6 +39,8 @@ fn up(arguments: &[String]) -> ExitCode {
         },
         relay: has("--relay"),
         supervisor: has("--supervisor"),
+        log_limit: has("--small-logs").then_some(256 * 1024),
+        memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
         guard: has("--no-guard").then(|| GuardCommand {
             program: "/bin/false".into(),
             ..own
@@ -63,6 +66,15 @@ fn main() -> ExitCode {
         "down" => {
             let limit = argument(2).parse().unwrap_or(20_000);
             rc_deploy::down(argument(1), Duration::from_millis(limit))
+        }
+        "start" | "stop" | "restart" => {
+            let verb = match argument(0) {
+                "start" => Verb::Start,
+                "stop" => Verb::Stop,
+                _ => Verb::Restart,
+            };
+            rc_deploy::client::command(argument(1), verb, &arguments[2..])
+                .map(|carried| println!("{}", serde_json::to_string(&carried).expect("json")))
         }
         "recover" => {
             let directory = rc_middleware::RunDirectory::of(argument(1));

@@ -186,6 +186,64 @@ fn main() -> ExitCode {
             let _ = program.link.shutdown(std::net::Shutdown::Both);
             std::thread::sleep(Duration::from_secs(60));
         }
+        // MILLISECONDS: after each, it takes another MiB.
+        "leak" => {
+            program.ready();
+            let pause = Duration::from_millis(number(0));
+            std::thread::spawn(move || {
+                let mut kept = Vec::new();
+                loop {
+                    kept.push(vec![1_u8; 1 << 20]);
+                    std::thread::sleep(pause);
+                }
+            });
+            program.live(Some(0), false, None);
+        }
+        // It is ill and well by turns, and then well.
+        "ill" => {
+            program.ready();
+            for at in 0..40 {
+                let ill = r#","overruns":{"count":1,"what":"compute()","ms":12.5,"period_ms":10},"silent":{"Laser":80}"#;
+                let news = if at % 2 == 0 { ill } else { "" };
+                let peers = u32::from(at < 30);
+                program.notify(
+                    "heartbeat",
+                    &format!(r#"{{"age_ms":0,"peers":{{"Laser":{peers}}}{news}}}"#),
+                );
+            }
+            for _ in 0..12 {
+                program.notify(
+                    "heartbeat",
+                    r#"{"age_ms":0,"peers":{"Laser":1},"mismatches":[]}"#,
+                );
+            }
+            program.notify(
+                "heartbeat",
+                r#"{"age_ms":0,"mismatches":["it does not fit"]}"#,
+            );
+            program.live(Some(0), false, None);
+        }
+        // LINES: it prints so many, numbered, at a pace that can be followed.
+        "count" => {
+            program.ready();
+            for line in 0..number(0) {
+                println!("line {line} {}", "x".repeat(90));
+                if line % 5 == 0 {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+            }
+            program.live(Some(0), false, None);
+        }
+        // It fills the disk of the logs until it ends.
+        "fill" => {
+            program.ready();
+            let state = std::env::var_os("XDG_STATE_HOME").unwrap_or_default();
+            let ballast = std::path::Path::new(&state).join("ballast");
+            let mut file = File::create(&ballast).expect("a file");
+            while file.write_all(&[0; 4096]).is_ok() {}
+            program.live(Some(0), false, None);
+            let _ = std::fs::remove_file(ballast);
+        }
         // MILLISECONDS: it prints that long, as fast as it can.
         "chatter" => {
             program.ready();

@@ -132,6 +132,8 @@ pub fn clients_are_served_in_turn(subject: &dyn Subject) {
         busy.send(header(1), b"busy").expect("to be sent");
     }
     modest.send(header(1), b"modest").expect("to be sent");
+    backend.linger(LIMIT);
+    server.acknowledge(true);
     let served = serve(&mut *server, 11, &|_, _, _| {});
     assert!(
         served[..2].iter().any(|body| body == b"modest"),

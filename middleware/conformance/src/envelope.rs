@@ -1,9 +1,10 @@
-//! Calls whose requests and replies are any bytes, for tests that care for no envelope: it is put around them here.
+//! Messages of any bytes, for tests that care for no envelope: it is put around calls here. Where a backend pads what it
+//! sends, a length goes before each body.
 
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{
     Backend, CallError, Client, Endpoint, Header, OpenError, Publisher, Reader, ReceiveError,
-    Reply, Server, Subscriber, Writer,
+    Reply, SendError, Server, Subscriber, Writer,
 };
 use std::os::fd::BorrowedFd;
 use std::time::Duration;
@@ -11,40 +12,112 @@ use std::time::Duration;
 /// The operation of every call.
 const OPERATION: i32 = 5;
 
-/// A backend whose calls carry any bytes.
-pub(crate) struct Enveloping(pub(crate) Box<dyn Backend>);
+/// A backend whose messages carry any bytes.
+pub(crate) struct Enveloping {
+    pub(crate) backend: Box<dyn Backend>,
+    /// Whether lengths go before bodies.
+    pub(crate) pads: bool,
+}
+
+/// `body` with its length before it, where lengths go.
+fn sized(pads: bool, body: &[u8]) -> Vec<u8> {
+    let length = u32::try_from(body.len()).expect("a length").to_le_bytes();
+    let length = length.iter().filter(|_| pads);
+    length.chain(body).copied().collect()
+}
+
+/// The other way round.
+fn unsized_body(pads: bool, body: &[u8]) -> &[u8] {
+    if !pads {
+        return body;
+    }
+    let (length, body) = body.split_first_chunk().expect("a length");
+    let length = u32::from_le_bytes(*length) as usize;
+    assert!(
+        length <= body.len() && body.len() - length < 4,
+        "too much padding"
+    );
+    &body[..length]
+}
+
+struct Sizing<P: ?Sized>(Box<P>);
+
+impl Publisher for Sizing<dyn Publisher> {
+    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
+        self.0.publish(header, &sized(true, body))
+    }
+
+    fn peers(&self) -> usize {
+        self.0.peers()
+    }
+}
+
+impl Subscriber for Sizing<dyn Subscriber> {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.0.descriptor()
+    }
+
+    fn acknowledge(&mut self, woken: bool) {
+        self.0.acknowledge(woken);
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+        self.0
+            .receive(&mut |header, body| take(header, unsized_body(true, body)))
+    }
+
+    fn peers(&self) -> usize {
+        self.0.peers()
+    }
+}
 
 impl Backend for Enveloping {
     fn name(&self) -> &'static str {
-        self.0.name()
+        self.backend.name()
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        self.0.publisher(endpoint)
+        let port = self.backend.publisher(endpoint)?;
+        Ok(if self.pads {
+            Box::new(Sizing(port))
+        } else {
+            port
+        })
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
-        self.0.subscriber(endpoint)
+        let port = self.backend.subscriber(endpoint)?;
+        Ok(if self.pads {
+            Box::new(Sizing(port))
+        } else {
+            port
+        })
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        let port = self.0.client(endpoint)?;
-        let sequence = 0;
-        Ok(Box::new(Asking { port, sequence }))
+        Ok(Box::new(Asking {
+            port: self.backend.client(endpoint)?,
+            sequence: 0,
+            pads: self.pads,
+        }))
     }
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
-        Ok(Box::new(Answering(self.0.server(endpoint)?)))
+        Ok(Box::new(Answering {
+            port: self.backend.server(endpoint)?,
+            pads: self.pads,
+        }))
     }
 
     fn linger(&self, limit: Duration) {
-        self.0.linger(limit);
+        self.backend.linger(limit);
     }
 }
 
 struct Asking {
     port: Box<dyn Client>,
     sequence: u64,
+    pads: bool,
 }
 
 impl Asking {
@@ -56,7 +129,8 @@ impl Asking {
         };
         let mut writer = Writer::default();
         rpc::begin_request(&mut writer, id, OPERATION);
-        writer.raw(request);
+        rpc::begin_body(&mut writer, self.port.profile());
+        writer.raw(&sized(self.pads, request));
         writer.into_bytes()
     }
 }
@@ -79,14 +153,15 @@ impl Client for Asking {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let request = self.envelope(request);
-        let sequence = self.sequence;
+        let (sequence, profile, pads) = (self.sequence, self.port.profile(), self.pads);
         self.port
             .call(header, &request, limit, &mut |header, reply| {
                 let mut reader = Reader::new(reply);
                 let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
                 assert_eq!(id.sequence, sequence, "the answer to another request");
                 assert_eq!(kind, ReplyKind::Case(0));
-                take(header, reader.rest());
+                rpc::open_body(&mut reader, profile);
+                take(header, unsized_body(pads, reader.rest()));
             })
     }
 
@@ -95,36 +170,43 @@ impl Client for Asking {
     }
 }
 
-struct Answering(Box<dyn Server>);
+struct Answering {
+    port: Box<dyn Server>,
+    pads: bool,
+}
 
 impl Server for Answering {
     fn descriptor(&self) -> BorrowedFd<'_> {
-        self.0.descriptor()
+        self.port.descriptor()
     }
 
     fn acknowledge(&mut self, woken: bool) {
-        self.0.acknowledge(woken);
+        self.port.acknowledge(woken);
     }
 
     fn serve(
         &mut self,
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
-        self.0.serve(&mut |header, request, reply| {
+        let pads = self.pads;
+        self.port.serve(&mut |header, request, reply| {
             let mut reader = Reader::new(request);
             let (id, operation) = rpc::open_request(&mut reader).expect("an envelope");
+            let profile = reply.profile();
+            rpc::open_body(&mut reader, profile);
             let mut bytes = Vec::new();
-            answer(header, reader.rest(), &mut bytes);
+            answer(header, unsized_body(pads, reader.rest()), &mut bytes);
             if !bytes.is_empty() {
                 let mut writer = Writer::over(std::mem::take(reply.body()));
                 rpc::begin_reply(&mut writer, id, operation, 0);
-                writer.raw(&bytes);
+                rpc::begin_body(&mut writer, profile);
+                writer.raw(&sized(pads, &bytes));
                 *reply.body() = writer.into_bytes();
             }
         })
     }
 
     fn peers(&self) -> usize {
-        self.0.peers()
+        self.port.peers()
     }
 }

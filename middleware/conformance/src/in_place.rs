@@ -3,7 +3,7 @@
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
 use rc_middleware::in_place::{self, FromBytes, Immutable, InPlace, IntoBytes, KnownLayout};
-use rc_middleware::typed::{Caller, Operation, Request, Topic};
+use rc_middleware::typed::{Alternative, Caller, Operation, Request, Topic};
 use rc_middleware::{
     CallError, DecodeError, EncodeError, Header, Reader, SendError, Subscriber, wait,
 };
@@ -62,11 +62,15 @@ impl InPlace for ScanInPlace {
     }
 }
 
+/// The hash of the exception.
+const BAD: i32 = 5;
+
 const SCAN: Operation = Operation {
     name: "scan",
     id: 21,
     type_hash: 7,
     two_way: true,
+    answers: &[Alternative::of::<i32>(BAD), Alternative::of::<Vec<i16>>(0)],
 };
 
 /// Takes one value, however it was sent.
@@ -136,7 +140,6 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
 
 /// Answers in place and answers in CDR, read in place and copied; and the two ways to fail.
 pub fn answers_may_be_in_place(subject: &dyn Subject) {
-    const BAD: i32 = 5;
     let network = Network::new(subject);
     let address = endpoint("default/Laser");
     // What is asked for: how many beams, and whether in place. Minus one is an exception, more than fit an error.

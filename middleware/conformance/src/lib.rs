@@ -51,6 +51,16 @@ pub trait Subject: Sync {
         false
     }
 
+    /// Whether more values than asked for may be kept for a while.
+    fn keeps_more(&self) -> bool {
+        false
+    }
+
+    /// Whether zeros may come behind a body that was sent without them.
+    fn pads(&self) -> bool {
+        false
+    }
+
     /// Removes what the network may leave.
     fn wipe(&self, _directory: &RunDirectory) {}
 }

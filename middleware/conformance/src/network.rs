@@ -3,8 +3,8 @@
 use crate::Subject;
 use crate::envelope::Enveloping;
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, Server,
-    Settings, Subscriber, TypeIdentity, wait,
+    Address, Backend, Endpoint, Environment, Foreign, Header, Interrupt, Qos, Reply, RunDirectory,
+    Server, Settings, Subscriber, TypeIdentity, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -60,7 +60,8 @@ impl<'a> Network<'a> {
     /// The component of `environment`, for the calling thread.
     pub fn join_as(&self, environment: &Environment) -> Box<dyn Backend> {
         let backend = self.subject.connect(environment).expect("the network");
-        Box::new(Enveloping(backend))
+        let pads = self.subject.pads();
+        Box::new(Enveloping { backend, pads })
     }
 
     /// The same without help: requests and replies have their envelopes.
@@ -137,6 +138,18 @@ impl Drop for StopOnDrop<'_> {
     }
 }
 
+/// The operations of these tests, each with its number.
+const OPERATIONS: [(&str, i32); 4] = [("any", 5), ("divide", 11), ("note", 12), ("scan", 21)];
+
+fn foreign((operation, id): (&str, i32)) -> Foreign {
+    Foreign {
+        slot: "Test".to_owned(),
+        operation: operation.to_owned(),
+        id,
+        type_name: format!("conformance_msgs/srv/{operation}"),
+    }
+}
+
 /// One end with the defaults of publishers and calls.
 pub fn endpoint(address: &str) -> Endpoint {
     Endpoint {
@@ -146,6 +159,7 @@ pub fn endpoint(address: &str) -> Endpoint {
             hash: 7,
         },
         qos: Qos::PUBLISHER,
+        foreign: OPERATIONS.map(foreign).to_vec(),
     }
 }
 

@@ -139,9 +139,9 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
 pub fn every_size_travels(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Camera/image");
-    let backend = network.join("both");
-    let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
-    let mut publisher = backend.publisher(&topic).expect("a publisher");
+    let (camera, viewer) = (network.join("camera"), network.join("viewer"));
+    let mut subscriber = viewer.subscriber(&topic).expect("a subscriber");
+    let mut publisher = camera.publisher(&topic).expect("a publisher");
     let sizes = SIZES.iter().chain(SIZES.iter().rev()).copied();
     for (size, sequence) in sizes.zip(1..) {
         let sent = (header(sequence), pattern(size));
@@ -195,7 +195,12 @@ pub fn a_late_subscriber_gets_what_was_kept(subject: &dyn Subject) {
     }
     let backend = network.join("subscriber");
     let mut late = backend.subscriber(&keeping(&topic)).expect("a subscriber");
-    assert_eq!(sequences(&receive(&mut *late, 3)), [3, 4, 5]);
+    if subject.keeps_more() {
+        let kept = sequences(&receive(&mut *late, 5));
+        assert_eq!(kept, [1, 2, 3, 4, 5]);
+    } else {
+        assert_eq!(sequences(&receive(&mut *late, 3)), [3, 4, 5]);
+    }
     let mut shallow = backend
         .subscriber(&keeping(&keep_last(1, &topic)))
         .expect("a subscriber");
@@ -262,13 +267,18 @@ pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subjec
         publisher
             .publish(header(sequence), &[0; 1000])
             .expect("to publish");
-        got.extend(sequences(&receive_all(&mut *quick)));
+        got.extend(sequences(&receive(&mut *quick, 1)));
     }
     assert!(start.elapsed() < LIMIT / 2, "{:?}", start.elapsed());
     assert_eq!(got, (1..=100).collect::<Vec<_>>());
-    assert_eq!(
-        sequences(&receive_all(&mut *slow)),
-        (97..=100).collect::<Vec<_>>()
+    // The last value may come to it a moment after it came to the other one.
+    let mut kept = sequences(&receive_all(&mut *slow));
+    while kept.last() != Some(&100) {
+        kept.extend(sequences(&receive(&mut *slow, 1)));
+    }
+    assert!(
+        kept.len() <= 8 && kept.ends_with(&[97, 98, 99, 100]),
+        "{kept:?}"
     );
 }
 

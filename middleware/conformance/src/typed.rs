@@ -2,7 +2,7 @@
 
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
-use rc_middleware::typed::{Caller, Operation, Request, Topic};
+use rc_middleware::typed::{Alternative, Caller, Operation, Request, Topic};
 use rc_middleware::{CallError, Cdr, Header, Reader, Reply};
 
 /// `int32 divide(int32 a, int32 b)`, which throws where b is 0.
@@ -11,6 +11,7 @@ const DIVIDE: Operation = Operation {
     id: 11,
     type_hash: 7,
     two_way: true,
+    answers: &[Alternative::of::<i32>(BY_ZERO), Alternative::of::<i32>(0)],
 };
 /// The same, from an IDSL that differs.
 const OTHER_DIVIDE: Operation = Operation {
@@ -23,6 +24,7 @@ const NOTE: Operation = Operation {
     id: 12,
     type_hash: 9,
     two_way: false,
+    answers: &[],
 };
 /// The hash of the exception.
 const BY_ZERO: i32 = 13;

@@ -1,13 +1,14 @@
 //! The calling end of a connection: a writer of requests and a reader of replies.
 
 use crate::ear::Peer;
-use crate::hello::{Role, call_qos};
-use crate::inbox::{self, Answers, stamp};
+use crate::inbox::{self, Replies};
 use crate::publisher::signal;
+use crate::qos::call_qos;
 use crate::session::{Port, Session, Wanted};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, wait};
+use rc_network::{Role, stamp};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::AsFd;
 use std::rc::Rc;
@@ -33,7 +34,7 @@ pub(crate) fn topics(endpoint: &Endpoint) -> [(String, String); 2] {
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClient, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let answers = Arc::new(Answers::new(&address));
+    let answers = Arc::new(Replies::new(&address));
     let [request, reply] = topics(endpoint);
     let wanted = |(topic, type_name): (String, String), sends: bool| Wanted {
         address: &address,
@@ -75,7 +76,7 @@ pub(crate) struct DdsClient {
     address: String,
     requests: Port,
     replies: Port,
-    answers: Arc<Answers>,
+    answers: Arc<Replies>,
     spin: Duration,
     /// Requests that were sent and not confirmed yet: each is answered, a command by an empty result.
     under_way: BTreeMap<u64, Instant>,

@@ -64,7 +64,7 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
         "" => "default",
         _ => "auto",
     };
-    let lease = one("lease").map_or(Some(LEASE), milliseconds);
+    let lease = one("lease").map_or(Some(LEASE), rc_network::milliseconds);
     let lease = lease.ok_or_else(|| refused(environment, "`lease` is no time".to_owned()))?;
     let announce = lease / ANNOUNCEMENTS;
     let xml = format!(
@@ -93,35 +93,8 @@ pub(crate) fn refused(environment: &Environment, reason: String) -> OpenError {
     }
 }
 
-/// A time such as `500ms`, as the checker of settings writes it.
-fn milliseconds(text: &str) -> Option<u64> {
-    let split = text.find(|c: char| c.is_ascii_alphabetic())?;
-    let number: u64 = text[..split].parse().ok()?;
-    match &text[split..] {
-        "ns" => Some(number / 1_000_000),
-        "us" => Some(number / 1000),
-        "ms" => Some(number),
-        "s" => number.checked_mul(1000),
-        "min" => number.checked_mul(60_000),
-        _ => None,
-    }
-}
-
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('"', "&quot;")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_are_those_of_the_checker() {
-        assert_eq!(milliseconds("500ms"), Some(500));
-        assert_eq!(milliseconds("2s"), Some(2000));
-        assert_eq!(milliseconds("150000us"), Some(150));
-        assert_eq!(milliseconds("soon"), None);
-    }
 }

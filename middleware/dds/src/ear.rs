@@ -1,11 +1,8 @@
 //! What an end of ours knows of the other ends, and what it has heard.
 
-use crate::board::Posted;
-use crate::hello::{Hello, Promise, Role};
-use crate::report::Seldom;
-use crate::session::lock;
 use rc_ddsc::{End, Guid, Reader, Sample, Writer};
 use rc_middleware::{Interrupt, TypeIdentity};
+use rc_network::{Hello, Posted, Promise, Role, Seldom, lock};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
@@ -158,7 +155,7 @@ impl Ear {
             role,
             types,
             sends,
-            promise: Promise::from(qos),
+            promise: crate::qos::promise(qos),
             deadline: qos.deadline,
             signal,
             inbox,

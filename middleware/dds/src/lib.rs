@@ -1,13 +1,12 @@
 //! The three patterns over DDS, by the C library Cyclone DDS. How addresses and types are called there, and what
 //! strangers have to know, is in `README.md`.
 
-mod board;
 mod client;
 mod config;
 mod ear;
-mod hello;
 mod inbox;
 mod publisher;
+mod qos;
 mod report;
 mod server;
 mod session;
@@ -54,6 +53,10 @@ impl Backend for Dds {
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
         Ok(Box::new(server::open(&self.0, endpoint)?))
+    }
+
+    fn mismatches(&self) -> Vec<String> {
+        self.0.mismatches()
     }
 
     fn linger(&self, limit: Duration) {

@@ -1,9 +1,9 @@
 //! The sending end of a topic.
 
-use crate::hello::{Role, topic_qos};
-use crate::inbox::stamp;
+use crate::qos::topic_qos;
 use crate::session::{Port, Session, Wanted};
 use rc_middleware::{Endpoint, Header, Interrupt, OpenError, Publisher, SendError};
+use rc_network::{Role, stamp};
 use std::rc::Rc;
 use std::sync::Arc;
 

@@ -1,52 +1,6 @@
-//! What is said in the log, and not more than once a second.
+//! What the library says, in the log.
 
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
-
-/// Least time between two reports of one kind.
-const PAUSE: Duration = Duration::from_secs(1);
-
-/// Reports of one kind: the first one is made, the next ones are counted until a second has passed.
-#[derive(Debug, Default)]
-pub(crate) struct Seldom(Mutex<State>);
-
-#[derive(Debug)]
-struct State {
-    last: Option<Instant>,
-    passed_over: u64,
-}
-
-impl Default for State {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl State {
-    const fn new() -> Self {
-        Self {
-            last: None,
-            passed_over: 0,
-        }
-    }
-}
-
-impl Seldom {
-    const fn new() -> Self {
-        Self(Mutex::new(State::new()))
-    }
-
-    /// Whether to report now; if so, how many reports were passed over.
-    pub(crate) fn now(&self) -> Option<u64> {
-        let mut state = crate::session::lock(&self.0);
-        if state.last.is_some_and(|last| last.elapsed() < PAUSE) {
-            state.passed_over += 1;
-            return None;
-        }
-        state.last = Some(Instant::now());
-        Some(std::mem::take(&mut state.passed_over))
-    }
-}
+use rc_network::Seldom;
 
 /// What the library has to say.
 pub(crate) fn library(is_error: bool, message: &str) {

@@ -2,12 +2,14 @@
 
 use crate::client::topics;
 use crate::ear::Peer;
-use crate::hello::{Role, call_qos};
-use crate::inbox::{self, Requests, Waiting, stamp};
+use crate::inbox;
 use crate::publisher::signal;
+use crate::qos::call_qos;
 use crate::session::{Port, Session, Wanted};
+use rc_ddsc::Sample;
 use rc_middleware::rpc::{self, Outcome};
 use rc_middleware::{Endpoint, Header, OpenError, Reader, ReceiveError, Reply, Server, Writer};
+use rc_network::{Requests, Role, Waiting, stamp};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -19,7 +21,7 @@ const HOLD: Duration = Duration::from_millis(200);
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServer, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let waiting = Arc::new(Requests::default());
+    let waiting = Arc::new(Requests::<u64, Sample>::default());
     let [request, reply] = topics(endpoint);
     let wanted = |(topic, type_name): (String, String), sends: bool| Wanted {
         address: &address,
@@ -47,7 +49,7 @@ pub(crate) struct DdsServer {
     address: String,
     requests: Port,
     replies: Port,
-    waiting: Arc<Requests>,
+    waiting: Arc<Requests<u64, Sample>>,
     reply: Vec<u8>,
     /// How many replies there were.
     sent: u64,
@@ -55,7 +57,7 @@ pub(crate) struct DdsServer {
 
 impl DdsServer {
     /// Whether what is answered now reaches the client: its reader has been found, or it has gone and hears nothing.
-    fn may_serve(&self, waiting: &Waiting) -> bool {
+    fn may_serve(&self, waiting: &Waiting<Sample>) -> bool {
         let Some(member) = self.requests.ear.member(waiting.sample.writer()) else {
             return true;
         };

@@ -1,17 +1,17 @@
 //! One component's part in a domain: the participant, what is known of the domain, and the thread that learns it.
 
-use crate::board::Board;
 use crate::config;
 use crate::ear::{Ear, Entity, Inbox};
-use crate::hello::{self, Hello, Promise, Role};
+use crate::qos;
 use crate::report;
 use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
+use rc_network::{Board, Hello, Mismatches, Role, lock};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -51,6 +51,7 @@ struct Known {
     ends: [Mutex<HashMap<Guid, End>>; 2],
     /// The ends of this component on which it hears requests.
     serving: Mutex<Vec<Weak<Ear>>>,
+    mismatches: Mismatches,
 }
 
 /// What the watcher is told, in the order in which it happened.
@@ -84,11 +85,6 @@ pub(crate) struct Wanted<'a> {
     pub(crate) qos: Qos<'static>,
     pub(crate) signal: Interrupt,
     pub(crate) inbox: Arc<dyn Inbox>,
-}
-
-/// Locks also what a thread that panicked held: no state of ours is left half written.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Session {
@@ -125,7 +121,7 @@ impl Session {
         };
         let discoveries = Arc::new([discover(false)?, discover(true)?]);
         let known = Arc::new(Known::default());
-        let host = hello::host(&folder);
+        let host = rc_network::host(&folder);
         let watching = Watcher {
             host: host.clone(),
             known: Arc::clone(&known),
@@ -308,7 +304,7 @@ impl Session {
             } else {
                 (&notice.promise, &ear.promise)
             };
-            !hello::differences(offered, requested).is_empty()
+            !rc_network::differences(offered, requested).is_empty()
                 || (ear.has_found(&notice.guid) && notice.found.contains(&port.guid))
         })
     }
@@ -319,6 +315,11 @@ impl Session {
         {
             ear.wait(LOOK);
         }
+    }
+
+    /// Takes what was said of ends that do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        self.known.mismatches.take()
     }
 
     /// Waits until what was sent has arrived.
@@ -427,10 +428,11 @@ impl Watcher {
         for ear in lock(&self.known.serving).iter().filter_map(Weak::upgrade) {
             if ear.topic == end.topic && ear.may_tell_of(&end.guid) {
                 let address = ear.topic.trim_end_matches("_Request");
-                tracing::error!(
+                let text = format!(
                     "`{address}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
                     rival.who(&self.host)
                 );
+                self.known.mismatches.error(text);
             }
         }
     }
@@ -470,9 +472,10 @@ impl Watcher {
         {
             let (topic, who) = (&ear.topic, hello.who(&self.host));
             let (ours, theirs) = (&ear.types, &hello.types);
-            tracing::error!(
+            let text = format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
             );
+            self.known.mismatches.error(text);
         }
     }
 
@@ -481,26 +484,27 @@ impl Watcher {
         self.discover(!ear.sends);
         let known = lock(&self.known.ends[usize::from(!ear.sends)]);
         for end in known.values().filter(|end| end.topic == ear.topic) {
-            let theirs = Promise::from(end);
+            let theirs = qos::promise_of(end);
             let (offered, requested) = if ear.sends {
                 (&ear.promise, &theirs)
             } else {
                 (&theirs, &ear.promise)
             };
-            let differences = hello::differences(offered, requested);
+            let differences = rc_network::differences(offered, requested);
             if differences.is_empty() || !ear.may_tell_of(&end.guid) {
                 continue;
             }
             let who = match Hello::parse(&end.user_data) {
                 Some(hello) => format!("the {} {}", hello.role.word(), hello.who(&self.host)),
-                None => format!("the end {}", hello::hex(&end.guid)),
+                None => format!("the end {}", rc_network::hex(&end.guid)),
             };
             let (topic, differences) = (&ear.topic, differences.join("; "));
-            if ear.sends {
-                tracing::warn!("what is sent on `{topic}` does not reach {who}: {differences}");
+            let text = if ear.sends {
+                format!("what is sent on `{topic}` does not reach {who}: {differences}")
             } else {
-                tracing::warn!("`{topic}` hears nothing of {who}: {differences}");
-            }
+                format!("`{topic}` hears nothing of {who}: {differences}")
+            };
+            self.known.mismatches.warn(text);
         }
     }
 }

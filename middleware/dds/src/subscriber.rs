@@ -1,10 +1,12 @@
 //! The receiving end of a topic.
 
-use crate::hello::{Role, topic_qos};
-use crate::inbox::{self, Heard, Values};
+use crate::inbox;
 use crate::publisher::{signal, type_name};
+use crate::qos::topic_qos;
 use crate::session::{Port, Session, Wanted};
+use rc_ddsc::Sample;
 use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
+use rc_network::{Heard, Role, Values};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -34,7 +36,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
 
 pub(crate) struct DdsSubscriber {
     port: Port,
-    values: Arc<Values>,
+    values: Arc<Values<Sample>>,
     heard: Heard,
     unread: Unread,
     address: String,
@@ -57,7 +59,7 @@ impl Subscriber for DdsSubscriber {
             };
             // The library takes care of it in its own queue; here, too, a value may have waited for too long.
             let lifespan = sender.lifespan;
-            if lifespan.is_some_and(|lifespan| inbox::age(&sample) > lifespan)
+            if lifespan.is_some_and(|lifespan| rc_network::age(sample.stamp()) > lifespan)
                 || !self.heard.is_new(sender.id, sample.sequence())
             {
                 continue;

@@ -48,6 +48,7 @@ fn answered_calls_leave_nothing_behind() {
             hash: 7,
         },
         qos: Qos::CALL,
+        foreign: Vec::new(),
     };
     let stop = Interrupt::new().expect("an interrupt");
     let here = environment("client");

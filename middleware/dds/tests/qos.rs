@@ -58,6 +58,7 @@ fn topic(qos: Qos) -> Endpoint {
             hash: 7,
         },
         qos,
+        foreign: Vec::new(),
     }
 }
 

@@ -9,6 +9,18 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `Echo` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_ECHO: &[&str] = &[];
+
+/// What the middleware of `awake` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_AWAKE: &[&str] = &[];
+
+/// What the middleware of `Sample` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_SAMPLE: &[&str] = &[];
+
+/// What the middleware of `Pictures` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_PICTURES: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
     b"\x02rc-note\x03\x1e\x1f{\"component\":\"ping\",\"model\":\"82e38812cdbe5563\",\"middleware\":\"iceoryx2\"}\0";

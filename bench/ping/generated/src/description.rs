@@ -17,6 +17,7 @@ const SLOT_ECHO: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::echo::OPERATIONS,
+    foreign: backend::TYPES_ECHO,
 };
 
 const SLOT_AWAKE: Slot = Slot {
@@ -31,6 +32,7 @@ const SLOT_AWAKE: Slot = Slot {
         ..Qos::CALL
     },
     operations: interfaces::echo::OPERATIONS,
+    foreign: backend::TYPES_AWAKE,
 };
 
 const SLOT_SAMPLE: Slot = Slot {
@@ -42,6 +44,7 @@ const SLOT_SAMPLE: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
     operations: interfaces::sample::OPERATIONS,
+    foreign: backend::TYPES_SAMPLE,
 };
 
 const SLOT_PICTURES: Slot = Slot {
@@ -53,6 +56,7 @@ const SLOT_PICTURES: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
     operations: interfaces::pictures::OPERATIONS,
+    foreign: backend::TYPES_PICTURES,
 };
 
 /// This component.

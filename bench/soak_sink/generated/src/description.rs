@@ -18,6 +18,7 @@ const SLOT_ECHO: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::echo::OPERATIONS,
+    foreign: backend::TYPES_ECHO,
 };
 
 const SLOT_TICKS: Slot = Slot {
@@ -33,6 +34,7 @@ const SLOT_TICKS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::ticks::OPERATIONS,
+    foreign: backend::TYPES_TICKS,
 };
 
 const SLOT_IMAGES: Slot = Slot {
@@ -47,6 +49,7 @@ const SLOT_IMAGES: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::images::OPERATIONS,
+    foreign: backend::TYPES_IMAGES,
 };
 
 /// This component.

@@ -9,6 +9,15 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `Echo` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_ECHO: &[&str] = &[];
+
+/// What the middleware of `Ticks` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_TICKS: &[&str] = &[];
+
+/// What the middleware of `Images` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_IMAGES: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
     b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_source\",\"model\":\"5574f712c7b52f7a\",\"middleware\":\"iceoryx2\"}\0";

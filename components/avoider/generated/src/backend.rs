@@ -9,6 +9,12 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `Laser` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_LASER: &[&str] = &[];
+
+/// What the middleware of `DifferentialRobot` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_DIFFERENTIAL_ROBOT: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
     b"\x02rc-note\x03\x1e\x1f{\"component\":\"avoider\",\"model\":\"c7ba47822087ce9e\",\"middleware\":\"iceoryx2\"}\0";

@@ -9,6 +9,12 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `Camera` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_CAMERA: &[&str] = &[];
+
+/// What the middleware of `CameraPub` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_CAMERA_PUB: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
     b"\x02rc-note\x03\x1e\x1f{\"component\":\"camera\",\"model\":\"dd8080c2039ce3d1\",\"middleware\":\"iceoryx2\"}\0";

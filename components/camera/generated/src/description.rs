@@ -18,6 +18,7 @@ const SLOT_CAMERA: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::camera::OPERATIONS,
+    foreign: backend::TYPES_CAMERA,
 };
 
 const SLOT_CAMERA_PUB: Slot = Slot {
@@ -29,6 +30,7 @@ const SLOT_CAMERA_PUB: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
     operations: interfaces::camera_pub::OPERATIONS,
+    foreign: backend::TYPES_CAMERA_PUB,
 };
 
 /// This component.

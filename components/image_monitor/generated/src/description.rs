@@ -17,6 +17,7 @@ const SLOT_CAMERA: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::camera::OPERATIONS,
+    foreign: backend::TYPES_CAMERA,
 };
 
 const SLOT_CAMERA_PUB: Slot = Slot {
@@ -28,6 +29,7 @@ const SLOT_CAMERA_PUB: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::SUBSCRIBER,
     operations: interfaces::camera_pub::OPERATIONS,
+    foreign: backend::TYPES_CAMERA_PUB,
 };
 
 /// This component.

@@ -9,6 +9,9 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `JointMotor` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_JOINT_MOTOR: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
     b"\x02rc-note\x03\x1e\x1f{\"component\":\"motor_bus\",\"model\":\"b90dd702490f8850\",\"middleware\":\"iceoryx2\"}\0";

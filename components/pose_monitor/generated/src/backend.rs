@@ -9,6 +9,9 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `FullPoseEstimationPub` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_FULL_POSE_ESTIMATION_PUB: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_monitor\",\"model\":\"ed392b920dabc954\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_monitor\",\"model\":\"33a28e14a83689b0\",\"middleware\":\"iceoryx2\"}\0";

@@ -21,15 +21,17 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
         reliability: Reliability::Reliable,
         durability: Durability::TransientLocal,
         depth: 100,
+        deadline: Some(Duration::new(1, 0)),
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
+    foreign: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
 };
 
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pose_monitor",
-    model_hash: 0xed392b920dabc954,
+    model_hash: 0x33a28e14a83689b0,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),

@@ -9,6 +9,15 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `Laser` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_LASER: &[&str] = &[];
+
+/// What the middleware of `DifferentialRobot` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_DIFFERENTIAL_ROBOT: &[&str] = &[];
+
+/// What the middleware of `FullPoseEstimationPub` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_FULL_POSE_ESTIMATION_PUB: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"781d710bf1b18b8a\",\"middleware\":\"iceoryx2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"e8b72e4a14460490\",\"middleware\":\"iceoryx2\"}\0";

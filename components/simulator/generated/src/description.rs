@@ -19,6 +19,7 @@ const SLOT_LASER: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::laser::OPERATIONS,
+    foreign: backend::TYPES_LASER,
 };
 
 const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
@@ -30,6 +31,7 @@ const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::differential_robot::OPERATIONS,
+    foreign: backend::TYPES_DIFFERENTIAL_ROBOT,
 };
 
 const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
@@ -42,15 +44,17 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
     qos: Qos {
         durability: Durability::TransientLocal,
         depth: 100,
+        deadline: Some(Duration::new(1, 0)),
         ..Qos::PUBLISHER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
+    foreign: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
 };
 
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "simulator",
-    model_hash: 0x781d710bf1b18b8a,
+    model_hash: 0xe8b72e4a14460490,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

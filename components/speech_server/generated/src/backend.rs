@@ -9,6 +9,9 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// Every middleware that is used.
 pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
 
+/// What the middleware of `Speech` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_SPEECH: &[&str] = &[];
+
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
     b"\x02rc-note\x03\x1e\x1f{\"component\":\"speech_server\",\"model\":\"306ebafabb89f834\",\"middleware\":\"iceoryx2\"}\0";

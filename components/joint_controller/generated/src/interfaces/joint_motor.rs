@@ -5,7 +5,7 @@
 //! was accepted, the state tells when it is reached.
 
 use crate::types::robo_comp_joint_motor;
-use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Alternative, Caller, Operation, expect_result};
 use rc_runtime::middleware::{CallError, DecodeError, cdr};
 
 /// `setPosition`
@@ -14,6 +14,12 @@ pub(crate) const SET_POSITION: Operation = Operation {
     id: -800444418,
     type_hash: 0xe09c460aa8a79918,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+            HARDWARE_FAILED_EXCEPTION,
+        ),
+    ],
 };
 
 /// `setVelocity`
@@ -22,6 +28,12 @@ pub(crate) const SET_VELOCITY: Operation = Operation {
     id: -1167115710,
     type_hash: 0x50e98f1000de6e6a,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+            HARDWARE_FAILED_EXCEPTION,
+        ),
+    ],
 };
 
 /// `setZeroPos`
@@ -30,6 +42,12 @@ pub(crate) const SET_ZERO_POS: Operation = Operation {
     id: 170082632,
     type_hash: 0xebdf8f10f7897494,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+            HARDWARE_FAILED_EXCEPTION,
+        ),
+    ],
 };
 
 /// `setSyncPosition`
@@ -38,6 +56,12 @@ pub(crate) const SET_SYNC_POSITION: Operation = Operation {
     id: -676275672,
     type_hash: 0x4b8558d20a917c8a,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+            HARDWARE_FAILED_EXCEPTION,
+        ),
+    ],
 };
 
 /// `setSyncVelocity`
@@ -46,6 +70,12 @@ pub(crate) const SET_SYNC_VELOCITY: Operation = Operation {
     id: -390934193,
     type_hash: 0xab995bcf6fc2e2c2,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+            HARDWARE_FAILED_EXCEPTION,
+        ),
+    ],
 };
 
 /// `setSyncZeroPos`
@@ -54,6 +84,12 @@ pub(crate) const SET_SYNC_ZERO_POS: Operation = Operation {
     id: 1340080263,
     type_hash: 0xd1cdef51753be283,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+            HARDWARE_FAILED_EXCEPTION,
+        ),
+    ],
 };
 
 /// `getMotorParams`
@@ -62,6 +98,10 @@ pub(crate) const GET_MOTOR_PARAMS: Operation = Operation {
     id: -1266026689,
     type_hash: 0x8b1333a0d502f92d,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::MotorParams>(0),
+    ],
 };
 
 /// `getMotorState`
@@ -70,6 +110,10 @@ pub(crate) const GET_MOTOR_STATE: Operation = Operation {
     id: 272966398,
     type_hash: 0x663e2b8e510481cf,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::MotorState>(0),
+    ],
 };
 
 /// `getMotorStateMap`
@@ -78,6 +122,10 @@ pub(crate) const GET_MOTOR_STATE_MAP: Operation = Operation {
     id: -1372387326,
     type_hash: 0x3660e5db85dd2771,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::MotorStateMap>(0),
+    ],
 };
 
 /// `getAllMotorState`
@@ -86,6 +134,10 @@ pub(crate) const GET_ALL_MOTOR_STATE: Operation = Operation {
     id: -1828834478,
     type_hash: 0x9bbd0a55c471c9c8,
     two_way: true,
+    answers: &[
+        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        Alternative::of::<robo_comp_joint_motor::MotorStateMap>(0),
+    ],
 };
 
 /// `getAllMotorParams`
@@ -94,6 +146,7 @@ pub(crate) const GET_ALL_MOTOR_PARAMS: Operation = Operation {
     id: 1210762503,
     type_hash: 0x5e89995c0581884a,
     two_way: true,
+    answers: &[],
 };
 
 /// `getBusParams`
@@ -102,6 +155,7 @@ pub(crate) const GET_BUS_PARAMS: Operation = Operation {
     id: 2021444905,
     type_hash: 0xd2acba91a96e27f2,
     two_way: true,
+    answers: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -597,7 +651,6 @@ impl JointMotorClient {
             return Err(error.into());
         }
         expect_result(case)?;
-        reader.get::<u8>()?;
         Ok(())
     }
 
@@ -618,7 +671,6 @@ impl JointMotorClient {
             return Err(error.into());
         }
         expect_result(case)?;
-        reader.get::<u8>()?;
         Ok(())
     }
 
@@ -636,7 +688,6 @@ impl JointMotorClient {
             return Err(error.into());
         }
         expect_result(case)?;
-        reader.get::<u8>()?;
         Ok(())
     }
 
@@ -657,7 +708,6 @@ impl JointMotorClient {
             return Err(error.into());
         }
         expect_result(case)?;
-        reader.get::<u8>()?;
         Ok(())
     }
 
@@ -678,7 +728,6 @@ impl JointMotorClient {
             return Err(error.into());
         }
         expect_result(case)?;
-        reader.get::<u8>()?;
         Ok(())
     }
 
@@ -696,7 +745,6 @@ impl JointMotorClient {
             return Err(error.into());
         }
         expect_result(case)?;
-        reader.get::<u8>()?;
         Ok(())
     }
 

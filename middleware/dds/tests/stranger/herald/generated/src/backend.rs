@@ -4,11 +4,29 @@
 use rc_runtime::Connect;
 
 /// The middleware of all slots that do not choose one.
-pub(crate) const MIDDLEWARE: &str = "dds";
+pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 
 /// Every middleware that is used.
-pub(crate) const BACKENDS: &[(&str, Connect)] = &[("dds", rc_dds::connect)];
+pub(crate) const BACKENDS: &[(&str, Connect)] = &[("iceoryx2", rc_iceoryx2::connect)];
+
+/// What the middleware of `Herald` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_HERALD: &[&str] = &[];
+
+/// What the middleware of `Oracle` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_ORACLE: &[&str] = &[];
+
+/// What the middleware of `Reports` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_REPORTS: &[&str] = &[];
+
+/// What the middleware of `Orders` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_ORDERS: &[&str] = &[];
+
+/// What the middleware of `Echoes` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_ECHOES: &[&str] = &[];
+
+/// What the middleware of `Archive` calls the types of its operations, where it has names of its own.
+pub(crate) const TYPES_ARCHIVE: &[&str] = &[];
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"herald\",\"model\":\"b276a451af7944fe\",\"middleware\":\"dds\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"herald\",\"model\":\"b276a451af7944fe\",\"middleware\":\"iceoryx2\"}\0";

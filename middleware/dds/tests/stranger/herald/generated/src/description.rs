@@ -18,6 +18,7 @@ const SLOT_HERALD: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::herald::OPERATIONS,
+    foreign: backend::TYPES_HERALD,
 };
 
 const SLOT_ORACLE: Slot = Slot {
@@ -29,6 +30,7 @@ const SLOT_ORACLE: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::oracle::OPERATIONS,
+    foreign: backend::TYPES_ORACLE,
 };
 
 const SLOT_REPORTS: Slot = Slot {
@@ -44,6 +46,7 @@ const SLOT_REPORTS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::reports::OPERATIONS,
+    foreign: backend::TYPES_REPORTS,
 };
 
 const SLOT_ORDERS: Slot = Slot {
@@ -60,6 +63,7 @@ const SLOT_ORDERS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::orders::OPERATIONS,
+    foreign: backend::TYPES_ORDERS,
 };
 
 const SLOT_ECHOES: Slot = Slot {
@@ -74,6 +78,7 @@ const SLOT_ECHOES: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::echoes::OPERATIONS,
+    foreign: backend::TYPES_ECHOES,
 };
 
 const SLOT_ARCHIVE: Slot = Slot {
@@ -89,6 +94,7 @@ const SLOT_ARCHIVE: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::archive::OPERATIONS,
+    foreign: backend::TYPES_ARCHIVE,
 };
 
 /// This component.

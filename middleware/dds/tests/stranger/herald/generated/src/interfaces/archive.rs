@@ -13,6 +13,7 @@ pub(crate) const KEEP: Operation = Operation {
     id: 502713368,
     type_hash: 0x183adb5b5377fe02,
     two_way: false,
+    answers: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -14,6 +14,7 @@ pub(crate) const ECHO: Operation = Operation {
     id: -669077045,
     type_hash: 0x4d6504717d63833d,
     two_way: false,
+    answers: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -4,7 +4,7 @@
 //! What the herald is asked.
 
 use crate::types::rc_herald;
-use rc_runtime::middleware::typed::Operation;
+use rc_runtime::middleware::typed::{Alternative, Operation};
 use rc_runtime::middleware::{CallError, DecodeError, Reader};
 
 /// `shift`
@@ -13,6 +13,11 @@ pub(crate) const SHIFT: Operation = Operation {
     id: 1313846826,
     type_hash: 0xed063031b7909a40,
     two_way: true,
+    answers: &[
+        Alternative::of::<rc_herald::Nonsense>(NONSENSE),
+        Alternative::of::<i32>(0),
+        Alternative::of::<rc_herald::Report>(0),
+    ],
 };
 
 /// `note`
@@ -21,6 +26,7 @@ pub(crate) const NOTE: Operation = Operation {
     id: -900475222,
     type_hash: 0x7c15cd49cf592ea1,
     two_way: false,
+    answers: &[],
 };
 
 /// `noted`
@@ -29,6 +35,7 @@ pub(crate) const NOTED: Operation = Operation {
     id: 1175885854,
     type_hash: 0xd466d8ed04c4abb9,
     two_way: true,
+    answers: &[],
 };
 
 /// `consult`
@@ -37,6 +44,7 @@ pub(crate) const CONSULT: Operation = Operation {
     id: 3440400,
     type_hash: 0x8f4b3c60ff063a53,
     two_way: true,
+    answers: &[],
 };
 
 /// All operations, in the order of the IDSL.

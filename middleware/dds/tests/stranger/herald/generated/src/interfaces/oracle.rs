@@ -4,7 +4,7 @@
 //! What the herald asks.
 
 use crate::types::rc_herald;
-use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Alternative, Caller, Operation, expect_result};
 use rc_runtime::middleware::{CallError, DecodeError, cdr};
 
 /// `ask`
@@ -13,6 +13,11 @@ pub(crate) const ASK: Operation = Operation {
     id: 1883231070,
     type_hash: 0x6b984418dfee1be0,
     two_way: true,
+    answers: &[
+        Alternative::of::<rc_herald::Nonsense>(NONSENSE),
+        Alternative::of::<rc_herald::Point>(0),
+        Alternative::of::<i64>(0),
+    ],
 };
 
 /// `tell`
@@ -21,6 +26,7 @@ pub(crate) const TELL: Operation = Operation {
     id: 1022105598,
     type_hash: 0xe6d2ecd19135f599,
     two_way: false,
+    answers: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -5,8 +5,8 @@
 //! a notice, a file that is locked as long as its owner lives: who it is, and whom it has found. Who opens an end reads
 //! the notices of the others, refuses what does not fit, and waits until both have found each other.
 
+use crate::Guid;
 use crate::hello::{Hello, Promise, fnv, hex};
-use rc_ddsc::Guid;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{DirBuilder, File};
 use std::io::{self, Read};
@@ -22,24 +22,26 @@ const LOCK_PAUSE: Duration = Duration::from_millis(2);
 
 /// The notices of one domain.
 #[derive(Clone, Debug)]
-pub(crate) struct Board {
+pub struct Board {
     directory: PathBuf,
 }
 
 /// A notice of somebody who is alive.
 #[derive(Clone, Debug)]
-pub(crate) struct Notice {
-    pub(crate) guid: Guid,
-    pub(crate) hello: Hello,
+pub struct Notice {
+    /// The end.
+    pub guid: Guid,
+    /// Who it is.
+    pub hello: Hello,
     /// What it offers or asks for.
-    pub(crate) promise: Promise,
+    pub promise: Promise,
     /// Whom it has found.
-    pub(crate) found: Vec<Guid>,
+    pub found: Vec<Guid>,
 }
 
 /// An own notice; it goes when this does.
 #[derive(Debug)]
-pub(crate) struct Posted {
+pub struct Posted {
     file: File,
     path: PathBuf,
     /// Where those begin that it has found, and where they end.
@@ -49,13 +51,13 @@ pub(crate) struct Posted {
 
 /// Held while an end is opened, so that of two servers one is first.
 #[derive(Debug)]
-pub(crate) struct Turn {
+pub struct Turn {
     _file: File,
 }
 
 impl Board {
     /// The board of `domain` in the folder of this backend.
-    pub(crate) fn open(folder: &Path, domain: u32) -> io::Result<Self> {
+    pub fn open(folder: &Path, domain: u32) -> io::Result<Self> {
         let directory = folder.join(domain.to_string());
         DirBuilder::new()
             .recursive(true)
@@ -65,7 +67,7 @@ impl Board {
     }
 
     /// Waits for its turn to open an end.
-    pub(crate) fn turn(&self) -> io::Result<Turn> {
+    pub fn turn(&self) -> io::Result<Turn> {
         let path = self.directory.join("turn");
         let file = File::options()
             .create(true)
@@ -86,7 +88,7 @@ impl Board {
     }
 
     /// Hangs out the notice of an end. `key` names the topic; `Turn` has to be held.
-    pub(crate) fn post(
+    pub fn post(
         &self,
         key: &str,
         guid: &Guid,
@@ -122,7 +124,7 @@ impl Board {
 
     /// The notices at a topic of those who are alive: of those who send, and of those who receive. What the dead left is
     /// taken down.
-    pub(crate) fn notices(&self, key: &str, sending: bool, receiving: bool) -> Vec<Notice> {
+    pub fn notices(&self, key: &str, sending: bool, receiving: bool) -> Vec<Notice> {
         let entries = std::fs::read_dir(&self.directory)
             .into_iter()
             .flatten()
@@ -150,7 +152,7 @@ impl Board {
 
 impl Posted {
     /// Notes that this end has found another one. `here` are all that are there: a notice does not grow for ever.
-    pub(crate) fn found<'a>(
+    pub fn found<'a>(
         &mut self,
         other: &Guid,
         here: impl Iterator<Item = &'a Guid>,
@@ -225,11 +227,11 @@ mod tests {
             pid: 2,
             host: "here".to_owned(),
         };
-        let promise = Promise::from(&rc_ddsc::Qos {
+        let promise = Promise {
             reliable: true,
             deadline: Some(Duration::from_millis(20)),
-            ..rc_ddsc::Qos::default()
-        });
+            ..Promise::default()
+        };
         let turn = board.turn().expect("a turn");
         let posted = board.post("a/b", &[1; 16], true, &hello, &promise);
         let mut posted = posted.expect("to post");

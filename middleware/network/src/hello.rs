@@ -1,7 +1,7 @@
 //! What an end of ours tells the others of itself: in its user data on the network, and on the notice board of its
 //! network on this machine.
 
-use rc_ddsc::{End, Guid, Qos};
+use crate::Guid;
 use rc_middleware::{TypeIdentity, qos};
 use std::fmt;
 use std::os::unix::fs::MetadataExt;
@@ -13,8 +13,10 @@ const BEGIN: &str = "robocomp/1";
 
 /// What an end is there for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Role {
+pub enum Role {
+    /// Sends values.
     Publisher,
+    /// Hears values.
     Subscriber,
     /// The end on which a client sends, and the one on which it hears its answers.
     Client,
@@ -30,7 +32,8 @@ impl Role {
         (Self::Server, "server"),
     ];
 
-    pub(crate) fn word(self) -> &'static str {
+    /// What people call it.
+    pub fn word(self) -> &'static str {
         Self::ALL
             .iter()
             .find(|(role, _)| *role == self)
@@ -40,20 +43,22 @@ impl Role {
 
 /// Who an end is of, and what it says and hears.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Hello {
-    pub(crate) role: Role,
+pub struct Hello {
+    /// What the end is there for.
+    pub role: Role,
     /// The types of the connection.
-    pub(crate) types: TypeIdentity,
+    pub types: TypeIdentity,
     /// The component.
-    pub(crate) instance: String,
-    pub(crate) pid: u32,
+    pub instance: String,
+    /// Its process.
+    pub pid: u32,
     /// Where it is, see `host`.
-    pub(crate) host: String,
+    pub host: String,
 }
 
 impl Hello {
     /// Reads one; `None` for a stranger.
-    pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
+    pub fn parse(bytes: &[u8]) -> Option<Self> {
         let text = std::str::from_utf8(bytes).ok()?;
         let mut words = text.split(' ');
         if words.next()? != BEGIN {
@@ -76,7 +81,7 @@ impl Hello {
     }
 
     /// Who it is, for people on `host`.
-    pub(crate) fn who(&self, host: &str) -> String {
+    pub fn who(&self, host: &str) -> String {
         let Self { pid, instance, .. } = self;
         if self.host == host {
             format!("pid {pid} ({instance})")
@@ -98,7 +103,7 @@ impl fmt::Display for Hello {
 
 /// The name of this machine for people, `@`, and for comparisons a number that only those have who share the notice board
 /// in `folder`: two robots can both be called `raspberrypi`, and each of two containers has a board.
-pub(crate) fn host(folder: &Path) -> String {
+pub fn host(folder: &Path) -> String {
     let name = rustix::system::uname();
     let name = name.nodename().to_string_lossy();
     // It becomes a word among others.
@@ -111,41 +116,19 @@ pub(crate) fn host(folder: &Path) -> String {
 }
 
 /// The hash FNV-1a.
-pub(crate) fn fnv(text: &str) -> u64 {
+pub fn fnv(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 
 /// A GUID as people write it.
-pub(crate) fn hex(guid: &Guid) -> String {
+pub fn hex(guid: &Guid) -> String {
     guid.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The quality of service of an end of a topic, for the library.
-pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
-    Qos {
-        reliable: wanted.reliability == qos::Reliability::Reliable,
-        transient_local: wanted.durability == qos::Durability::TransientLocal,
-        depth: i32::try_from(wanted.depth.max(1)).unwrap_or(i32::MAX),
-        deadline: wanted.deadline,
-        lifespan: wanted.lifespan,
-        liveliness: wanted.liveliness,
-        user_data: &[],
-    }
-}
-
-/// Calls lose nothing; how much may wait is counted by the ends themselves.
-pub(crate) fn call_qos() -> Qos<'static> {
-    Qos {
-        reliable: true,
-        depth: 0,
-        ..Qos::default()
-    }
-}
-
 /// What a writer offers too little of for a reader, each with both values (DDS 1.4, 2.2.3: requested and offered).
-pub(crate) fn differences(offered: &Promise, requested: &Promise) -> Vec<String> {
+pub fn differences(offered: &Promise, requested: &Promise) -> Vec<String> {
     let time = |time: Option<Duration>| time.map_or("none".to_owned(), |t| format!("{t:?}"));
     let word = |yes: bool, one: &str, other: &str| if yes { one } else { other }.to_owned();
     let mut found = Vec::new();
@@ -176,17 +159,32 @@ pub(crate) fn differences(offered: &Promise, requested: &Promise) -> Vec<String>
 }
 
 /// What an end offers or asks for that has to fit the other end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Promise {
-    reliable: bool,
-    transient_local: bool,
-    deadline: Option<Duration>,
-    liveliness: Option<Duration>,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Promise {
+    /// What was sent arrives.
+    pub reliable: bool,
+    /// Those who come late get what was sent before.
+    pub transient_local: bool,
+    /// The longest time between two values.
+    pub deadline: Option<Duration>,
+    /// After how long of silence a publisher counts as dead.
+    pub liveliness: Option<Duration>,
+}
+
+impl From<&rc_middleware::Qos> for Promise {
+    fn from(qos: &rc_middleware::Qos) -> Self {
+        Self {
+            reliable: qos.reliability == qos::Reliability::Reliable,
+            transient_local: qos.durability == qos::Durability::TransientLocal,
+            deadline: qos.deadline,
+            liveliness: qos.liveliness,
+        }
+    }
 }
 
 impl Promise {
     /// Reads what `Display` writes.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
+    pub fn parse(text: &str) -> Option<Self> {
         let mut words = text.split(' ');
         let time = |word: &str| match word {
             "-" => Some(None),
@@ -208,28 +206,6 @@ impl fmt::Display for Promise {
         let (deadline, liveliness) = (time(self.deadline), time(self.liveliness));
         let (reliable, kept) = (self.reliable, self.transient_local);
         write!(f, "{reliable} {kept} {deadline} {liveliness}")
-    }
-}
-
-impl From<&Qos<'_>> for Promise {
-    fn from(qos: &Qos<'_>) -> Self {
-        Self {
-            reliable: qos.reliable,
-            transient_local: qos.transient_local,
-            deadline: qos.deadline,
-            liveliness: qos.liveliness,
-        }
-    }
-}
-
-impl From<&End> for Promise {
-    fn from(end: &End) -> Self {
-        Self {
-            reliable: end.reliable,
-            transient_local: end.transient_local,
-            deadline: end.deadline,
-            liveliness: end.liveliness,
-        }
     }
 }
 
@@ -268,17 +244,16 @@ mod tests {
 
     #[test]
     fn what_is_offered_has_to_be_enough() {
-        let offered = Promise::from(&Qos {
-            reliable: false,
+        let offered = Promise {
             liveliness: Some(Duration::from_secs(2)),
-            ..Qos::default()
-        });
-        let requested = Promise::from(&Qos {
+            ..Promise::default()
+        };
+        let requested = Promise {
             reliable: true,
             deadline: Some(Duration::from_millis(100)),
             liveliness: Some(Duration::from_secs(1)),
-            ..Qos::default()
-        });
+            ..Promise::default()
+        };
         assert_eq!(
             differences(&offered, &requested),
             [

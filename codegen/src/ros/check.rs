@@ -1,0 +1,316 @@
+//! Whether what is marked `@ros` is what it says.
+
+use super::mapping::{self, Field, Mapper};
+use super::names::{self, Kind, TypeName};
+use super::standard;
+use super::words;
+use crate::export::uses::{is_call, is_topic};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_idsl::Library;
+use rc_idsl::model::{Interface, Member, ModuleId, Operation, TypeDecl, TypeDeclKind};
+use rc_syntax::Name;
+
+/// Checks every `@ros` against the types that ROS 2 brings with it; a note says what could not be checked. Of a library
+/// that has no errors.
+pub fn annotations(library: &Library) -> Diagnostics {
+    let mut checker = Checker {
+        library,
+        found: Diagnostics::new(),
+    };
+    for module in &library.modules {
+        checker.package(module.ros.as_ref());
+    }
+    for decl in &library.types {
+        checker.structure(decl);
+    }
+    for interface in &library.interfaces {
+        for operation in &interface.operations {
+            checker.operation(interface, operation);
+        }
+    }
+    checker.found
+}
+
+/// One that is compared with a field of ROS 2.
+struct Own {
+    /// What a person calls it.
+    what: String,
+    span: Span,
+    /// Its name in ROS 2; a value that is returned has none of its own.
+    name: Option<String>,
+    /// Its type in ROS 2.
+    ty: String,
+}
+
+struct Checker<'a> {
+    library: &'a Library,
+    found: Diagnostics,
+}
+
+impl Checker<'_> {
+    fn wrong(&mut self, span: Span, message: String, help: impl Into<String>) {
+        let diagnostic = Diagnostic::error("ros-type", span, message);
+        self.found.push(diagnostic.help(help));
+    }
+
+    fn package(&mut self, name: Option<&Name>) {
+        let Some(Name { text, span }) = name else {
+            return;
+        };
+        if !words::is_package(text) {
+            let message = format!("`{text}` cannot be a package of ROS 2");
+            let help =
+                "it begins with a small letter, and has small letters, digits and single `_`";
+            let diagnostic = Diagnostic::error("ros-name", *span, message);
+            self.found.push(diagnostic.help(help));
+        } else if standard::has_package(text) {
+            let message = format!("`{text}` is a package of ROS 2 itself");
+            let help = "name a package of your own; mark the structures that are types of that one";
+            let diagnostic = Diagnostic::error("ros-name", *span, message);
+            self.found.push(diagnostic.help(help));
+        }
+    }
+
+    fn structure(&mut self, decl: &TypeDecl) {
+        let (Some(ros), TypeDeclKind::Struct(members)) = (&decl.ros, &decl.kind) else {
+            return;
+        };
+        let help = "a structure is a message: `sensor_msgs/msg/LaserScan`";
+        match TypeName::parse(&ros.text) {
+            Some(name) if name.kind == Kind::Message => {
+                if let Some(standard) = self.known(&name, ros.span) {
+                    let own = self.members(decl.module, members);
+                    let what = format!("structure `{}`", decl.name.text);
+                    let wrong = different(&what, decl.name.span, &own, &name, &standard.fields);
+                    self.found.extend(wrong);
+                }
+            }
+            Some(_) => {
+                let message = format!("structure `{}` cannot be a service", decl.name.text);
+                self.wrong(ros.span, message, help);
+            }
+            None => {
+                let message = format!("`{}` is not the name of a message", ros.text);
+                self.wrong(ros.span, message, help);
+            }
+        }
+    }
+
+    fn operation(&mut self, interface: &Interface, operation: &Operation) {
+        let own = &operation.name.text;
+        let mut seen: Vec<(Kind, Span)> = Vec::new();
+        for ros in &operation.ros {
+            let Some(name) = TypeName::parse(&ros.text) else {
+                let message = format!("`{}` is not the name of a message or a service", ros.text);
+                let help = "an operation is a `std_msgs/msg/String` where it is published, a `std_srvs/srv/Trigger` where it is called";
+                self.wrong(ros.span, message, help);
+                continue;
+            };
+            if let Some((_, first)) = seen.iter().find(|(kind, _)| *kind == name.kind) {
+                let message = format!("`{own}` is a `{}` already", name.kind.word());
+                let diagnostic = Diagnostic::error("ros-type", ros.span, message);
+                self.found.push(diagnostic.label(*first, "the first one"));
+                continue;
+            }
+            seen.push((name.kind, ros.span));
+            match name.kind {
+                Kind::Message if !is_topic(interface, operation) => {
+                    let message = format!("`{own}` is called, not published: it is a service");
+                    self.wrong(ros.span, message, "such as `std_srvs/srv/Trigger`");
+                }
+                Kind::Service if !is_call(interface, operation) => {
+                    let message = format!("`{own}` is published, not called: it is a message");
+                    self.wrong(ros.span, message, "such as `std_msgs/msg/String`");
+                }
+                Kind::Message => self.topic(interface, operation, &name, ros.span),
+                Kind::Service => self.service(interface, operation, &name, ros.span),
+            }
+        }
+    }
+
+    fn topic(&mut self, interface: &Interface, operation: &Operation, name: &TypeName, at: Span) {
+        let Some(standard) = self.known(name, at) else {
+            return;
+        };
+        let what = format!("operation `{}`", operation.name.text);
+        let own = self.members(interface.module, &operation.inputs);
+        let wrong = different(&what, operation.name.span, &own, name, &standard.fields);
+        if wrong.is_empty() {
+            return;
+        }
+        // A structure adds nothing to its members.
+        let only = names::structure_of_topic(self.library, operation);
+        let decl = only.map(|id| self.library.ty(id));
+        let wrong = match decl.map(|decl| (decl, &decl.kind)) {
+            Some((decl, TypeDeclKind::Struct(members))) => {
+                let own = self.members(decl.module, members);
+                different(&what, operation.name.span, &own, name, &standard.fields)
+            }
+            _ => wrong,
+        };
+        self.found.extend(wrong);
+    }
+
+    fn service(&mut self, interface: &Interface, operation: &Operation, name: &TypeName, at: Span) {
+        let Some(standard) = self.known(name, at) else {
+            return;
+        };
+        let own = &operation.name.text;
+        let request = self.members(interface.module, &operation.inputs);
+        let what = format!("the request of `{own}`");
+        let at = operation.name.span;
+        let wrong = different(&what, at, &request, name, &standard.fields);
+        self.found.extend(wrong);
+        if !operation.throws.is_empty() {
+            let message = format!("`{own}` throws, which `{name}` has no place for");
+            let help = "let it answer what went wrong as `out` parameters";
+            let diagnostic = Diagnostic::error("ros-mismatch", at, message);
+            self.found.push(diagnostic.help(help));
+            return;
+        }
+        let mut response = self.members(interface.module, &operation.outputs);
+        if let Some(ty) = &operation.result {
+            let result = mapping::member("result", ty, &operation.name);
+            let result = self.members(interface.module, &[result]);
+            response.extend(result.into_iter().map(|result| Own {
+                what: "what is returned".to_owned(),
+                name: None,
+                ..result
+            }));
+        }
+        let what = format!("the response of `{own}`");
+        let wrong = different(&what, at, &response, name, &standard.response);
+        self.found.extend(wrong);
+    }
+
+    /// The fields of a type that ROS 2 brings with it.
+    fn known(&mut self, name: &TypeName, at: Span) -> Option<&'static standard::Standard> {
+        let found = standard::of(name);
+        if found.is_some() {
+            return found;
+        }
+        let others = standard::names(&name.package, name.kind);
+        if others.is_empty() {
+            let message = format!("`{name}` is not known here: nothing is compared with it");
+            self.found
+                .push(Diagnostic::note("ros-unchecked", at, message));
+        } else {
+            let message = format!(
+                "`{}` has no `{}/{}`",
+                name.package,
+                name.kind.word(),
+                name.name
+            );
+            let near = rc_diagnostics::nearest(&name.to_string(), others);
+            let diagnostic = Diagnostic::error("ros-type", at, message);
+            self.found.push(diagnostic.help_nearest(near));
+        }
+        None
+    }
+
+    fn members(&self, module: ModuleId, members: &[Member]) -> Vec<Own> {
+        let mut unused = Diagnostics::new();
+        let fields = Mapper::new(self.library, module, &mut unused).fields("", members);
+        let own = |(field, member): (&Field, &Member)| Own {
+            what: called(member),
+            span: member.name.span,
+            name: Some(field.name.clone()),
+            ty: field.ty.written(""),
+        };
+        fields.iter().zip(members).map(own).collect()
+    }
+}
+
+fn called(member: &Member) -> String {
+    format!("`{}`", member.name.text)
+}
+
+/// How `own` differs from the fields of `name`.
+fn different(
+    what: &str,
+    span: Span,
+    own: &[Own],
+    name: &TypeName,
+    fields: &[standard::Field],
+) -> Vec<Diagnostic> {
+    if own.len() != fields.len() {
+        let message = format!(
+            "{what} has {}, `{name}` has {}",
+            count(own.len(), "member"),
+            count(fields.len(), "field")
+        );
+        let list: Vec<String> = fields.iter().map(|field| in_idsl(*field).0).collect();
+        let diagnostic = Diagnostic::error("ros-mismatch", span, message);
+        return vec![if list.is_empty() {
+            diagnostic.help("remove them")
+        } else {
+            diagnostic.help(format!("there is {}", list.join("; ")))
+        }];
+    }
+    let pairs = own.iter().zip(fields);
+    let wrong = pairs.filter_map(|(own, (ty, field))| {
+        let name_fits = own.name.as_ref().is_none_or(|own| own == field);
+        let same = normal(ty) == own.ty;
+        if name_fits && same {
+            return None;
+        }
+        let is = match &own.name {
+            Some(name) => format!("{} {name}", own.ty),
+            None => own.ty.clone(),
+        };
+        let message = format!(
+            "{} is `{is}` in ROS 2, where `{name}` has `{ty} {field}`",
+            own.what
+        );
+        let (wanted, marked) = in_idsl((ty, field));
+        let help = match marked {
+            Some(package) if !same => {
+                format!("write `{wanted}`, of a structure that is marked `@ros(\"{package}\")`")
+            }
+            _ => format!("write `{wanted}`"),
+        };
+        Some(Diagnostic::error("ros-mismatch", own.span, message).help(help))
+    });
+    wrong.collect()
+}
+
+fn count(number: usize, what: &str) -> String {
+    match number {
+        0 => format!("no {what}"),
+        1 => format!("one {what}"),
+        many => format!("{many} {what}s"),
+    }
+}
+
+/// `byte` and `char` are other words for `uint8`.
+fn normal(ty: &str) -> String {
+    for word in ["byte", "char"] {
+        if let Some(rest) = ty.strip_prefix(word)
+            && (rest.is_empty() || rest.starts_with('['))
+        {
+            return format!("uint8{rest}");
+        }
+    }
+    ty.to_owned()
+}
+
+/// A field as a member of a structure, and the message that its type is.
+fn in_idsl((ty, field): standard::Field) -> (String, Option<String>) {
+    let ty = normal(ty);
+    let (element, many) = ty.split_once('[').unwrap_or((&ty, ""));
+    let (element, message) = match element.split_once('/') {
+        Some((package, name)) => (name, Some(format!("{package}/msg/{name}"))),
+        None => (element, None),
+    };
+    let many = many.trim_end_matches(']');
+    let text = if many.is_empty() && ty.contains('[') {
+        format!("sequence<{element}> {field}")
+    } else if let Some(bound) = many.strip_prefix("<=") {
+        format!("sequence<{element}, {bound}> {field}")
+    } else if many.is_empty() {
+        format!("{element} {field}")
+    } else {
+        format!("{element} {field}[{many}]")
+    };
+    (text, message)
+}

@@ -1,0 +1,84 @@
+//! The types that fields have in ROS 2.
+
+use super::names::TypeName;
+use rc_idsl::model::Primitive;
+
+/// The type of a field.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct FieldType {
+    pub(super) element: Element,
+    pub(super) many: Many,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Element {
+    Word(&'static str),
+    Text(Option<u32>),
+    Message(TypeName),
+}
+
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Many {
+    One,
+    Array(u32),
+    Sequence(Option<u32>),
+}
+
+impl FieldType {
+    /// One of these.
+    pub(super) fn one(element: Element) -> Self {
+        Self {
+            element,
+            many: Many::One,
+        }
+    }
+
+    /// As a file of `package` has it.
+    pub(crate) fn written(&self, package: &str) -> String {
+        let element = match &self.element {
+            Element::Word(word) => (*word).to_owned(),
+            Element::Text(None) => "string".to_owned(),
+            Element::Text(Some(bound)) => format!("string<={bound}"),
+            Element::Message(name) if name.package == package => name.name.clone(),
+            Element::Message(name) => format!("{}/{}", name.package, name.name),
+        };
+        match self.many {
+            Many::One => element,
+            Many::Array(size) => format!("{element}[{size}]"),
+            Many::Sequence(None) => format!("{element}[]"),
+            Many::Sequence(Some(bound)) => format!("{element}[<={bound}]"),
+        }
+    }
+
+    /// The package of the message that it is.
+    pub(super) fn package(&self) -> Option<&str> {
+        match &self.element {
+            Element::Message(name) => Some(&name.package),
+            _ => None,
+        }
+    }
+}
+
+impl Element {
+    /// What a primitive is.
+    pub(super) fn primitive(primitive: Primitive) -> Self {
+        Self::Word(word(primitive))
+    }
+}
+
+/// Never `byte` and `char`, which are the same on the wire as `uint8`.
+fn word(primitive: Primitive) -> &'static str {
+    match primitive {
+        Primitive::Bool => "bool",
+        Primitive::I8 => "int8",
+        Primitive::U8 => "uint8",
+        Primitive::I16 => "int16",
+        Primitive::U16 => "uint16",
+        Primitive::I32 => "int32",
+        Primitive::U32 => "uint32",
+        Primitive::I64 => "int64",
+        Primitive::U64 => "uint64",
+        Primitive::F32 => "float32",
+        Primitive::F64 => "float64",
+    }
+}

@@ -1,0 +1,99 @@
+//! The types that ROS 2 brings with it, as far as structures and operations are compared with them.
+
+use super::names::{Kind, TypeName};
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+const TABLE: &str = include_str!("standard.txt");
+
+/// One field of a type: what it is and how it is called.
+pub(super) type Field = (&'static str, &'static str);
+
+/// The fields of a type.
+#[derive(Debug, Default)]
+pub(super) struct Standard {
+    /// Those of a message, or of a request.
+    pub(super) fields: Vec<Field>,
+    /// Those of a response.
+    pub(super) response: Vec<Field>,
+}
+
+static TYPES: LazyLock<BTreeMap<&str, Standard>> = LazyLock::new(|| {
+    let lines = TABLE.lines().filter(|line| !line.starts_with('#'));
+    let entries = lines.filter_map(|line| line.split_once(':'));
+    let entries = entries.map(|(name, text)| {
+        let (fields, response) = text.split_once("---").unwrap_or((text, ""));
+        let standard = Standard {
+            fields: read(fields),
+            response: read(response),
+        };
+        (name, standard)
+    });
+    entries.collect()
+});
+
+fn read(text: &'static str) -> Vec<Field> {
+    let parts = text.split(',');
+    parts
+        .filter_map(|part| part.trim().split_once(' '))
+        .collect()
+}
+
+/// The fields of `name`; none where it is not in the table.
+pub(super) fn of(name: &TypeName) -> Option<&'static Standard> {
+    TYPES.get(name.to_string().as_str())
+}
+
+/// All names of a kind in a package, which is complete where there is any.
+pub(super) fn names(package: &str, kind: Kind) -> Vec<&'static str> {
+    let folder = format!("{package}/{}/", kind.word());
+    let all = TYPES.keys().copied();
+    all.filter(|name| name.starts_with(&folder)).collect()
+}
+
+/// Whether this is a package of ROS's own.
+pub(super) fn has_package(name: &str) -> bool {
+    [Kind::Message, Kind::Service]
+        .iter()
+        .any(|kind| !names(name, *kind).is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros::words;
+
+    #[test]
+    fn every_line_is_read() {
+        let lines = TABLE
+            .lines()
+            .filter(|line| !line.is_empty() && !line.starts_with('#'));
+        assert_eq!(TYPES.len(), lines.count());
+        for (name, standard) in &*TYPES {
+            let name = TypeName::parse(name).expect("a name");
+            let service = name.kind == Kind::Service;
+            assert!(service || standard.response.is_empty());
+            for (ty, field) in standard.fields.iter().chain(&standard.response) {
+                assert_eq!(words::field(field), *field, "{name}");
+                let element = ty.split('[').next().expect("a part");
+                // What is a message is in the table, too.
+                if let Some((package, of)) = element.split_once('/') {
+                    let inner = TypeName::parse(&format!("{package}/msg/{of}"));
+                    assert!(of_table(&inner.expect("a name")), "{name}: {ty}");
+                }
+            }
+        }
+        let scan = TypeName::parse("sensor_msgs/msg/LaserScan").expect("a name");
+        let scan = super::of(&scan).expect("a type");
+        assert_eq!(scan.fields.len(), 10);
+        assert_eq!(scan.fields[8], ("float32[]", "ranges"));
+        let sum = TypeName::parse("example_interfaces/srv/AddTwoInts").expect("a name");
+        let sum = super::of(&sum).expect("a type");
+        assert_eq!(sum.fields, [("int64", "a"), ("int64", "b")]);
+        assert_eq!(sum.response, [("int64", "sum")]);
+    }
+
+    fn of_table(name: &TypeName) -> bool {
+        super::of(name).is_some()
+    }
+}

@@ -1,0 +1,51 @@
+//! Programs as Debian packs them, for tests: unpacked below the target folder, which needs no rights.
+
+use crate::python::run;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// A folder with the unpacked `packages` (and all that they need beside what is installed), made once; `works` says
+/// whether a folder has what is wanted.
+pub(crate) fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, String> {
+    // One test at a time: they would take the same folder.
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let name = packages.split(' ').next().unwrap_or(packages);
+    let place = folder.join(name);
+    if works(&place) {
+        return Ok(place);
+    }
+    // Made under another name, so that what is found is whole.
+    let new = folder.join(format!("{name}-{}", std::process::id()));
+    let script = format!(
+        "set -e; mkdir \"$0\"; cd \"$0\"
+        apt-get download $(apt-get --simulate install {packages} | sed -n 's/^Inst \\([^ ]*\\).*/\\1/p')
+        for package in *.deb; do dpkg --extract $package .; done"
+    );
+    let made = run(
+        Path::new("sh"),
+        &["-c", &script, &new.display().to_string()],
+    );
+    // The script itself is no use in a list.
+    let made = made.map_err(|error| {
+        let last = error.rsplit("`: ").next().unwrap_or_default();
+        format!("apt-get download {packages}: {last}")
+    });
+    let made = made.and_then(|()| {
+        if works(&new) {
+            Ok(())
+        } else {
+            Err(format!(
+                "Debian's {packages}: what they hold does not run here"
+            ))
+        }
+    });
+    if made.is_ok() && std::fs::rename(&new, &place).is_err() {
+        // What is there was spoilt, or is another one's.
+        let _ = std::fs::remove_dir_all(&place);
+        let _ = std::fs::rename(&new, &place);
+    }
+    let _ = std::fs::remove_dir_all(&new);
+    made.map(|()| place)
+}

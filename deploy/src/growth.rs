@@ -1,0 +1,179 @@
+//! Whether a process takes more and more memory.
+//!
+//! The rule is to have few false alarms. The memory is read at the same pace all the time (twice a minute), and nothing
+//! counts of the first two minutes of a run. Looked at are the last twenty minutes, and the last five hours. It grows
+//! steadily where, of the four quarters of such a time, each has a higher minimum than the one before, by at least a tenth
+//! of all that was gained, where that is both 8 MiB and a tenth of what there was, and where the last quarter has more
+//! throughout than there ever was before that time. So neither one step (a map that is loaded), nor up and down (a cache
+//! that is emptied), nor what flattens out (memory that is used again) is growth. It is told again when it has doubled
+//! since.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// Readings of a run that do not count.
+const WARM_UP: u32 = 4;
+/// Readings that are looked at, in four quarters.
+const LENGTH: usize = 20;
+/// How many readings of the process are one of these, in the shorter and in the longer time.
+const STRIDES: [u32; 2] = [2, 30];
+/// The least growth in bytes.
+const LEAST: u64 = 8 << 20;
+
+/// The memory of one run of a process.
+#[derive(Debug)]
+pub(crate) struct Growth {
+    seen: u32,
+    series: [Series; 2],
+    /// What it was when growth was told.
+    told: Option<u64>,
+}
+
+impl Default for Growth {
+    fn default() -> Self {
+        Self {
+            seen: 0,
+            series: STRIDES.map(Series::new),
+            told: None,
+        }
+    }
+}
+
+impl Growth {
+    /// Takes a reading in bytes, `pause` after the one before; a text where it shows growth that was not told yet.
+    pub(crate) fn sample(&mut self, bytes: u64, pause: Duration) -> Option<String> {
+        self.seen = self.seen.saturating_add(1);
+        if self.seen <= WARM_UP {
+            return None;
+        }
+        let mut grown = None;
+        for series in &mut self.series {
+            if series.push(bytes)
+                && let Some((from, to)) = series.growth()
+            {
+                let time = pause * series.stride * LENGTH as u32;
+                grown = Some(format!(
+                    "its memory grows steadily: from {} to {} MiB within {}",
+                    from >> 20,
+                    to >> 20,
+                    in_words(time)
+                ));
+            }
+        }
+        let news = self.told.is_none_or(|told| bytes / 2 >= told);
+        if grown.is_some() && news {
+            self.told = Some(bytes);
+            return grown;
+        }
+        None
+    }
+}
+
+fn in_words(time: Duration) -> String {
+    match time.as_secs() {
+        0..=119 => format!("{:.1} s", time.as_secs_f64()),
+        seconds => format!("{} minutes", seconds / 60),
+    }
+}
+
+#[derive(Debug)]
+struct Series {
+    stride: u32,
+    /// Readings since the last one that was kept, the least and the most of them.
+    taken: u32,
+    range: (u64, u64),
+    kept: VecDeque<(u64, u64)>,
+    /// The most that there ever was before those that are kept.
+    most: u64,
+}
+
+impl Series {
+    fn new(stride: u32) -> Self {
+        Self {
+            stride,
+            taken: 0,
+            range: (u64::MAX, 0),
+            kept: VecDeque::new(),
+            most: 0,
+        }
+    }
+
+    /// Takes a reading; says whether there is a new one to look at.
+    fn push(&mut self, bytes: u64) -> bool {
+        self.taken += 1;
+        self.range = (self.range.0.min(bytes), self.range.1.max(bytes));
+        if self.taken < self.stride {
+            return false;
+        }
+        if self.kept.len() == LENGTH {
+            let (_, most) = self.kept.pop_front().unwrap_or_default();
+            self.most = self.most.max(most);
+        }
+        self.kept.push_back(self.range);
+        (self.taken, self.range) = (0, (u64::MAX, 0));
+        true
+    }
+
+    /// From what to what it has grown, if it has.
+    fn growth(&self) -> Option<(u64, u64)> {
+        if self.kept.len() < LENGTH {
+            return None;
+        }
+        let quarter = |at: usize| {
+            let from = at * LENGTH / 4;
+            let readings = self.kept.range(from..from + LENGTH / 4);
+            readings.map(|(least, _)| *least).min().unwrap_or(0)
+        };
+        let (first, last) = (quarter(0), quarter(3));
+        let gained = last.saturating_sub(first);
+        let step = |at: usize| quarter(at + 1).saturating_sub(quarter(at));
+        let steady = (0..3).all(|at| step(at) >= gained / 10);
+        let enough = gained >= LEAST.max(first / 10) && last > self.most;
+        (steady && enough).then_some((first, last))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The readings at which growth is told, of a process with so many MiB at each.
+    fn told(readings: impl IntoIterator<Item = u64>) -> Vec<usize> {
+        let mut growth = Growth::default();
+        let pause = Duration::from_secs(30);
+        let readings = readings.into_iter().enumerate();
+        readings
+            .filter_map(|(at, mib)| growth.sample(mib << 20, pause).map(|_| at))
+            .collect()
+    }
+
+    #[test]
+    fn a_leak_is_told_once_and_again_when_it_has_doubled() {
+        // 100 MiB, and one more at each reading.
+        let leak = told((0..300).map(|at| 100 + at));
+        assert_eq!(leak[0], 43, "{leak:?}");
+        assert_eq!(leak.len(), 2, "{leak:?}");
+        assert!((100 + leak[1]) >= 2 * (100 + leak[0]), "{leak:?}");
+    }
+
+    #[test]
+    fn a_slow_leak_is_seen_within_hours() {
+        // 1 MiB in 25 minutes.
+        let leak = told((0..700).map(|at| 50 + at / 50));
+        assert_eq!(leak.len(), 1, "{leak:?}");
+    }
+
+    #[test]
+    fn what_is_no_leak_is_not_told() {
+        let start = told((0..2000).map(|at| (10 * at).min(40)));
+        assert_eq!(start, [0; 0], "memory that is taken at the start");
+        let step = told((0..2000).map(|at| if at < 500 { 50 } else { 500 }));
+        assert_eq!(step, [0; 0], "a map that is loaded");
+        let saw = told((0..2000).map(|at| 50 + 3 * (at % 17)));
+        assert_eq!(saw, [0; 0], "a cache that is emptied");
+        let steps = told((0..2000).map(|at| 50 + 2 * (at % 100) / 90 * 40));
+        assert_eq!(steps, [0; 0], "a job that comes and goes");
+        let flat = told((0..2000_u64).map(|at| 1000 + at % 7));
+        assert_eq!(flat, [0; 0], "the noise of a large program");
+    }
+}

@@ -1,0 +1,47 @@
+//! Quality of service in the library's terms.
+
+use rc_ddsc::{End, Qos};
+use rc_middleware::{Durability, Reliability};
+use rc_network::Promise;
+
+/// The quality of service of an end of a topic, for the library.
+pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
+    Qos {
+        reliable: wanted.reliability == Reliability::Reliable,
+        transient_local: wanted.durability == Durability::TransientLocal,
+        depth: i32::try_from(wanted.depth.max(1)).unwrap_or(i32::MAX),
+        deadline: wanted.deadline,
+        lifespan: wanted.lifespan,
+        liveliness: wanted.liveliness,
+        user_data: &[],
+    }
+}
+
+/// Calls lose nothing; how much may wait is counted by the ends themselves.
+pub(crate) fn call_qos() -> Qos<'static> {
+    Qos {
+        reliable: true,
+        depth: 0,
+        ..Qos::default()
+    }
+}
+
+/// What an end offers or asks for that has to fit the other end.
+pub(crate) fn promise(qos: &Qos<'_>) -> Promise {
+    Promise {
+        reliable: qos.reliable,
+        transient_local: qos.transient_local,
+        deadline: qos.deadline,
+        liveliness: qos.liveliness,
+    }
+}
+
+/// The same of an end that was discovered.
+pub(crate) fn promise_of(end: &End) -> Promise {
+    Promise {
+        reliable: end.reliable,
+        transient_local: end.transient_local,
+        deadline: end.deadline,
+        liveliness: end.liveliness,
+    }
+}

@@ -1,0 +1,27 @@
+//! What backends over a network have in common: who is there, and what has come from them.
+//!
+//! - [`Hello`]: what an end tells of itself, and whether two ends fit.
+//! - [`Board`]: the ends on this machine, which need not be searched for.
+//! - [`Values`], [`Requests`], [`Answers`]: what has come and was not read yet.
+
+mod board;
+mod hello;
+mod inbox;
+mod report;
+mod time;
+
+pub use board::{Board, Notice, Posted, Turn};
+pub use hello::{Hello, Promise, Role, differences, fnv, hex, host};
+pub use inbox::{Answers, Heard, Requests, Values, Waiting, age, header, stamp};
+pub use report::{Mismatches, Seldom};
+pub use time::milliseconds;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The identity of an end of a topic: that of its process, 12 bytes, and its number there (RTPS 2.5, 9.3.1).
+pub type Guid = [u8; 16];
+
+/// Locks also what a thread that panicked held: no state of ours is left half written.
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

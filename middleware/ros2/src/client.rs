@@ -1,0 +1,431 @@
+//! The calling end of a connection: for each operation a service, a writer of requests and a reader of replies.
+
+use crate::calls;
+use crate::config::Mapping;
+use crate::ear::{Group, Inbox, Peer};
+use crate::names;
+use crate::qos;
+use crate::session::{Port, Session, Unsent, Wanted, signal};
+use crate::wire::{Body, Member, Sample};
+use rc_middleware::qos::REQUEST_QUEUE;
+use rc_middleware::rpc::{self, Outcome, RequestId};
+use rc_middleware::{
+    CallError, Cdr, Client, Endpoint, Header, Interrupt, OpenError, Profile, Reader, Writer, wait,
+};
+use rc_network::{Guid, Role, Seldom, lock, stamp};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::os::fd::AsFd;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Longest wait before a stop is looked for: the wake-up of an interrupt can be meant for somebody else.
+const CYCLE: Duration = Duration::from_millis(50);
+/// How long a full queue is given to make room: what the server has taken already is on its way to us.
+const ROOM: Duration = Duration::from_millis(50);
+/// How long a server that was found is given to find this client: a tenth of a second where it is a stranger.
+const MEETING: Duration = Duration::from_millis(200);
+/// How often it is looked whether it has.
+const LOOK: Duration = Duration::from_millis(2);
+/// After this a stranger is not waited for any more that has not answered a request.
+const SILENCE: Duration = Duration::from_secs(1);
+/// How long the answer of a server that has gone is waited for.
+const LAST_WORDS: Duration = Duration::from_millis(20);
+/// How many answers may be unread. There are as many as there are requests, unless somebody floods.
+const MOST_ANSWERS: usize = 256;
+
+/// The answers to one client.
+struct Answers {
+    address: String,
+    mapping: Mapping,
+    /// The writers of requests, by operation.
+    writers: Mutex<Vec<Guid>>,
+    samples: Mutex<VecDeque<Answer>>,
+    seldom: Seldom,
+}
+
+struct Answer {
+    /// The operation, and the number of the request; negative where it was refused.
+    request: (usize, i64),
+    sample: Sample,
+    /// What of the sample is not its body.
+    skipped: usize,
+}
+
+impl Answers {
+    fn next(&self) -> Option<Answer> {
+        lock(&self.samples).pop_front()
+    }
+
+    fn of(&self, operation: usize, writer: Guid) {
+        let mut writers = lock(&self.writers);
+        if writers.len() <= operation {
+            writers.resize(operation + 1, [0; 16]);
+        }
+        writers[operation] = writer;
+    }
+}
+
+impl Inbox for Answers {
+    fn put(&self, samples: Vec<Sample>) {
+        for sample in samples {
+            let Some(client) = lock(&self.writers).get(sample.place).copied() else {
+                continue;
+            };
+            match calls::read(self.mapping, &sample, Some(&client)) {
+                // Every client hears the answers to all.
+                Ok(((writer, _), _)) if writer != client => {}
+                Ok(((_, number), skipped)) => {
+                    let mut samples = lock(&self.samples);
+                    if samples.len() >= MOST_ANSWERS {
+                        samples.pop_front();
+                    }
+                    samples.push_back(Answer {
+                        request: (sample.place, number),
+                        sample,
+                        skipped,
+                    });
+                }
+                Err(reason) => self.unreadable(reason),
+            }
+        }
+    }
+
+    fn unreadable(&self, reason: String) {
+        if let Some(passed) = self.seldom.now() {
+            let (count, address) = (passed + 1, &self.address);
+            tracing::warn!("`{address}` sent what is no reply ({count} times): {reason}");
+        }
+    }
+}
+
+/// One operation.
+struct Service {
+    id: i32,
+    requests: Port,
+    replies: Port,
+}
+
+pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClient, OpenError> {
+    let address = endpoint.address.to_string();
+    let signal = signal(&address)?;
+    let mapping = session.config.mapping;
+    let answers = Arc::new(Answers {
+        address: address.clone(),
+        mapping,
+        writers: Mutex::default(),
+        samples: Mutex::default(),
+        seldom: Seldom::default(),
+    });
+    let group = Group::default();
+    let mut wanted = Vec::new();
+    for (place, foreign) in endpoint.foreign.iter().enumerate() {
+        let named = names::service(endpoint, foreign, session.rules())?;
+        // The reader comes first, so that a server that finds the writer soon finds it, too.
+        for (topic, sends) in named.topics.into_iter().zip([true, false]).rev() {
+            wanted.push(Wanted {
+                address: &address,
+                topic,
+                role: Role::Client,
+                types: &endpoint.types,
+                sends,
+                qos: qos::call(),
+                signal: signal.clone(),
+                inbox: Arc::clone(&answers) as _,
+                group: (Arc::clone(&group), place),
+            });
+        }
+    }
+    let mut ports = session.ports(wanted)?.into_iter();
+    let mut services = Vec::new();
+    for foreign in &endpoint.foreign {
+        if let (Some(replies), Some(requests)) = (ports.next(), ports.next()) {
+            answers.of(services.len(), requests.guid);
+            services.push(Service {
+                id: foreign.id,
+                requests,
+                replies,
+            });
+        }
+    }
+    let client = RosClient {
+        address,
+        services,
+        answers,
+        mapping,
+        signal,
+        interrupt: session.environment.interrupt.clone(),
+        spin: endpoint.qos.spin,
+        sent: 0,
+        under_way: BTreeMap::new(),
+        asked: None,
+        last: 0,
+    };
+    if let Some(service) = client.services.first() {
+        session.grace(&service.requests.ear, || client.peers() > 0);
+    }
+    Ok(client)
+}
+
+fn is_server(peer: &Peer) -> bool {
+    let hello = peer.hello.as_ref();
+    hello.is_none_or(|hello| hello.role == Role::Server)
+}
+
+pub(crate) struct RosClient {
+    address: String,
+    services: Vec<Service>,
+    answers: Arc<Answers>,
+    mapping: Mapping,
+    signal: Interrupt,
+    interrupt: Interrupt,
+    spin: Duration,
+    /// How many requests there were, for the mapping that numbers them itself.
+    sent: i64,
+    /// Requests that were sent and not answered yet, by operation and number: what the caller calls them, and when they
+    /// were sent. Each is answered, a command by an empty response.
+    under_way: BTreeMap<(usize, i64), (RequestId, Instant)>,
+    /// Who has them.
+    asked: Option<Member>,
+    /// The operation that was asked for last.
+    last: usize,
+}
+
+impl Service {
+    /// The servers that hear and answer this client.
+    fn servers(&self) -> BTreeSet<Member> {
+        let member = |peer: &Peer| (is_server(peer) && peer.is_ready()).then_some(peer.member());
+        let answering = self.replies.ear.here(member);
+        let mut hearing: BTreeSet<Member> = self.requests.ear.here(member).into_iter().collect();
+        hearing.retain(|member| answering.contains(member));
+        hearing
+    }
+
+    /// Whether a server has been found that has not found this client yet, as far as is known.
+    fn awaits_server(&self) -> bool {
+        let coming = |peer: &Peer| is_server(peer) && !peer.is_ready();
+        self.requests.ear.has(coming) || self.replies.ear.has(coming)
+    }
+
+    /// Whether this one is there.
+    fn has(&self, server: Member) -> bool {
+        let same = |peer: &Peer| peer.member() == server && is_server(peer);
+        self.replies.ear.has(same) && self.requests.ear.has(same)
+    }
+}
+
+impl RosClient {
+    fn failed(&self, reason: String) -> CallError {
+        CallError::Backend {
+            address: self.address.clone(),
+            reason,
+        }
+    }
+
+    /// The operation that a request is for.
+    fn operation(&self, request: &[u8]) -> Result<(usize, RequestId), CallError> {
+        let (id, operation) = rpc::open_request(&mut Reader::new(request))?;
+        let at = self
+            .services
+            .iter()
+            .position(|service| service.id == operation);
+        let at = at.ok_or_else(|| {
+            self.failed("this component was generated without types of ROS 2 for this operation; generate it anew with --middleware ros2".to_owned())
+        })?;
+        Ok((at, id))
+    }
+
+    /// Takes what was answered; waits until there is room for one more.
+    fn make_room(&mut self, server: Member, at: usize) -> Result<(), CallError> {
+        if self.asked != Some(server) {
+            self.asked = Some(server);
+            self.under_way.clear();
+        }
+        let deadline = Instant::now() + ROOM;
+        loop {
+            self.signal.clear();
+            while let Some(answer) = self.answers.next() {
+                let (operation, number) = answer.request;
+                self.under_way.remove(&(operation, number.abs()));
+            }
+            let same = |peer: &Peer| peer.member() == server && peer.hello.is_none();
+            if self.under_way.len() >= REQUEST_QUEUE && self.services[at].requests.ear.has(same) {
+                self.under_way
+                    .retain(|_, (_, sent)| sent.elapsed() < SILENCE);
+            }
+            if self.under_way.len() < REQUEST_QUEUE {
+                break;
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(CallError::QueueFull(self.address.clone()));
+            }
+            wait(&[self.signal.as_fd()], left);
+        }
+        // Services keep no order among each other: what was asked of another one has to have arrived.
+        let pending = self
+            .under_way
+            .keys()
+            .any(|(operation, _)| *operation == self.last);
+        if self.last != at && pending && !self.services[self.last].requests.is_confirmed(ROOM) {
+            return Err(CallError::QueueFull(self.address.clone()));
+        }
+        Ok(())
+    }
+
+    /// Sends a request; gives its operation, its number and who has it.
+    fn submit(
+        &mut self,
+        header: Header,
+        request: &[u8],
+    ) -> Result<(usize, i64, Member), CallError> {
+        let (at, id) = self.operation(request)?;
+        let service = &self.services[at];
+        let (mut servers, begin) = (service.servers(), Instant::now());
+        while servers.is_empty() && service.awaits_server() && begin.elapsed() < MEETING {
+            service.requests.ear.wait(LOOK);
+            servers = service.servers();
+        }
+        let same = self.asked.filter(|asked| servers.contains(asked));
+        let server = same.or_else(|| servers.first().copied());
+        let server = server.ok_or_else(|| CallError::NoServer(self.address.clone()))?;
+        self.make_room(server, at)?;
+        let body = request.get(rpc::ENVELOPE..).unwrap_or_default();
+        self.sent += 1;
+        let port = &mut self.services[at].requests;
+        let mark = calls::mark(self.mapping, (port.guid, self.sent), false);
+        let body = Body::of(&[&mark.header, body]);
+        let number = match port.send(body, stamp(header.sent), mark.related, None) {
+            Ok(number) => number,
+            Err(Unsent::Full) => {
+                port.renew().map_err(|reason| CallError::Backend {
+                    address: self.address.clone(),
+                    reason,
+                })?;
+                self.answers.of(at, port.guid);
+                return Err(CallError::QueueFull(self.address.clone()));
+            }
+            Err(Unsent::Failed(reason)) => return Err(self.failed(reason)),
+        };
+        let number = match self.mapping {
+            Mapping::Enhanced => number,
+            Mapping::Cyclone => self.sent,
+        };
+        self.under_way.insert((at, number), (id, Instant::now()));
+        self.last = at;
+        Ok((at, number, server))
+    }
+
+    /// The answer to `wanted`, if it is there; what else is there is taken note of.
+    fn answer(
+        &mut self,
+        wanted: (usize, i64),
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Option<Result<(), CallError>> {
+        while let Some(mut answer) = self.answers.next() {
+            let (operation, number) = answer.request;
+            let request = (operation, number.abs());
+            let Some((id, _)) = self.under_way.remove(&request) else {
+                continue;
+            };
+            if request != wanted {
+                continue;
+            }
+            let mut writer = Writer::default();
+            if number < 0 {
+                let body = answer.sample.taken.body().unwrap_or_default();
+                let body = body.get(answer.skipped..).unwrap_or_default();
+                let reason = String::decode(&mut Reader::new(body));
+                let reason = reason.unwrap_or_else(|_| "no reason was told".to_owned());
+                rpc::refuse(&mut writer, id, Outcome::UnknownException, &reason);
+                take(Header::default(), &writer.into_bytes());
+                return Some(Ok(()));
+            }
+            rpc::begin_reply(&mut writer, id, self.services[operation].id, 0);
+            rpc::begin_body(&mut writer, Profile::Ros);
+            let (sequence, stamp) = (answer.sample.sequence, answer.sample.stamp);
+            let sender = u128::from_be_bytes(answer.sample.writer);
+            let header = rc_network::header(sequence, stamp, sender, 0);
+            let body = answer
+                .sample
+                .taken
+                .in_envelope(answer.skipped, &writer.into_bytes());
+            take(header, body);
+            return Some(Ok(()));
+        }
+        None
+    }
+}
+
+impl Client for RosClient {
+    fn guid(&self) -> [u8; 16] {
+        self.services
+            .first()
+            .map_or([0; 16], |service| service.requests.guid)
+    }
+
+    fn profile(&self) -> Profile {
+        Profile::Ros
+    }
+
+    fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
+        if self.interrupt.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        self.submit(header, request).map(drop)
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &[u8],
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let start = Instant::now();
+        let interrupt = self.interrupt.clone();
+        if interrupt.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        let (at, number, server) = self.submit(header, request)?;
+        let signal = self.signal.clone();
+        let mut interrupted = false;
+        loop {
+            signal.clear();
+            // Who is there is looked up first: what it sent before it left has come by then, or comes at once.
+            let there = self.services[at].has(server);
+            if let Some(result) = self.answer((at, number), take) {
+                return result;
+            }
+            if !there {
+                wait(&[signal.as_fd()], LAST_WORDS);
+                let last = self.answer((at, number), take);
+                return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
+            }
+            if interrupt.is_stopping() {
+                return Err(CallError::Stopping);
+            }
+            let elapsed = start.elapsed();
+            if elapsed >= limit {
+                return Err(CallError::Deadline {
+                    address: self.address.clone(),
+                    limit,
+                });
+            }
+            if elapsed < self.spin {
+                std::hint::spin_loop();
+                continue;
+            }
+            // The wake-up of somebody else stays where it is, and is not waited for again.
+            let descriptors = [signal.as_fd(), interrupt.as_fd()];
+            let waited = if interrupted { 1 } else { 2 };
+            let left = limit.saturating_sub(elapsed);
+            interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
+        }
+    }
+
+    fn peers(&self) -> usize {
+        let mut services = self.services.iter();
+        usize::from(services.any(|service| !service.servers().is_empty()))
+    }
+}

@@ -1,0 +1,372 @@
+//! What an end of ours knows of the other ends, and what it has heard.
+
+use crate::wire::{Member, Reader, Sample, Writer, member};
+use rc_middleware::{Interrupt, TypeIdentity};
+use rc_network::{Guid, Hello, Posted, Promise, Role, Seldom, lock};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::{Duration, Instant};
+
+/// How many ends that have gone are remembered, because what they sent may still be unread; and how many that do not fit,
+/// because they have been told of.
+const REMEMBERED: usize = 256;
+/// How long an end of somebody else is given to find ours after ours has found it. Nobody says when it has.
+const SETTLE: Duration = Duration::from_millis(100);
+
+/// How long a publisher that was found may send what it has kept.
+const CATCH_UP: Duration = Duration::from_secs(2);
+
+/// Where an end puts what it hears.
+pub(crate) trait Inbox: Send + Sync {
+    /// Keeps samples, or does not.
+    fn put(&self, samples: Vec<Sample>);
+
+    /// Counts what could not be read.
+    fn unreadable(&self, _reason: String) {}
+
+    /// Whether something in it may be read now that the other ends have changed.
+    fn waits(&self) -> bool {
+        false
+    }
+}
+
+/// What nobody sends to.
+impl Inbox for () {
+    fn put(&self, _samples: Vec<Sample>) {}
+}
+
+/// Another end that was found.
+#[derive(Clone, Debug)]
+pub(crate) struct Peer {
+    pub(crate) guid: Guid,
+    /// None of a stranger.
+    pub(crate) hello: Option<Hello>,
+    /// When it was found.
+    since: Instant,
+    /// Whether it has told that it has found this end.
+    has_found_us: bool,
+    /// Whether its process is silent.
+    silent: bool,
+    /// Whether its types are the same, as far as it tells.
+    pub(crate) fits: bool,
+    /// Whether it is still there.
+    here: bool,
+}
+
+impl Peer {
+    /// Whether it is there and fits.
+    fn is_here(&self) -> bool {
+        self.here && self.fits && !self.silent
+    }
+
+    /// Whether what is sent to it arrives.
+    pub(crate) fn is_ready(&self) -> bool {
+        match self.hello {
+            Some(_) => self.has_found_us,
+            None => self.since.elapsed() >= SETTLE,
+        }
+    }
+
+    pub(crate) fn member(&self) -> Member {
+        member(&self.guid)
+    }
+}
+
+/// What is shared between an end and the thread that listens.
+pub(crate) struct Ear {
+    /// The name of the topic in DDS.
+    pub(crate) topic: String,
+    pub(crate) role: Role,
+    pub(crate) types: TypeIdentity,
+    /// The component that it is of, and the number of its connection there.
+    pub(crate) instance: String,
+    pub(crate) connection: u32,
+    /// Whether it sends, or else receives.
+    pub(crate) sends: bool,
+    pub(crate) promise: Promise,
+    /// When it was opened, in nanoseconds since 1970.
+    opened: i64,
+    /// Rings when something was heard or the other ends have changed.
+    pub(crate) signal: Interrupt,
+    inbox: Arc<dyn Inbox>,
+    group: Group,
+    /// The number of this end in its group.
+    place: usize,
+    peers: Mutex<Peers>,
+    changed: Condvar,
+    pub(crate) seldom: Seldom,
+}
+
+#[derive(Default)]
+struct Peers {
+    by_guid: BTreeMap<Guid, Peer>,
+    /// Those who do not fit and have been told of.
+    told_of: BTreeSet<Guid>,
+    posted: Option<Posted>,
+}
+
+/// Readers whose samples are put into one inbox in the order in which they came, each with its number. Who takes has all
+/// of them for that time.
+pub(crate) type Group = Arc<Mutex<Vec<(usize, Arc<Reader>)>>>;
+
+/// What a new ear has to know.
+pub(crate) struct Listening {
+    pub(crate) topic: String,
+    pub(crate) role: Role,
+    pub(crate) types: TypeIdentity,
+    pub(crate) instance: String,
+    pub(crate) connection: u32,
+    pub(crate) sends: bool,
+    pub(crate) promise: Promise,
+    pub(crate) signal: Interrupt,
+    pub(crate) inbox: Arc<dyn Inbox>,
+    pub(crate) group: Group,
+    pub(crate) place: usize,
+}
+
+impl Ear {
+    pub(crate) fn new(listening: Listening) -> Self {
+        Self {
+            topic: listening.topic,
+            role: listening.role,
+            types: listening.types,
+            instance: listening.instance,
+            connection: listening.connection,
+            sends: listening.sends,
+            promise: listening.promise,
+            opened: rc_network::stamp(0),
+            signal: listening.signal,
+            inbox: listening.inbox,
+            group: listening.group,
+            place: listening.place,
+            peers: Mutex::default(),
+            changed: Condvar::new(),
+            seldom: Seldom::default(),
+        }
+    }
+
+    /// From now on samples of this reader are heard.
+    pub(crate) fn attach(&self, reader: &Arc<Reader>) {
+        lock(&self.group).push((self.place, Arc::clone(reader)));
+        self.listen();
+    }
+
+    /// From now on they are not.
+    pub(crate) fn detach(&self, reader: &Arc<Reader>) {
+        lock(&self.group).retain(|(_, other)| !Arc::ptr_eq(other, reader));
+    }
+
+    /// Puts what has come into the inbox.
+    pub(crate) fn listen(&self) {
+        let group = lock(&self.group);
+        let mut samples = Vec::new();
+        let mut heard = false;
+        for (place, reader) in &*group {
+            reader.drain_read_notifications();
+            loop {
+                match reader.try_take_one() {
+                    Ok(Some(change)) => samples.push(Sample::of(change, *place)),
+                    Ok(None) => break,
+                    Err(error) => {
+                        heard = true;
+                        self.inbox.unreadable(error.to_string());
+                    }
+                }
+            }
+        }
+        if samples.is_empty() && !heard {
+            return;
+        }
+        if group.len() > 1 {
+            samples.sort_by_key(|sample| sample.received);
+        }
+        self.inbox.put(samples);
+        drop(group);
+        self.signal.wake();
+    }
+
+    /// Another end was found. Gives it where its types differ.
+    pub(crate) fn matched(
+        &self,
+        guid: Guid,
+        hello: Option<Hello>,
+        has_found_us: bool,
+    ) -> Option<Peer> {
+        let fits = hello.as_ref().is_none_or(|hello| hello.types == self.types);
+        let peer = Peer {
+            guid,
+            hello,
+            since: Instant::now(),
+            has_found_us,
+            silent: false,
+            fits,
+            here: true,
+        };
+        let mut peers = lock(&self.peers);
+        peers.by_guid.insert(guid, peer.clone());
+        let gone = peers.by_guid.values().filter(|peer| !peer.here).count();
+        if gone > REMEMBERED {
+            peers.by_guid.retain(|_, peer| peer.here);
+        }
+        drop(peers);
+        self.tell();
+        (!fits).then_some(peer)
+    }
+
+    /// What is known of ends that were found has changed; gives those that turn out not to fit.
+    pub(crate) fn learned(&self, of: impl Fn(&Guid) -> Option<(Hello, bool)>) -> Vec<Peer> {
+        let mut misfits = Vec::new();
+        let mut changed = false;
+        for peer in lock(&self.peers).by_guid.values_mut() {
+            let Some((hello, has_found_us)) = of(&peer.guid) else {
+                continue;
+            };
+            changed |= peer.hello.is_none() || peer.has_found_us != has_found_us;
+            peer.has_found_us = has_found_us;
+            if peer.hello.is_none() {
+                peer.fits = hello.types == self.types;
+                peer.hello = Some(hello);
+                if !peer.fits {
+                    misfits.push(peer.clone());
+                }
+            }
+        }
+        if changed {
+            self.tell();
+        }
+        misfits
+    }
+
+    /// An end has gone, or all of a process.
+    pub(crate) fn lost(&self, is_it: impl Fn(&Guid) -> bool) {
+        self.change(|peer| {
+            let lost = peer.here && is_it(&peer.guid);
+            peer.here &= !lost;
+            lost
+        });
+    }
+
+    /// A process is silent, or heard again.
+    pub(crate) fn silence(&self, silent: bool, is_it: impl Fn(&Guid) -> bool) {
+        self.change(|peer| {
+            let changes = peer.silent != silent && is_it(&peer.guid);
+            peer.silent ^= changes;
+            changes
+        });
+    }
+
+    fn change(&self, each: impl FnMut(&mut Peer) -> bool) {
+        let changed = lock(&self.peers)
+            .by_guid
+            .values_mut()
+            .map(each)
+            .filter(|changed| *changed)
+            .count();
+        if changed > 0 {
+            self.tell();
+        }
+    }
+
+    fn tell(&self) {
+        self.changed.notify_all();
+        // A call that waits may wait in vain now, and a request that was held may be served.
+        if self.role == Role::Client || self.inbox.waits() {
+            self.signal.wake();
+        }
+    }
+
+    /// Forgets the other ends: this one has become a new one.
+    pub(crate) fn forget(&self) {
+        lock(&self.peers).by_guid.clear();
+        self.tell();
+    }
+
+    /// The notice of this end.
+    pub(crate) fn post(&self, posted: Posted) {
+        lock(&self.peers).posted = Some(posted);
+    }
+
+    /// Takes the notice down.
+    pub(crate) fn withdraw(&self) {
+        lock(&self.peers).posted = None;
+    }
+
+    /// Whom this end has found, whether they fit or not.
+    pub(crate) fn found(&self) -> BTreeSet<Guid> {
+        let peers = lock(&self.peers);
+        let here = peers.by_guid.values().filter(|peer| peer.here);
+        here.map(|peer| peer.guid).collect()
+    }
+
+    /// The other ends that are there and fit.
+    pub(crate) fn here<R>(&self, each: impl FnMut(&Peer) -> Option<R>) -> Vec<R> {
+        let peers = lock(&self.peers);
+        let here = peers.by_guid.values().filter(|peer| peer.is_here());
+        here.filter_map(each).collect()
+    }
+
+    /// Whether one of them is there and fits.
+    pub(crate) fn has(&self, is_it: impl Fn(&Peer) -> bool) -> bool {
+        let peers = lock(&self.peers);
+        peers
+            .by_guid
+            .values()
+            .any(|peer| peer.is_here() && is_it(peer))
+    }
+
+    /// How many other ends there are.
+    pub(crate) fn count(&self) -> usize {
+        self.here(|_| Some(())).len()
+    }
+
+    /// Whether this end and that one have found each other, or do not fit.
+    pub(crate) fn has_met(&self, guid: &Guid) -> bool {
+        let peers = lock(&self.peers);
+        let peer = peers.by_guid.get(guid);
+        peer.is_some_and(|peer| !peer.fits || peer.has_found_us)
+    }
+
+    /// Whether to tell of an end that does not fit: once of each, and once a second at most where there are very many.
+    pub(crate) fn may_tell_of(&self, guid: &Guid) -> bool {
+        let mut peers = lock(&self.peers);
+        if peers.told_of.contains(guid) {
+            return false;
+        }
+        if peers.told_of.len() == REMEMBERED {
+            return self.seldom.now().is_some();
+        }
+        peers.told_of.insert(*guid)
+    }
+
+    /// Waits until the other ends have changed, at most `limit`.
+    pub(crate) fn wait(&self, limit: Duration) {
+        let peers = lock(&self.peers);
+        // Whether it was a change or the limit, the caller looks again.
+        let _ = self.changed.wait_timeout(peers, limit);
+    }
+
+    /// Whether a sample was kept from before this end was there, and comes although it asked for nothing old.
+    pub(crate) fn is_old(&self, sample: &Sample) -> bool {
+        let peers = lock(&self.peers);
+        let peer = peers.by_guid.get(&sample.writer);
+        let is_fresh = peer.is_none_or(|peer| peer.since.elapsed() < CATCH_UP);
+        // By the clock of another machine it may look so for longer.
+        is_fresh && sample.stamp != 0 && sample.stamp < self.opened
+    }
+
+    /// The hash of the types of whoever sent a sample, 0 of a stranger; `None` if they are not ours.
+    pub(crate) fn type_hash(&self, writer: &Guid) -> Option<u64> {
+        let peers = lock(&self.peers);
+        match peers.by_guid.get(writer) {
+            Some(peer) if !peer.fits => None,
+            Some(peer) => Some(peer.hello.as_ref().map_or(0, |hello| hello.types.hash)),
+            None => Some(0),
+        }
+    }
+}
+
+/// The sending or receiving end of a topic of DDS.
+pub(crate) enum Entity {
+    Writer(Arc<Writer>),
+    Reader(Arc<Reader>),
+}

@@ -1,0 +1,212 @@
+//! What addresses and types are called in ROS 2, and below it in DDS.
+
+use rc_middleware::{Endpoint, Foreign, OpenError};
+use ros2_client::{MessageTypeName, Name, NodeName, ServiceTypeName};
+
+/// A name of ROS for an address and what is below it: `/` and its parts, with `_` for what ROS does not allow in one.
+///
+/// `default/Laser` and `getLaserData` become `/default/Laser/getLaserData`.
+pub(crate) fn of(address: &str) -> String {
+    let parts = address.split('/').filter(|part| !part.is_empty());
+    parts.map(|part| format!("/{}", token(part))).collect()
+}
+
+/// A part of a name: letters, digits and single `_`, no digit at its start.
+pub(crate) fn token(text: &str) -> String {
+    let mut token = String::new();
+    for c in text.chars() {
+        let c = if c.is_ascii_alphanumeric() { c } else { '_' };
+        if token.is_empty() && !c.is_ascii_alphabetic() {
+            token.push('n');
+        }
+        if c != '_' || !token.ends_with('_') {
+            token.push(c);
+        }
+    }
+    token
+}
+
+/// `FROM:=TO` of ROS: a slot, `SLOT/operation` or a name of ROS, and the name of ROS that takes its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Rule {
+    from: String,
+    to: String,
+}
+
+impl Rule {
+    /// Reads one; `None` where the part behind `:=` is no absolute name.
+    pub(crate) fn parse(text: &str) -> Option<Self> {
+        let (from, to) = text.split_once(":=")?;
+        let is_name = Name::parse(to).is_ok_and(|name| name.is_absolute());
+        (is_name && !from.is_empty()).then(|| Self {
+            from: from.to_owned(),
+            to: to.to_owned(),
+        })
+    }
+
+    /// What an operation is called by this rule, which it has the name `usual` without.
+    fn apply(&self, foreign: &Foreign, usual: &str) -> Option<String> {
+        let Foreign {
+            slot, operation, ..
+        } = foreign;
+        if self.from == usual || self.from.split_once('/') == Some((slot, operation)) {
+            return Some(self.to.clone());
+        }
+        (self.from == *slot).then(|| format!("{}/{}", self.to, token(operation)))
+    }
+}
+
+/// An operation of an end, as ROS and DDS know it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Named {
+    /// In ROS.
+    pub(crate) name: String,
+    /// Its topics in DDS and their types: one, or that of requests and that of replies.
+    pub(crate) topics: Vec<(String, String)>,
+}
+
+/// The topic of a publisher or subscriber; its address has the operation.
+pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Named, OpenError> {
+    let foreign = endpoint
+        .foreign
+        .first()
+        .ok_or_else(|| not_generated(endpoint))?;
+    let name = renamed(of(endpoint.address.as_str()), foreign, rules);
+    let (package, _, own) = parts(endpoint, foreign)?;
+    let type_name = MessageTypeName::new(package, own).dds_msg_type();
+    Ok(Named {
+        topics: vec![(format!("rt{name}"), type_name)],
+        name,
+    })
+}
+
+/// The service of an operation of a client or server.
+pub(crate) fn service(
+    endpoint: &Endpoint,
+    foreign: &Foreign,
+    rules: &[Rule],
+) -> Result<Named, OpenError> {
+    let usual = format!("{}/{}", endpoint.address, foreign.operation);
+    let name = renamed(of(&usual), foreign, rules);
+    let (package, _, own) = parts(endpoint, foreign)?;
+    let types = ServiceTypeName::new(package, own);
+    let dds = |part: &str| {
+        format!(
+            "{}::srv::dds_::{}_{part}_",
+            types.package_name(),
+            types.type_name()
+        )
+    };
+    Ok(Named {
+        topics: vec![
+            (format!("rq{name}Request"), dds("Request")),
+            (format!("rr{name}Reply"), dds("Response")),
+        ],
+        name,
+    })
+}
+
+fn not_generated(endpoint: &Endpoint) -> OpenError {
+    OpenError::Backend {
+        address: endpoint.address.to_string(),
+        reason: "this component was generated without types of ROS 2; generate it anew with --middleware ros2"
+            .to_owned(),
+    }
+}
+
+/// The package, the kind and the name of a type.
+fn parts<'a>(
+    endpoint: &Endpoint,
+    foreign: &'a Foreign,
+) -> Result<(&'a str, &'a str, &'a str), OpenError> {
+    let mut parts = foreign.type_name.split('/');
+    match (parts.next(), parts.next(), parts.next(), parts.next()) {
+        (Some(package), Some(kind), Some(name), None) => Ok((package, kind, name)),
+        _ => Err(OpenError::Backend {
+            address: endpoint.address.to_string(),
+            reason: format!("`{}` is no type of ROS 2", foreign.type_name),
+        }),
+    }
+}
+
+fn renamed(usual: String, foreign: &Foreign, rules: &[Rule]) -> String {
+    // The first rule that fits counts, as in ROS.
+    let other = rules.iter().find_map(|rule| rule.apply(foreign, &usual));
+    other.unwrap_or(usual)
+}
+
+/// The node of a component, by the names that somebody chose or else by its own.
+pub(crate) fn node(namespace: &str, name: &str) -> Result<NodeName, String> {
+    NodeName::new(namespace, name).map_err(|error| format!("`{namespace}` `{name}`: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_middleware::{Address, Qos, TypeIdentity};
+
+    fn endpoint(address: &str, type_name: &str) -> Endpoint {
+        Endpoint {
+            address: Address::parse(address).expect("an address"),
+            types: TypeIdentity {
+                name: "RoboCompLaser::Laser".to_owned(),
+                hash: 1,
+            },
+            qos: Qos::CALL,
+            foreign: vec![Foreign {
+                slot: "Laser1".to_owned(),
+                operation: "getLaserData".to_owned(),
+                id: 1,
+                type_name: type_name.to_owned(),
+            }],
+        }
+    }
+
+    #[test]
+    fn addresses_are_names_of_ros() {
+        assert_eq!(of("patrol/lidar/Laser"), "/patrol/lidar/Laser");
+        assert_eq!(of("t0-7/2d__lidar/a.b"), "/t0_7/n2d_lidar/a_b");
+        assert_eq!(of("a/_b"), "/a/n_b");
+        for name in ["/patrol/lidar/Laser", "/t0_7/n2d_lidar/a_b", "/a/n_b"] {
+            assert!(Name::parse(name).expect("a name").is_absolute());
+        }
+    }
+
+    #[test]
+    fn a_service_has_two_topics() {
+        let end = endpoint("default/Laser", "robocomp_laser_msgs/srv/LaserGetLaserData");
+        let named = service(&end, &end.foreign[0], &[]).expect("a service");
+        assert_eq!(named.name, "/default/Laser/getLaserData");
+        assert_eq!(
+            named.topics,
+            [
+                (
+                    "rq/default/Laser/getLaserDataRequest".to_owned(),
+                    "robocomp_laser_msgs::srv::dds_::LaserGetLaserData_Request_".to_owned()
+                ),
+                (
+                    "rr/default/Laser/getLaserDataReply".to_owned(),
+                    "robocomp_laser_msgs::srv::dds_::LaserGetLaserData_Response_".to_owned()
+                )
+            ]
+        );
+    }
+
+    #[test]
+    fn names_can_be_others() {
+        let end = endpoint("default/LaserPub/newScan", "sensor_msgs/msg/LaserScan");
+        let with = |rule: &str| {
+            let rule = Rule::parse(rule).expect("a rule");
+            topic(&end, &[rule]).expect("a topic").name
+        };
+        assert_eq!(with("Laser1/getLaserData:=/scan"), "/scan");
+        assert_eq!(with("Laser1:=/front"), "/front/getLaserData");
+        assert_eq!(with("/default/LaserPub/newScan:=/scan"), "/scan");
+        assert_eq!(with("Laser:=/scan"), "/default/LaserPub/newScan");
+        for wrong in ["a", ":=/b", "a:=b", "a:=/b c", "a:=/"] {
+            assert_eq!(Rule::parse(wrong), None, "{wrong}");
+        }
+        let wrong = endpoint("default/LaserPub/newScan", "LaserScan");
+        assert!(topic(&wrong, &[]).is_err());
+    }
+}

@@ -1,0 +1,122 @@
+//! What components of ours tell each other beside their topics and services, on two hidden topics of ROS.
+//!
+//! ROS 2 has no word for the hash of a type, and its discovery misses a process that was killed only after most of a
+//! minute. On `/_robocomp/ends` each component says who its ends are and whom they have found, whenever that changes; on
+//! `/_robocomp/alive` it says four times a lease that it lives. Both are `std_msgs/msg/String`.
+
+use crate::wire::Body;
+use rc_middleware::{Cdr, Reader, Writer};
+use rc_network::{Guid, Hello, hex};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+/// The topics in DDS.
+pub(crate) const ENDS: &str = "rt/_robocomp/ends";
+pub(crate) const ALIVE: &str = "rt/_robocomp/alive";
+/// The type of both.
+pub(crate) const TYPE: &str = "std_msgs::msg::dds_::String_";
+
+/// An end as its component tells of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Told {
+    pub(crate) hello: Hello,
+    /// The number of its connection in its component: the ends of the operations of one client have the same.
+    pub(crate) connection: u32,
+    /// The topic of DDS.
+    pub(crate) topic: String,
+    /// Whom it has found.
+    pub(crate) found: BTreeSet<Guid>,
+}
+
+/// The ends of a component as a message, a line each: its identity, its connection, its topic, who it is, `|`, whom it has
+/// found.
+pub(crate) fn message<'a>(ends: impl Iterator<Item = (&'a Guid, Told)>) -> Body {
+    let mut text = String::new();
+    for (guid, told) in ends {
+        let Told {
+            hello,
+            connection,
+            topic,
+            found,
+        } = &told;
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{} {connection} {topic} {hello}|", hex(guid));
+        for other in found {
+            let _ = write!(text, " {}", hex(other));
+        }
+        text.push('\n');
+    }
+    string(&text)
+}
+
+/// A message of the type of both topics.
+pub(crate) fn string(text: &str) -> Body {
+    let mut writer = Writer::default();
+    rc_middleware::cdr::text(text, &mut writer);
+    Body::of(&[&writer.into_bytes()])
+}
+
+/// The ends that a message tells of; what cannot be read is passed over.
+pub(crate) fn ends(body: &[u8]) -> BTreeMap<Guid, Told> {
+    let Ok(text) = String::decode(&mut Reader::new(body)) else {
+        return BTreeMap::new();
+    };
+    text.lines().filter_map(end).collect()
+}
+
+fn end(line: &str) -> Option<(Guid, Told)> {
+    let (end, found) = line.split_once('|')?;
+    let (id, end) = end.split_once(' ')?;
+    let (connection, end) = end.split_once(' ')?;
+    let (topic, hello) = end.split_once(' ')?;
+    let told = Told {
+        connection: connection.parse().ok()?,
+        hello: Hello::parse(hello.as_bytes())?,
+        topic: topic.to_owned(),
+        found: found.split_whitespace().filter_map(guid).collect(),
+    };
+    Some((guid(id)?, told))
+}
+
+fn guid(text: &str) -> Option<Guid> {
+    let number = u128::from_str_radix(text, 16).ok()?;
+    (text.len() == 32).then(|| number.to_be_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::{Copying, Passing};
+    use rc_middleware::TypeIdentity;
+    use rc_network::Role;
+    use rustdds::RepresentationIdentifier;
+    use rustdds::no_key::{Decode, SerializerAdapter};
+
+    #[test]
+    fn what_is_told_comes_back() {
+        let told = Told {
+            hello: Hello {
+                role: Role::Server,
+                types: TypeIdentity {
+                    name: "Test::Types".to_owned(),
+                    hash: 7,
+                },
+                instance: "lidar".to_owned(),
+                pid: 4711,
+                host: "robot@1".to_owned(),
+            },
+            connection: 7,
+            topic: "rq/default/LaserRequest".to_owned(),
+            found: BTreeSet::from([[1; 16], [2; 16]]),
+        };
+        let both = [([3; 16], told.clone()), ([4; 16], told)];
+        let message = message(both.iter().map(|(guid, told)| (guid, told.clone())));
+        let Ok(bytes) = Passing::to_bytes(&message);
+        let Ok(taken) = Copying.decode_bytes(&bytes, RepresentationIdentifier::CDR_LE);
+        let body = taken.body().expect("a body");
+        assert_eq!(ends(body), BTreeMap::from(both));
+        for wrong in [&[][..], &[9, 0, 0, 0], &body[..40]] {
+            assert!(ends(wrong).is_empty());
+        }
+    }
+}

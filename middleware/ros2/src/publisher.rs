@@ -1,0 +1,59 @@
+//! The sending end of a topic.
+
+use crate::names;
+use crate::qos;
+use crate::session::{Port, Session, Unsent, Wanted, signal};
+use crate::wire::Body;
+use rc_middleware::{Endpoint, Header, OpenError, Publisher, SendError};
+use rc_network::{Role, stamp};
+use std::rc::Rc;
+use std::sync::Arc;
+
+pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosPublisher, OpenError> {
+    let address = endpoint.address.to_string();
+    let named = names::topic(endpoint, session.rules())?;
+    let wanted = named.topics.into_iter().map(|topic| {
+        Ok(Wanted {
+            address: &address,
+            topic,
+            role: Role::Publisher,
+            types: &endpoint.types,
+            sends: true,
+            qos: qos::topic(&endpoint.qos),
+            signal: signal(&address)?,
+            inbox: Arc::new(()),
+            group: Default::default(),
+        })
+    });
+    let ports = session.ports(wanted.collect::<Result<_, OpenError>>()?)?;
+    let port = ports.into_iter().next().ok_or_else(|| OpenError::Backend {
+        address: address.clone(),
+        reason: "an end is missing".to_owned(),
+    })?;
+    Ok(RosPublisher { port, address })
+}
+
+pub(crate) struct RosPublisher {
+    port: Port,
+    address: String,
+}
+
+impl Publisher for RosPublisher {
+    fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
+        let failed = |reason: String| SendError::Backend {
+            address: self.address.clone(),
+            reason,
+        };
+        let (body, stamp) = (Body::of(&[body]), stamp(header.sent));
+        match self.port.send(body, stamp, None, None) {
+            Ok(_) => Ok(()),
+            // Who is slow loses values, and delays nobody.
+            Err(Unsent::Full) => self.port.renew().map_err(failed),
+            Err(Unsent::Failed(reason)) => Err(failed(reason)),
+        }
+    }
+
+    fn peers(&self) -> usize {
+        self.port.ear.count()
+    }
+}

@@ -1,0 +1,343 @@
+//! The answering end of a connection: for each operation a service, a reader of requests and a writer of replies.
+
+use crate::calls::{self, Id};
+use crate::config::Mapping;
+use crate::ear::{Group, Inbox, Peer};
+use crate::names;
+use crate::qos;
+use crate::session::{Port, Session, Unsent, Wanted, signal};
+use crate::watcher::Shared;
+use crate::wire::{Body, Sample};
+use rc_middleware::rpc::{self, ReplyKind, RequestId};
+use rc_middleware::{
+    Endpoint, Header, Interrupt, OpenError, Profile, Reader, ReceiveError, Reply, Server, Writer,
+};
+use rc_network::{Guid, Requests, Role, Seldom, Waiting, lock, stamp};
+use std::collections::VecDeque;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+/// How long a request waits until its client can be answered. A client whose reader was not found by then has none.
+const HOLD: Duration = Duration::from_millis(200);
+/// How many reasons are kept why something could not be read, and how many requests that found no place.
+const MOST_REASONS: usize = 64;
+
+/// A request that was told apart.
+struct Asked {
+    sample: Sample,
+    id: Id,
+    /// What of the sample is not its body.
+    skipped: usize,
+}
+
+/// The requests to a server.
+struct Queue {
+    mapping: Mapping,
+    shared: Arc<Shared>,
+    requests: Requests<Guid, Asked>,
+    /// What found no place.
+    refused: Mutex<VecDeque<(usize, Guid, Id)>>,
+    reasons: Mutex<VecDeque<String>>,
+}
+
+impl Inbox for Queue {
+    fn put(&self, samples: Vec<Sample>) {
+        for sample in samples {
+            let (id, skipped) = match calls::read(self.mapping, &sample, None) {
+                Ok(read) => read,
+                Err(reason) => {
+                    self.unreadable(reason);
+                    continue;
+                }
+            };
+            let client = self.shared.sender(&sample.writer);
+            let size = sample.taken.len();
+            let refuse = |asked: &Asked| {
+                let mut refused = lock(&self.refused);
+                if refused.len() < MOST_REASONS {
+                    refused.push_back((asked.sample.place, asked.sample.writer, asked.id));
+                }
+                None
+            };
+            let asked = Asked {
+                sample,
+                id,
+                skipped,
+            };
+            self.requests.put(client, size, asked, refuse);
+        }
+    }
+
+    fn unreadable(&self, reason: String) {
+        let mut reasons = lock(&self.reasons);
+        if reasons.len() < MOST_REASONS {
+            reasons.push_back(reason);
+        }
+    }
+
+    fn waits(&self) -> bool {
+        self.requests.waits()
+    }
+}
+
+/// One operation.
+struct Service {
+    id: i32,
+    requests: Port,
+    replies: Port,
+}
+
+pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServer, OpenError> {
+    let address = endpoint.address.to_string();
+    let signal = signal(&address)?;
+    let mapping = session.config.mapping;
+    let queue = Arc::new(Queue {
+        mapping,
+        shared: Arc::clone(&session.shared),
+        requests: Requests::default(),
+        refused: Mutex::default(),
+        reasons: Mutex::default(),
+    });
+    let group = Group::default();
+    let mut wanted = Vec::new();
+    for (place, foreign) in endpoint.foreign.iter().enumerate() {
+        let named = names::service(endpoint, foreign, session.rules())?;
+        for (topic, sends) in named.topics.into_iter().zip([false, true]).rev() {
+            wanted.push(Wanted {
+                address: &address,
+                topic,
+                role: Role::Server,
+                types: &endpoint.types,
+                sends,
+                qos: qos::call(),
+                signal: signal.clone(),
+                inbox: Arc::clone(&queue) as _,
+                group: (Arc::clone(&group), place),
+            });
+        }
+    }
+    let mut ports = session.ports(wanted)?.into_iter();
+    let mut services = Vec::new();
+    for foreign in &endpoint.foreign {
+        if let (Some(replies), Some(requests)) = (ports.next(), ports.next()) {
+            services.push(Service {
+                id: foreign.id,
+                requests,
+                replies,
+            });
+        }
+    }
+    Ok(RosServer {
+        address,
+        services,
+        queue,
+        signal,
+        mapping,
+        reply: Vec::new(),
+        seldom: Seldom::default(),
+    })
+}
+
+pub(crate) struct RosServer {
+    address: String,
+    services: Vec<Service>,
+    queue: Arc<Queue>,
+    signal: Interrupt,
+    mapping: Mapping,
+    reply: Vec<u8>,
+    seldom: Seldom,
+}
+
+/// Where the answer to a request goes, in the form of ROS.
+struct RosReply(Vec<u8>);
+
+impl Reply for RosReply {
+    fn body(&mut self) -> &mut Vec<u8> {
+        &mut self.0
+    }
+
+    fn profile(&self) -> Profile {
+        Profile::Ros
+    }
+}
+
+impl Service {
+    /// Whether what is answered now reaches the client: its reader has been found, or it has gone and hears nothing.
+    fn may_serve(&self, waiting: &Waiting<Asked>) -> bool {
+        let member = waiting.sample.sample.member();
+        let same = |peer: &Peer| peer.member() == member;
+        self.replies.ear.has(|peer| same(peer) && peer.is_ready())
+            || !self.requests.ear.has(same)
+            || waiting.since.elapsed() >= HOLD
+    }
+}
+
+impl RosServer {
+    fn failed(&self, reason: String) -> ReceiveError {
+        ReceiveError {
+            address: self.address.clone(),
+            reason,
+        }
+    }
+
+    /// Sends the answer to a request of the client that wrote with `writer`.
+    fn answer(
+        &mut self,
+        place: usize,
+        writer: &Guid,
+        id: Id,
+        body: &[u8],
+    ) -> Result<(), ReceiveError> {
+        let member = crate::wire::member(writer);
+        let ours = |peer: &Peer| peer.member() == member && peer.hello.is_some();
+        let mut mapping = self.mapping;
+        if calls::is_too_large(mapping, body.len()) {
+            if !self.services[place].replies.ear.has(ours) {
+                return Err(self.failed(format!(
+                    "an answer of {} bytes cannot be sent to a client that is no component: rustdds has no way for one of more than a kilobyte in the Enhanced mapping. Set `service_mapping = \"cyclone\"`, on both sides",
+                    body.len()
+                )));
+            }
+            mapping = Mapping::Cyclone;
+        }
+        let mark = calls::mark(mapping, id, true);
+        let port = &mut self.services[place].replies;
+        // The others need not hear it, where one end of that process waits for it.
+        let ends = port
+            .ear
+            .here(|peer| (peer.member() == member).then_some(peer.guid));
+        let to = match ends[..] {
+            [only] => Some(only),
+            _ => None,
+        };
+        let body = Body::of(&[&mark.header, body]);
+        let sent = match port.send(body.clone(), stamp(0), mark.related, to) {
+            Err(Unsent::Full) => match port.renew() {
+                Ok(()) => Err(Unsent::Full),
+                Err(reason) => Err(Unsent::Failed(reason)),
+            },
+            sent => sent,
+        };
+        match sent {
+            Ok(_) => Ok(()),
+            Err(Unsent::Full) => {
+                Err(self.failed("an answer was lost: a client confirms nothing".to_owned()))
+            }
+            Err(Unsent::Failed(reason)) => {
+                Err(self.failed(format!("an answer cannot be sent: {reason}")))
+            }
+        }
+    }
+
+    /// Tells a client of ours that nothing was executed, and why; ROS has no word for it.
+    fn refuse(
+        &mut self,
+        place: usize,
+        writer: &Guid,
+        id: Id,
+        reason: &str,
+    ) -> Result<(), ReceiveError> {
+        let member = crate::wire::member(writer);
+        let ours = |peer: &Peer| peer.member() == member && peer.hello.is_some();
+        if !self.services[place].replies.ear.has(ours) {
+            if let Some(passed) = self.seldom.now() {
+                let (count, address) = (passed + 1, &self.address);
+                tracing::warn!(
+                    "a request to `{address}` stays without an answer ({count} times): {reason}"
+                );
+            }
+            return Ok(());
+        }
+        let mut body = Writer::default();
+        rc_middleware::cdr::text(&reason.replace('\0', " "), &mut body);
+        self.answer(place, writer, (id.0, -id.1), &body.into_bytes())
+    }
+}
+
+impl Server for RosServer {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.signal.as_fd()
+    }
+
+    fn acknowledge(&mut self, _woken: bool) {
+        self.signal.clear();
+        // All that has come is in the queue, so that clients are served in turn.
+        if let Some(service) = self.services.first() {
+            service.requests.ear.listen();
+        }
+    }
+
+    fn serve(
+        &mut self,
+        answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+    ) -> Result<bool, ReceiveError> {
+        let reason = lock(&self.queue.reasons).pop_front();
+        if let Some(reason) = reason {
+            return Err(self.failed(reason));
+        }
+        let refused = lock(&self.queue.refused).pop_front();
+        if let Some((place, writer, id)) = refused {
+            let reason = "too many requests of this client wait already";
+            return self.refuse(place, &writer, id, reason).map(|()| true);
+        }
+        let services = &self.services;
+        let may = |waiting: &Waiting<Asked>| {
+            let service = services.get(waiting.sample.sample.place);
+            service.is_none_or(|service| service.may_serve(waiting))
+        };
+        let Some(Waiting { sample: asked, .. }) = self.queue.requests.next(may) else {
+            return Ok(false);
+        };
+        let Asked {
+            mut sample,
+            id,
+            skipped,
+        } = asked;
+        let (place, writer) = (sample.place, sample.writer);
+        let Some(service) = self.services.get(place) else {
+            return Ok(true);
+        };
+        if service.requests.ear.type_hash(&writer).is_none() {
+            let reason = "the types differ; regenerate and rebuild both ends";
+            return self.refuse(place, &writer, id, reason).map(|()| true);
+        }
+        let request = RequestId {
+            writer: id.0,
+            sequence: id.1.unsigned_abs(),
+        };
+        let operation = service.id;
+        let mut envelope = Writer::default();
+        rpc::begin_request(&mut envelope, request, operation);
+        rpc::begin_body(&mut envelope, Profile::Ros);
+        let sender = u128::from_be_bytes(writer);
+        let header = rc_network::header(sample.sequence, sample.stamp, sender, 0);
+        let body = sample.taken.in_envelope(skipped, &envelope.into_bytes());
+        let mut reply = RosReply(std::mem::take(&mut self.reply));
+        reply.0.clear();
+        answer(header, body, &mut reply);
+        let RosReply(reply) = reply;
+        let done = if reply.is_empty() {
+            // A command; an empty structure is one octet.
+            self.answer(place, &writer, id, &[0])
+        } else {
+            match rpc::open_reply(&mut Reader::new(&reply), operation) {
+                Ok((_, ReplyKind::Case(_))) => {
+                    let body = reply.get(rpc::ENVELOPE..).unwrap_or_default();
+                    self.answer(place, &writer, id, body)
+                }
+                Ok((_, ReplyKind::Refused(reason))) => self.refuse(place, &writer, id, &reason),
+                Err(error) => Err(self.failed(error.to_string())),
+            }
+        };
+        self.reply = reply;
+        done.map(|()| true)
+    }
+
+    fn peers(&self) -> usize {
+        let all = self.services.iter();
+        let counts = all.map(|service| service.requests.ear.count());
+        counts.max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,470 @@
+//! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
+
+use crate::config::{self, Config};
+use crate::ear::{Ear, Entity, Group, Inbox, Listening};
+use crate::names::Rule;
+use crate::qos::Ends;
+use crate::watcher::{Shared, Watcher};
+use crate::wire::{self, Body, Reader, Writer};
+use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
+use rc_network::{Board, Guid, Hello, Promise, Role};
+use rustdds::rpc::SampleIdentity;
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, GUID, RTPSEntity, SequenceNumber, Topic,
+    TopicKind, WriteOptionsBuilder, dds::WriteError,
+};
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+use std::sync::{Arc, Weak};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How long a component waits, in all, for ends on this machine that it does not find over the network.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// How long after its start a client that finds no server waits for one on another machine.
+const GRACE: Duration = Duration::from_millis(400);
+/// How often the notices of others are looked at while they are waited for.
+const LOOK: Duration = Duration::from_millis(2);
+/// How many bytes may wait for somebody who confirms nothing, before that one is left behind.
+const MOST_UNCONFIRMED: usize = 128 << 20;
+
+/// What the ends of one component share.
+pub(crate) struct Session {
+    pub(crate) environment: Environment,
+    pub(crate) config: Config,
+    pub(crate) host: String,
+    board: Board,
+    pub(crate) shared: Arc<Shared>,
+    connections: Cell<u32>,
+    patience: Cell<Duration>,
+    start: Instant,
+    /// The writers, for who lingers.
+    writers: RefCell<Vec<Weak<Writer>>>,
+    watcher: Option<JoinHandle<()>>,
+    // In the order in which they go.
+    publisher: rustdds::Publisher,
+    subscriber: rustdds::Subscriber,
+    participant: DomainParticipant,
+}
+
+/// One end of a topic of DDS. It leaves the domain when it goes.
+pub(crate) struct Port {
+    entity: Option<Entity>,
+    pub(crate) ear: Arc<Ear>,
+    pub(crate) guid: Guid,
+    pub(crate) session: Rc<Session>,
+    topic: Topic,
+    qos: rustdds::QosPolicies,
+    hello: Hello,
+    /// What was sent since everything was confirmed.
+    unconfirmed: usize,
+    /// The number in `Shared`.
+    number: usize,
+}
+
+/// What an end is to be.
+pub(crate) struct Wanted<'a> {
+    /// What people call it.
+    pub(crate) address: &'a str,
+    /// The name of the topic in DDS, and of its type.
+    pub(crate) topic: (String, String),
+    pub(crate) role: Role,
+    pub(crate) types: &'a TypeIdentity,
+    pub(crate) sends: bool,
+    pub(crate) qos: Ends,
+    pub(crate) signal: Interrupt,
+    pub(crate) inbox: Arc<dyn Inbox>,
+    /// Those that put into the same inbox, and the number of this one among them.
+    pub(crate) group: (Group, usize),
+}
+
+/// Why something was not sent.
+#[derive(Debug)]
+pub(crate) enum Unsent {
+    /// Somebody has confirmed nothing for too long.
+    Full,
+    /// What the library says.
+    Failed(String),
+}
+
+impl Session {
+    pub(crate) fn open(environment: &Environment) -> Result<Self, OpenError> {
+        let failed = |what: &str, error: &dyn std::fmt::Display| {
+            config::refused(environment, format!("{what}: {error}"))
+        };
+        let config = config::of(environment)?;
+        let folder = environment.directory.middleware(crate::NAME);
+        let board = Board::open(&folder, config.domain.into())
+            .map_err(|error| failed(&folder.display().to_string(), &error))?;
+        let mut builder = DomainParticipantBuilder::new(config.domain);
+        if let Some(networks) = &config.networks {
+            builder = builder.with_only_networks(networks.clone());
+        }
+        let participant = builder.build().map_err(|error| {
+            failed(
+                &format!(
+                    "domain {} cannot be joined; look at `interfaces` and ROS_DOMAIN_ID",
+                    config.domain
+                ),
+                &error,
+            )
+        })?;
+        let none = rustdds::QosPolicies::qos_none();
+        let publisher = participant
+            .create_publisher(&none)
+            .map_err(|error| failed("nothing can be sent", &error))?;
+        let subscriber = participant
+            .create_subscriber(&none)
+            .map_err(|error| failed("nothing can be received", &error))?;
+        let host = rc_network::host(&folder);
+        let watcher = Watcher::new(&participant, &publisher, &subscriber, &config, &host)
+            .map_err(|error| failed("others cannot be discovered", &error))?;
+        let shared = watcher.shared();
+        let watcher = std::thread::Builder::new()
+            .name("rc-ros2".to_owned())
+            .spawn(move || watcher.run())
+            .map_err(|error| failed("a thread cannot be started", &error))?;
+        Ok(Self {
+            environment: environment.clone(),
+            config,
+            host,
+            board,
+            shared,
+            connections: Cell::new(0),
+            patience: Cell::new(PATIENCE),
+            start: Instant::now(),
+            writers: RefCell::default(),
+            watcher: Some(watcher),
+            publisher,
+            subscriber,
+            participant,
+        })
+    }
+
+    /// The names that somebody has chosen.
+    pub(crate) fn rules(&self) -> &[Rule] {
+        &self.config.rules
+    }
+
+    /// Refuses what does not fit those who are at `topic` already.
+    fn check(&self, wanted: &Wanted<'_>) -> Result<(), OpenError> {
+        let here = self.board.notices(&wanted.topic.0, true, true);
+        let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
+        // Of those who share the board the notices are certain.
+        let own = wire::member(&wire::guid(self.participant.guid()));
+        hellos.extend(self.shared.told_at(&wanted.topic.0, own, &self.host));
+        for hello in hellos {
+            if hello.types != *wanted.types {
+                return Err(OpenError::TypeMismatch {
+                    address: wanted.address.to_owned(),
+                    ours: wanted.types.to_string(),
+                    theirs: hello.types.to_string(),
+                });
+            }
+            if (wanted.role, hello.role) == (Role::Server, Role::Server) {
+                return Err(OpenError::AddressTaken {
+                    address: wanted.address.to_owned(),
+                    holder: hello.who(&self.host),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Opens ends, all or none, and waits until they and those on this machine have found each other.
+    pub(crate) fn ports(self: &Rc<Self>, wanted: Vec<Wanted<'_>>) -> Result<Vec<Port>, OpenError> {
+        let address = wanted
+            .first()
+            .map_or("", |wanted| wanted.address)
+            .to_owned();
+        let backend = |error: &dyn std::fmt::Display| OpenError::Backend {
+            address: address.clone(),
+            reason: error.to_string(),
+        };
+        let turn = self.board.turn().map_err(|error| backend(&error))?;
+        for wanted in &wanted {
+            self.check(wanted)?;
+        }
+        self.connections.set(self.connections.get().wrapping_add(1));
+        let mut ports = Vec::new();
+        for wanted in wanted {
+            ports.push(self.port(wanted, &backend)?);
+        }
+        drop(turn);
+        self.shared.changed();
+        self.meet(&ports);
+        Ok(ports)
+    }
+
+    fn port(
+        self: &Rc<Self>,
+        wanted: Wanted<'_>,
+        backend: &dyn Fn(&dyn std::fmt::Display) -> OpenError,
+    ) -> Result<Port, OpenError> {
+        let hello = Hello {
+            role: wanted.role,
+            types: wanted.types.clone(),
+            instance: self.environment.instance.clone(),
+            pid: std::process::id(),
+            host: self.host.clone(),
+        };
+        let (name, type_name) = wanted.topic;
+        let Ends { policies, promise } = wanted.qos;
+        let topic = self
+            .participant
+            .create_topic(name.clone(), type_name, &policies, TopicKind::NoKey)
+            .map_err(|error| backend(&error))?;
+        let ear = Arc::new(Ear::new(Listening {
+            topic: name,
+            role: wanted.role,
+            types: hello.types.clone(),
+            instance: hello.instance.clone(),
+            connection: self.connections.get(),
+            sends: wanted.sends,
+            promise,
+            signal: wanted.signal,
+            inbox: wanted.inbox,
+            group: wanted.group.0,
+            place: wanted.group.1,
+        }));
+        let number = self.shared.number();
+        let entity = self
+            .entity(&topic, &policies, wanted.sends, number, &ear)
+            .map_err(|error| backend(&error))?;
+        let guid = entity.guid();
+        let mut port = Port {
+            entity: Some(entity),
+            ear,
+            guid,
+            session: Rc::clone(self),
+            topic,
+            qos: policies,
+            hello,
+            unconfirmed: 0,
+            number,
+        };
+        port.announce().map_err(|error| backend(&error))?;
+        Ok(port)
+    }
+
+    /// A writer, or a reader that is heard from now on.
+    fn entity(
+        &self,
+        topic: &Topic,
+        policies: &rustdds::QosPolicies,
+        sends: bool,
+        number: usize,
+        ear: &Arc<Ear>,
+    ) -> Result<Entity, String> {
+        let policies = Some(policies.clone());
+        if sends {
+            let writer: Writer = self
+                .publisher
+                .create_datawriter_no_key(topic, policies)
+                .map_err(|error| error.to_string())?;
+            let writer = Arc::new(writer);
+            let mut writers = self.writers.borrow_mut();
+            writers.retain(|writer| writer.strong_count() > 0);
+            writers.push(Arc::downgrade(&writer));
+            let guid = wire::guid(writer.guid());
+            self.shared.opened(number, guid, ear);
+            return Ok(Entity::Writer(writer));
+        }
+        let mut reader: Reader = self
+            .subscriber
+            .create_simple_datareader_no_key(topic, policies)
+            .map_err(|error| error.to_string())?;
+        self.shared
+            .register(&mut reader, number)
+            .map_err(|error| error.to_string())?;
+        let reader = Arc::new(reader);
+        self.shared.opened(number, wire::guid(reader.guid()), ear);
+        ear.attach(&reader);
+        Ok(Entity::Reader(reader))
+    }
+
+    /// Waits until new ends and those on this machine have found each other. Who cannot be reached costs a component a
+    /// few seconds once.
+    fn meet(&self, ports: &[Port]) {
+        let begin = Instant::now();
+        for port in ports {
+            while !self.has_met(port) && begin.elapsed() < self.patience.get() {
+                port.ear.wait(LOOK);
+            }
+        }
+        if ports.iter().any(|port| !self.has_met(port)) {
+            let left = self.patience.get().saturating_sub(begin.elapsed());
+            self.patience.set(left);
+        }
+    }
+
+    fn has_met(&self, port: &Port) -> bool {
+        let ear = &port.ear;
+        let others = self.board.notices(&ear.topic, !ear.sends, ear.sends);
+        others.iter().all(|notice| {
+            let (offered, requested): (&Promise, &Promise) = if ear.sends {
+                (&ear.promise, &notice.promise)
+            } else {
+                (&notice.promise, &ear.promise)
+            };
+            !rc_network::differences(offered, requested).is_empty() || ear.has_met(&notice.guid)
+        })
+    }
+
+    /// Gives those on other machines a moment, once, until `found`.
+    pub(crate) fn grace(&self, ear: &Ear, found: impl Fn() -> bool) {
+        while !found() && self.start.elapsed() < GRACE && !self.environment.interrupt.is_stopping()
+        {
+            ear.wait(LOOK);
+        }
+    }
+
+    /// Takes what was said of ends that do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        self.shared.mismatches.take()
+    }
+
+    /// Waits until what was sent has arrived.
+    pub(crate) fn linger(&self, limit: Duration) {
+        let begin = Instant::now();
+        for writer in self.writers.borrow().iter().filter_map(Weak::upgrade) {
+            // Who does not confirm in time loses it; there is nobody to tell.
+            let _ = writer.wait_for_acknowledgments(limit.saturating_sub(begin.elapsed()));
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.shared.stop();
+        if let Some(watcher) = self.watcher.take() {
+            let _ = watcher.join();
+        }
+    }
+}
+
+impl Entity {
+    fn guid(&self) -> Guid {
+        match self {
+            Self::Writer(writer) => wire::guid(writer.guid()),
+            Self::Reader(reader) => wire::guid(reader.guid()),
+        }
+    }
+}
+
+impl Port {
+    /// Hangs out the notice of this end.
+    fn announce(&mut self) -> std::io::Result<()> {
+        let ear = &self.ear;
+        let posted = self.session.board.post(
+            &ear.topic,
+            &self.guid,
+            ear.sends,
+            &self.hello,
+            &ear.promise,
+        )?;
+        ear.post(posted);
+        Ok(())
+    }
+
+    fn writer(&self) -> Option<&Arc<Writer>> {
+        match &self.entity {
+            Some(Entity::Writer(writer)) => Some(writer),
+            _ => None,
+        }
+    }
+
+    /// Sends a body, to one end where `to` names it. `related` is the request that it answers. Gives the number of the
+    /// sample.
+    pub(crate) fn send(
+        &mut self,
+        body: Body,
+        stamp: i64,
+        related: Option<(Guid, i64)>,
+        to: Option<Guid>,
+    ) -> Result<i64, Unsent> {
+        let Some(writer) = self.writer() else {
+            return Err(Unsent::Failed("this end does not send".to_owned()));
+        };
+        let length = body.len();
+        let related = related.map(|(writer, number)| SampleIdentity {
+            writer_guid: GUID::from_bytes(writer),
+            sequence_number: SequenceNumber::new(number),
+        });
+        let mut options = WriteOptionsBuilder::new()
+            .source_timestamp(wire::timestamp(stamp))
+            .related_sample_identity_opt(related);
+        if let Some(to) = to {
+            options = options.to_single_reader(GUID::from_bytes(to));
+        }
+        let sent = writer.write_with_options(body, options.build());
+        let sent = match sent {
+            Ok(identity) => Ok(i64::from(identity.sequence_number)),
+            Err(WriteError::WouldBlock { .. }) => Err(Unsent::Full),
+            Err(error) => Err(Unsent::Failed(error.forget_data().to_string())),
+        };
+        self.unconfirmed += length;
+        if self.unconfirmed > MOST_UNCONFIRMED {
+            if self.is_confirmed(Duration::ZERO) {
+                self.unconfirmed = 0;
+            } else {
+                return sent.and(Err(Unsent::Full));
+            }
+        }
+        sent
+    }
+
+    /// Whether everybody has confirmed what was sent, after at most `limit`.
+    pub(crate) fn is_confirmed(&self, limit: Duration) -> bool {
+        let confirmed = self
+            .writer()
+            .map(|writer| writer.wait_for_acknowledgments(limit));
+        matches!(confirmed, Some(Ok(true)))
+    }
+
+    /// Takes a new writer in the place of one that is held up by somebody who confirms nothing: the library drops such a
+    /// one only after most of a minute. The others find the new one in a moment; what is sent until then is lost to them.
+    pub(crate) fn renew(&mut self) -> Result<(), String> {
+        if let Some(passed) = self.ear.seldom.now() {
+            let (count, topic) = (passed + 1, &self.ear.topic);
+            tracing::warn!(
+                "somebody who hears `{topic}` confirms nothing any more and is left behind ({count} times)"
+            );
+        }
+        self.leave();
+        self.ear.forget();
+        let entity = self
+            .session
+            .entity(&self.topic, &self.qos, true, self.number, &self.ear)?;
+        self.guid = entity.guid();
+        self.entity = Some(entity);
+        self.unconfirmed = 0;
+        self.announce().map_err(|error| error.to_string())?;
+        self.session.shared.changed();
+        Ok(())
+    }
+
+    fn leave(&mut self) {
+        self.ear.withdraw();
+        self.session.shared.closed(self.number);
+        if let Some(Entity::Reader(reader)) = &self.entity {
+            self.ear.detach(reader);
+        }
+        self.entity = None;
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        self.leave();
+        self.session.shared.changed();
+    }
+}
+
+/// What wakes an end.
+pub(crate) fn signal(address: &str) -> Result<Interrupt, OpenError> {
+    Interrupt::new().map_err(|error| OpenError::Backend {
+        address: address.to_owned(),
+        reason: error.to_string(),
+    })
+}

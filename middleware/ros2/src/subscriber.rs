@@ -1,0 +1,136 @@
+//! The receiving end of a topic.
+
+use crate::ear::Inbox;
+use crate::names;
+use crate::qos;
+use crate::session::{Port, Session, Wanted, signal};
+use crate::wire::Sample;
+use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
+use rc_network::{Heard, Role, Values, lock};
+use std::collections::VecDeque;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+
+/// How many reasons are kept why something could not be read.
+const MOST_REASONS: usize = 64;
+
+/// The values of a topic, and what could not be read.
+struct Heap {
+    values: Values<Sample>,
+    reasons: Mutex<VecDeque<String>>,
+}
+
+impl Inbox for Heap {
+    fn put(&self, samples: Vec<Sample>) {
+        for sample in samples {
+            self.values.put(sample);
+        }
+    }
+
+    fn unreadable(&self, reason: String) {
+        let mut reasons = lock(&self.reasons);
+        if reasons.len() < MOST_REASONS {
+            reasons.push_back(reason);
+        }
+    }
+}
+
+pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubscriber, OpenError> {
+    let address = endpoint.address.to_string();
+    let heap = Arc::new(Heap {
+        values: Values::new(endpoint.qos.depth),
+        reasons: Mutex::default(),
+    });
+    let named = names::topic(endpoint, session.rules())?;
+    let wanted = named.topics.into_iter().map(|topic| {
+        Ok(Wanted {
+            address: &address,
+            topic,
+            role: Role::Subscriber,
+            types: &endpoint.types,
+            sends: false,
+            qos: qos::topic(&endpoint.qos),
+            signal: signal(&address)?,
+            inbox: Arc::clone(&heap) as _,
+            group: Default::default(),
+        })
+    });
+    let ports = session.ports(wanted.collect::<Result<_, OpenError>>()?)?;
+    let port = ports.into_iter().next().ok_or_else(|| OpenError::Backend {
+        address: address.clone(),
+        reason: "an end is missing".to_owned(),
+    })?;
+    Ok(RosSubscriber {
+        port,
+        heap,
+        heard: Heard::default(),
+        unread: Unread::default(),
+        address,
+    })
+}
+
+pub(crate) struct RosSubscriber {
+    port: Port,
+    heap: Arc<Heap>,
+    heard: Heard,
+    unread: Unread,
+    address: String,
+}
+
+impl RosSubscriber {
+    fn failed(&self, reason: String) -> ReceiveError {
+        ReceiveError {
+            address: self.address.clone(),
+            reason,
+        }
+    }
+}
+
+impl Subscriber for RosSubscriber {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.port.ear.signal.as_fd()
+    }
+
+    fn acknowledge(&mut self, _woken: bool) {
+        self.port.ear.signal.clear();
+    }
+
+    fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+        let reason = lock(&self.heap.reasons).pop_front();
+        if let Some(reason) = reason {
+            return Err(self.failed(reason));
+        }
+        while let Some(sample) = self.heap.values.next() {
+            // Who has other types was told so when it was found.
+            let Some(type_hash) = self.port.ear.type_hash(&sample.writer) else {
+                continue;
+            };
+            if !self.port.ear.promise.transient_local && self.port.ear.is_old(&sample) {
+                continue;
+            }
+            let sender = u128::from_be_bytes(sample.writer);
+            if !self.heard.is_new(sender, sample.sequence) {
+                continue;
+            }
+            return match sample.taken.body() {
+                Ok(body) => {
+                    let (sequence, stamp) = (sample.sequence, sample.stamp);
+                    let mut header = rc_network::header(sequence, stamp, sender, type_hash);
+                    self.unread.renumber(&mut header);
+                    take(header, body);
+                    Ok(true)
+                }
+                Err(reason) => {
+                    self.unread.note(sender);
+                    Err(self.failed(reason))
+                }
+            };
+        }
+        Ok(false)
+    }
+
+    fn peers(&self) -> usize {
+        self.port.ear.count()
+    }
+}

@@ -1,0 +1,625 @@
+//! The thread of a component that listens: to the samples of all its readers, to what the library discovers, and to what
+//! other components tell of themselves. It also tells them of this one, and ROS of its node.
+
+use crate::config::Config;
+use crate::ear::{Ear, Peer};
+use crate::presence::{self, Told};
+use crate::qos;
+use crate::wire::{self, Body, Member, Reader, Sample, Writer};
+use rc_network::{Guid, Hello, Mismatches, Promise, Role, Seldom, hex, lock};
+use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
+use ros2_client::{Gid, NodeName};
+use rustdds::mio1::{Events, Interest, Poll, Registry, Token, Waker, event::Source};
+use rustdds::policy::{Durability, Liveliness};
+use rustdds::{
+    DomainParticipant, DomainParticipantStatusEvent as Status, DomainParticipantStatusListener,
+    GUID, QosPolicies, RTPSEntity, RepresentationIdentifier, StatusEvented, TopicKind,
+};
+use std::collections::{BTreeMap, HashMap};
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+const WAKE: Token = Token(0);
+const STATUS: Token = Token(1);
+const ENDS: Token = Token(2);
+const ALIVE: Token = Token(3);
+/// The first number of an end.
+const FIRST: usize = 16;
+/// In the last byte of an identity: the end is one of the library's own (RTPS 2.5, 9.3.1.2).
+const BUILT_IN: u8 = 0xc0;
+/// Shortest time between two messages of what has changed; the first one is told at once.
+const PAUSE: Duration = Duration::from_millis(5);
+/// How many ends are remembered that were found before they were known.
+const MOST_EARLY: usize = 1024;
+/// How often a component says in one lease that it lives.
+const BEATS: u32 = 4;
+
+/// An end of this component.
+pub(crate) struct Own {
+    guid: Guid,
+    ear: Arc<Ear>,
+}
+
+/// What the thread and the component share.
+pub(crate) struct Shared {
+    host: String,
+    ends: Mutex<BTreeMap<usize, Own>>,
+    members: Mutex<HashMap<Member, Other>>,
+    registry: Registry,
+    waker: Waker,
+    next: AtomicUsize,
+    /// Ends of ours and of others that have found each other before ours was known here.
+    early: Mutex<Vec<(Guid, Guid)>>,
+    /// Whether ends have come or gone, of which others and ROS have to be told.
+    is_new: AtomicBool,
+    /// Whether ends have found others.
+    has_found: AtomicBool,
+    stops: AtomicBool,
+    pub(crate) mismatches: Mismatches,
+}
+
+/// Another component of ours, or this one.
+struct Other {
+    ends: BTreeMap<Guid, Told>,
+    heard: Instant,
+    silent: bool,
+}
+
+impl Shared {
+    /// A number for a new end.
+    pub(crate) fn number(&self) -> usize {
+        self.next.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// Lets the thread hear a reader, when its end has been opened.
+    pub(crate) fn register(&self, reader: &mut Reader, number: usize) -> io::Result<()> {
+        reader.register(&self.registry, Token(number), Interest::READABLE)
+    }
+
+    /// An end is there.
+    pub(crate) fn opened(&self, number: usize, guid: Guid, ear: &Arc<Ear>) {
+        let ear = Arc::clone(ear);
+        lock(&self.ends).insert(number, Own { guid, ear });
+    }
+
+    /// An end goes.
+    pub(crate) fn closed(&self, number: usize) {
+        lock(&self.ends).remove(&number);
+    }
+
+    /// Others are told of the ends as they are now.
+    pub(crate) fn changed(&self) {
+        self.is_new.store(true, Ordering::SeqCst);
+        // A thread that cannot be woken looks at its next beat.
+        let _ = self.waker.wake();
+    }
+
+    pub(crate) fn stop(&self) {
+        self.stops.store(true, Ordering::SeqCst);
+        let _ = self.waker.wake();
+    }
+
+    /// Who has told of an end at `topic`, of other processes on other machines.
+    pub(crate) fn told_at(&self, topic: &str, own: Member, host: &str) -> Vec<Hello> {
+        let members = lock(&self.members);
+        let others = members
+            .iter()
+            .filter(|(member, other)| **member != own && !other.silent);
+        let ends = others.flat_map(|(_, other)| other.ends.values());
+        let there = ends.filter(|told| told.topic == topic && told.hello.host != host);
+        there.map(|told| told.hello.clone()).collect()
+    }
+
+    /// Who has sent something: the connection of a component of ours, or the writer of a stranger.
+    pub(crate) fn sender(&self, writer: &Guid) -> Guid {
+        let members = lock(&self.members);
+        let other = members.get(&wire::member(writer));
+        match other.and_then(|other| other.ends.get(writer)) {
+            Some(told) => {
+                let mut sender = *writer;
+                sender[12..].copy_from_slice(&told.connection.to_be_bytes());
+                sender
+            }
+            None => *writer,
+        }
+    }
+
+    fn all(&self) -> Vec<Arc<Ear>> {
+        let ends = lock(&self.ends);
+        ends.values().map(|own| Arc::clone(&own.ear)).collect()
+    }
+
+    /// The end with this identity.
+    fn by_guid(&self, guid: &Guid) -> Option<Arc<Ear>> {
+        let ends = lock(&self.ends);
+        let own = ends.values().find(|own| own.guid == *guid)?;
+        Some(Arc::clone(&own.ear))
+    }
+
+    /// What another end has told of itself to one of ours: who it is, and whether it has found it.
+    fn told(&self, other: &Guid, own: &Guid) -> Option<(Hello, bool)> {
+        let members = lock(&self.members);
+        let told = members.get(&wire::member(other))?.ends.get(other)?;
+        Some((told.hello.clone(), told.found.contains(own)))
+    }
+}
+
+/// The thread.
+pub(crate) struct Watcher {
+    shared: Arc<Shared>,
+    poll: Poll,
+    status: DomainParticipantStatusListener,
+    member: Gid,
+    node: NodeName,
+    lease: Duration,
+    /// Ends that do not fit, and of which nothing else tells.
+    seldom: Seldom,
+    // Readers and writers go before the participant does.
+    ends: (Reader, Writer),
+    alive: (Reader, Writer),
+    nodes: Writer,
+}
+
+impl Watcher {
+    pub(crate) fn new(
+        participant: &DomainParticipant,
+        publisher: &rustdds::Publisher,
+        subscriber: &rustdds::Subscriber,
+        config: &Config,
+        host: &str,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let pair = |topic: &str, policies: QosPolicies| {
+            let type_name = presence::TYPE.to_owned();
+            let topic = participant.create_topic(
+                topic.to_owned(),
+                type_name,
+                &policies,
+                TopicKind::NoKey,
+            )?;
+            let reader: Reader =
+                subscriber.create_simple_datareader_no_key(&topic, Some(policies.clone()))?;
+            let writer: Writer = publisher.create_datawriter_no_key(&topic, Some(policies))?;
+            Ok::<_, rustdds::dds::CreateError>((reader, writer))
+        };
+        let mut ends = pair(presence::ENDS, qos::ends())?;
+        let mut alive = pair(presence::ALIVE, qos::alive())?;
+        // The name and the type that `rmw` expects; not below `rt`.
+        let nodes = participant.create_topic(
+            "ros_discovery_info".to_owned(),
+            "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_".to_owned(),
+            &qos::ends(),
+            TopicKind::NoKey,
+        )?;
+        let nodes: Writer = publisher.create_datawriter_no_key(&nodes, Some(qos::ends()))?;
+        let poll = Poll::new()?;
+        let mut status = participant.status_listener();
+        let registry = poll.registry();
+        status
+            .as_status_source_mio1()
+            .register(registry, STATUS, Interest::READABLE)?;
+        ends.0.register(registry, ENDS, Interest::READABLE)?;
+        alive.0.register(registry, ALIVE, Interest::READABLE)?;
+        let shared = Arc::new(Shared {
+            host: host.to_owned(),
+            ends: Mutex::default(),
+            members: Mutex::default(),
+            registry: registry.try_clone()?,
+            waker: Waker::new(registry, WAKE)?,
+            next: AtomicUsize::new(FIRST),
+            early: Mutex::default(),
+            is_new: AtomicBool::new(true),
+            has_found: AtomicBool::new(false),
+            stops: AtomicBool::new(false),
+            mismatches: Mismatches::default(),
+        });
+        Ok(Self {
+            shared,
+            poll,
+            status,
+            member: Gid::from(participant.guid()),
+            node: config.node.clone(),
+            lease: config.lease,
+            seldom: Seldom::new(),
+            ends,
+            alive,
+            nodes,
+        })
+    }
+
+    pub(crate) fn shared(&self) -> Arc<Shared> {
+        Arc::clone(&self.shared)
+    }
+
+    pub(crate) fn run(mut self) {
+        let mut events = Events::with_capacity(64);
+        let mut beat = Instant::now();
+        let mut told = beat;
+        while !self.shared.stops.load(Ordering::SeqCst) {
+            let mut until = beat;
+            if self.is_to_tell() {
+                until = until.min(told + PAUSE);
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if self.poll.poll(&mut events, Some(left)).is_err() {
+                // Interrupted, or short of memory for a moment.
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            for event in &events {
+                match event.token() {
+                    WAKE => {}
+                    STATUS => self.discovered(),
+                    ENDS => self.told(),
+                    ALIVE => self.lives(),
+                    Token(number) => self.heard(number),
+                }
+            }
+            if beat <= Instant::now() {
+                beat = Instant::now() + self.lease / BEATS;
+                self.beat();
+            }
+            self.look_at_early();
+            if self.is_to_tell() && told.elapsed() >= PAUSE {
+                told = Instant::now();
+                self.tell();
+            }
+        }
+        // ROS is told that the node goes; the library tells of its ends.
+        let nobody = ParticipantEntitiesInfo::new(self.member, Vec::new());
+        self.tell_nodes(&nobody);
+        let _ = self
+            .nodes
+            .wait_for_acknowledgments(Duration::from_millis(100));
+    }
+
+    /// Whether an end is of this thread.
+    fn is_of_this(&self, guid: &Guid) -> bool {
+        let readers = [&self.ends.0, &self.alive.0].map(RTPSEntity::guid);
+        let writers = [&self.ends.1, &self.alive.1, &self.nodes].map(RTPSEntity::guid);
+        readers
+            .iter()
+            .chain(&writers)
+            .any(|own| wire::guid(*own) == *guid)
+    }
+
+    /// What has found each other before the end of ours was known.
+    fn look_at_early(&self) {
+        let known = |own: &Guid| self.shared.by_guid(own).is_some();
+        let mut early = lock(&self.shared.early);
+        let (now, later) = early.drain(..).partition(|(own, _)| known(own));
+        *early = later;
+        drop(early);
+        let now: Vec<(Guid, Guid)> = now;
+        for (own, other) in now {
+            self.matched(own, other);
+        }
+    }
+
+    fn heard(&self, number: usize) {
+        let ends = lock(&self.shared.ends);
+        let ear = ends.get(&number).map(|own| Arc::clone(&own.ear));
+        drop(ends);
+        if let Some(ear) = ear {
+            ear.listen();
+        }
+    }
+
+    /// Says that this component lives, and looks who does not.
+    fn beat(&mut self) {
+        // Who does not hear this beat hears the next one.
+        let _ = self.alive.1.write(presence::string(""), None);
+        let mut silent = Vec::new();
+        for (member, other) in lock(&self.shared.members).iter_mut() {
+            if !other.silent && other.heard.elapsed() > self.lease {
+                other.silent = true;
+                silent.push((
+                    *member,
+                    other.ends.values().next().map(|told| told.hello.clone()),
+                ));
+            }
+        }
+        for (member, hello) in silent {
+            if let Some(hello) = hello {
+                let (who, lease) = (hello.who(&self.shared.host), self.lease);
+                tracing::debug!("{who} has been silent for {lease:?}");
+            }
+            for ear in self.shared.all() {
+                ear.silence(true, |guid| wire::member(guid) == member);
+            }
+        }
+    }
+
+    /// Takes the signs of life.
+    fn lives(&mut self) {
+        for sample in taken(&self.alive.0) {
+            self.is_alive(sample.member());
+        }
+    }
+
+    fn is_alive(&self, member: Member) {
+        let mut members = lock(&self.shared.members);
+        let Some(other) = members.get_mut(&member) else {
+            return;
+        };
+        other.heard = Instant::now();
+        let is_back = std::mem::take(&mut other.silent);
+        drop(members);
+        if is_back {
+            for ear in self.shared.all() {
+                ear.silence(false, |guid| wire::member(guid) == member);
+            }
+        }
+    }
+
+    /// Takes what components tell of their ends.
+    fn told(&mut self) {
+        let mut any = false;
+        for sample in taken(&self.ends.0) {
+            let Ok(body) = sample.taken.body() else {
+                continue;
+            };
+            any = true;
+            let (ends, member) = (presence::ends(body), sample.member());
+            for (guid, told) in &ends {
+                self.compare_servers(guid, told);
+            }
+            let mut members = lock(&self.shared.members);
+            let other = members.entry(member).or_insert_with(|| Other {
+                ends: BTreeMap::new(),
+                heard: Instant::now(),
+                silent: false,
+            });
+            other.ends = ends;
+            drop(members);
+            self.is_alive(member);
+        }
+        if any {
+            self.learn();
+        }
+    }
+
+    fn learn(&self) {
+        let ends = lock(&self.shared.ends);
+        let ends: Vec<(Guid, Arc<Ear>)> = ends
+            .values()
+            .map(|own| (own.guid, Arc::clone(&own.ear)))
+            .collect();
+        for (own, ear) in ends {
+            for misfit in ear.learned(|other| self.shared.told(other, &own)) {
+                self.differ(&ear, &misfit);
+            }
+        }
+    }
+
+    /// Says where somebody on another machine serves an address of ours: before it was discovered, nobody could refuse it.
+    fn compare_servers(&self, guid: &Guid, told: &Told) {
+        let hello = &told.hello;
+        if hello.role != Role::Server || hello.host == self.shared.host {
+            return;
+        }
+        for ear in self.shared.all() {
+            let rivals = ear.role == Role::Server && !ear.sends && ear.topic == told.topic;
+            if rivals && ear.may_tell_of(guid) {
+                let service = ear
+                    .topic
+                    .trim_start_matches("rq")
+                    .trim_end_matches("Request");
+                self.shared.mismatches.error(format!(
+                    "`{service}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
+                    hello.who(&self.shared.host)
+                ));
+            }
+        }
+    }
+
+    fn differ(&self, ear: &Ear, other: &Peer) {
+        if let Some(hello) = &other.hello
+            && ear.may_tell_of(&other.guid)
+        {
+            let (topic, who) = (&ear.topic, hello.who(&self.shared.host));
+            let (ours, theirs) = (&ear.types, &hello.types);
+            self.shared.mismatches.error(format!(
+                "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
+            ));
+        }
+    }
+
+    /// Takes what the library has discovered.
+    fn discovered(&mut self) {
+        while let Some(status) = self.status.try_recv_status() {
+            match status {
+                Status::RemoteReaderMatched {
+                    local_writer,
+                    remote_reader,
+                } => self.matched(wire::guid(local_writer), wire::guid(remote_reader)),
+                Status::RemoteWriterMatched {
+                    local_reader,
+                    remote_writer,
+                } => self.matched(wire::guid(local_reader), wire::guid(remote_writer)),
+                Status::ReaderLost { guid, .. } | Status::WriterLost { guid, .. } => {
+                    let guid = wire::guid(guid);
+                    self.lost(|other| *other == guid);
+                }
+                Status::ParticipantLost { id, .. } => {
+                    let member = wire::member(&wire::guid(GUID {
+                        prefix: id,
+                        ..GUID::GUID_UNKNOWN
+                    }));
+                    lock(&self.shared.members).remove(&member);
+                    self.lost(|other| wire::member(other) == member);
+                }
+                Status::RemoteReaderQosIncompatible {
+                    local_writer,
+                    remote_reader,
+                    requested_qos,
+                    offered_qos,
+                } => self.incompatible(local_writer, remote_reader, &offered_qos, &requested_qos),
+                Status::RemoteWriterQosIncompatible {
+                    local_reader,
+                    remote_writer,
+                    requested_qos,
+                    offered_qos,
+                } => self.incompatible(local_reader, remote_writer, &offered_qos, &requested_qos),
+                Status::InconsistentTopic {
+                    previous_topic_data,
+                    discovered_topic_data,
+                    ..
+                } => {
+                    if let Some(passed) = self.seldom.now() {
+                        let (count, topic) = (passed + 1, &previous_topic_data.name);
+                        let (ours, theirs) = (
+                            &previous_topic_data.type_name,
+                            &discovered_topic_data.type_name,
+                        );
+                        tracing::warn!(
+                            "topic `{topic}` is {ours} to one and {theirs} to another ({count} times)"
+                        );
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn matched(&self, own: Guid, other: Guid) {
+        let Some(ear) = self.shared.by_guid(&own) else {
+            // It is just being opened.
+            let mut early = lock(&self.shared.early);
+            if early.len() < MOST_EARLY && own[15] & BUILT_IN == 0 && !self.is_of_this(&own) {
+                early.push((own, other));
+            }
+            return;
+        };
+        let (hello, has_found_us) = match self.shared.told(&other, &own) {
+            Some((hello, found)) => (Some(hello), found),
+            None => (None, false),
+        };
+        if let Some(misfit) = ear.matched(other, hello, has_found_us) {
+            self.differ(&ear, &misfit);
+        }
+        self.shared.has_found.store(true, Ordering::SeqCst);
+    }
+
+    fn is_to_tell(&self) -> bool {
+        let Shared {
+            is_new, has_found, ..
+        } = &*self.shared;
+        is_new.load(Ordering::SeqCst) || has_found.load(Ordering::SeqCst)
+    }
+
+    fn lost(&self, is_it: impl Fn(&Guid) -> bool) {
+        for ear in self.shared.all() {
+            ear.lost(&is_it);
+        }
+    }
+
+    /// Says what of another end does not fit, with both values.
+    fn incompatible(&self, own: GUID, other: GUID, offered: &QosPolicies, requested: &QosPolicies) {
+        let (own, other) = (wire::guid(own), wire::guid(other));
+        let Some(ear) = self.shared.by_guid(&own) else {
+            return;
+        };
+        let differences = rc_network::differences(&promise(offered), &promise(requested));
+        if !ear.may_tell_of(&other) {
+            return;
+        }
+        let who = match self.shared.told(&other, &own) {
+            Some((hello, _)) => {
+                format!("the {} {}", hello.role.word(), hello.who(&self.shared.host))
+            }
+            None => format!("the end {}", hex(&other)),
+        };
+        let differences = match differences.join("; ") {
+            none if none.is_empty() => "their quality of service differs".to_owned(),
+            some => some,
+        };
+        let topic = &ear.topic;
+        self.shared.mismatches.warn(if ear.sends {
+            format!("what is sent on `{topic}` does not reach {who}: {differences}")
+        } else {
+            format!("`{topic}` hears nothing of {who}: {differences}")
+        });
+    }
+
+    /// Tells others of the ends of this component, and ROS of its node. What does not go out is told again after a pause.
+    fn tell(&self) {
+        let is_new = self.shared.is_new.swap(false, Ordering::SeqCst);
+        self.shared.has_found.store(false, Ordering::SeqCst);
+        let mut node = NodeEntitiesInfo::new(self.node.clone());
+        let ends = lock(&self.shared.ends);
+        for own in ends.values() {
+            let gid = Gid::from(GUID::from_bytes(own.guid));
+            if own.ear.sends {
+                node.add_writer(gid);
+            } else {
+                node.add_reader(gid);
+            }
+        }
+        let told = ends.values().map(|own| {
+            let ear = &own.ear;
+            let hello = Hello {
+                role: ear.role,
+                types: ear.types.clone(),
+                instance: ear.instance.clone(),
+                pid: std::process::id(),
+                host: self.shared.host.clone(),
+            };
+            let told = Told {
+                hello,
+                connection: ear.connection,
+                topic: ear.topic.clone(),
+                found: ear.found(),
+            };
+            (&own.guid, told)
+        });
+        let message = presence::message(told);
+        drop(ends);
+        let sent = self.ends.1.write(message, None).is_ok();
+        let nodes = ParticipantEntitiesInfo::new(self.member, vec![node]);
+        if !sent || (is_new && !self.tell_nodes(&nodes)) {
+            self.shared.is_new.store(true, Ordering::SeqCst);
+        }
+    }
+
+    fn tell_nodes(&self, nodes: &ParticipantEntitiesInfo) -> bool {
+        let mut bytes = Vec::new();
+        let encoding = RepresentationIdentifier::CDR_LE;
+        let written = rustdds::serialization::to_writer_with_rep_id(&mut bytes, nodes, encoding);
+        written.is_ok() && self.nodes.write(Body::of(&[&bytes]), None).is_ok()
+    }
+}
+
+/// The samples of a reader of this thread.
+fn taken(reader: &Reader) -> Vec<Sample> {
+    reader.drain_read_notifications();
+    let mut samples = Vec::new();
+    loop {
+        match reader.try_take_one() {
+            Ok(Some(change)) => samples.push(Sample::of(change, 0)),
+            Ok(None) => return samples,
+            // It is passed over.
+            Err(_) => {}
+        }
+    }
+}
+
+/// What policies promise; what they leave out has the default of DDS.
+fn promise(policies: &QosPolicies) -> Promise {
+    let finite =
+        |time: rustdds::Duration| (time != rustdds::Duration::INFINITE).then(|| time.to_std());
+    Promise {
+        reliable: policies.is_reliable(),
+        transient_local: policies
+            .durability()
+            .is_some_and(|durability| durability >= Durability::TransientLocal),
+        deadline: policies.deadline().and_then(|deadline| finite(deadline.0)),
+        liveliness: policies
+            .liveliness()
+            .and_then(|liveliness| match liveliness {
+                Liveliness::Automatic { lease_duration }
+                | Liveliness::ManualByParticipant { lease_duration }
+                | Liveliness::ManualByTopic { lease_duration } => finite(lease_duration),
+            }),
+    }
+}
