@@ -34,17 +34,17 @@ pub(crate) struct Lines {
 
 impl Lines {
     pub(crate) fn new(overlong: Overlong) -> Self {
+        Self::up_to(LIMIT, overlong)
+    }
+
+    /// Lines of at most `limit` bytes.
+    pub(crate) fn up_to(limit: usize, overlong: Overlong) -> Self {
         Self {
             pending: Vec::new(),
             skipping: false,
             overlong,
-            limit: LIMIT,
+            limit,
         }
-    }
-
-    /// With another limit.
-    pub(crate) fn up_to(self, limit: usize) -> Self {
-        Self { limit, ..self }
     }
 
     /// The lines that these bytes complete.

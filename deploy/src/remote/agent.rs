@@ -220,7 +220,7 @@ impl Agent {
             wires: Wires::default(),
             // The supervisor waits for the answer: nothing is left in the buffer.
             input: input.into_inner().0,
-            lines: Lines::new(Overlong::Skip).up_to(LONGEST),
+            lines: Lines::up_to(LONGEST, Overlong::Skip),
             output: output.0,
             out: Vec::new(),
             heard: now,

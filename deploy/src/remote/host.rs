@@ -354,7 +354,7 @@ impl Host {
             Link::Beginning(ssh, beginner) => vec![match beginner.result() {
                 Ok(begun) => {
                     self.outbox.0.borrow_mut().clear();
-                    self.link = Link::There(ssh, Lines::new(Overlong::Skip).up_to(LONGEST));
+                    self.link = Link::There(ssh, Lines::up_to(LONGEST, Overlong::Skip));
                     self.heard = now;
                     self.next_beat = now;
                     self.pause = FIRST_PAUSE;
