@@ -120,6 +120,7 @@ fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
             reliability: rc_middleware::qos::Reliability::BestEffort,
             ..Qos::PUBLISHER
         },
+        foreign: Vec::new(),
     });
     let message = up.await_event("mismatch", Some("herald"));
     assert!(

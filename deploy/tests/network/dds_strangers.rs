@@ -316,6 +316,7 @@ impl Herald {
                 hash: u64::from_str_radix(&hash[..16], 16).expect("a hash"),
             },
             qos: Qos::CALL,
+            foreign: Vec::new(),
         };
         let client = backend.client(&endpoint).expect("a client");
         Site::until("the herald is found", || client.peers() == 1);
