@@ -18,31 +18,31 @@ pub(crate) struct Sweeps(Vec<Sweep>);
 
 #[derive(Debug)]
 struct Sweep {
-    unit: usize,
+    component: String,
     thread: JoinHandle<usize>,
     patience: Instant,
 }
 
 impl Sweeps {
-    /// Begins to end what this run of a unit has left. Where there can be no thread, that is done at the end of the
+    /// Begins to end what this run of a component has left. Where there can be no thread, that is done at the end of the
     /// network.
-    pub(crate) fn begin(&mut self, unit: usize, mark: &Mark, run: String) {
+    pub(crate) fn begin(&mut self, component: &str, mark: &Mark, run: String) {
         let mark = mark.clone();
         let thread = std::thread::Builder::new().name("left-over".to_owned());
         if let Ok(thread) = thread.spawn(move || mark.sweep_of(&run)) {
             self.0.push(Sweep {
-                unit,
+                component: component.to_owned(),
                 thread,
                 patience: Instant::now() + PATIENCE,
             });
         }
     }
 
-    /// Whether a start of this unit waits.
-    pub(crate) fn hold_back(&self, unit: usize) -> bool {
+    /// Whether a start of this component waits.
+    pub(crate) fn hold_back(&self, component: &str) -> bool {
         let now = Instant::now();
         let mut sweeps = self.0.iter();
-        sweeps.any(|sweep| sweep.unit == unit && now < sweep.patience)
+        sweeps.any(|sweep| sweep.component == component && now < sweep.patience)
     }
 
     /// When to look again.
@@ -52,10 +52,10 @@ impl Sweeps {
         waited_for.then(|| now + LOOK)
     }
 
-    /// Those that are done: the unit, and how many processes were killed.
-    pub(crate) fn done(&mut self) -> Vec<(usize, usize)> {
+    /// Those that are done: the component, and how many processes were killed.
+    pub(crate) fn done(&mut self) -> Vec<(String, usize)> {
         let done = self.0.extract_if(.., |sweep| sweep.thread.is_finished());
-        done.map(|sweep| (sweep.unit, sweep.thread.join().unwrap_or(0)))
+        done.map(|sweep| (sweep.component, sweep.thread.join().unwrap_or(0)))
             .collect()
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::{Error, OrCannot};
 use crate::events::{Event, Severity};
 use crate::follower::Follower;
-use crate::plan::check_name;
+use crate::plan::{check_name, is_reserved};
 use crate::report::Format;
 use crate::rotate;
 use rustix::event::{PollFd, PollFlags, poll};
@@ -16,7 +16,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-/// The log of the supervisor and of its guard; no component has such a name.
+/// The log of the supervisor and of its guard; no component has such a name, see [`is_reserved`].
 pub(crate) const SUPERVISOR: &str = "rcdeploy";
 pub(crate) const GUARD: &str = "rcdeploy-guard";
 
@@ -215,7 +215,7 @@ fn names(directory: &Path) -> Vec<String> {
             let name = entry.file_name().into_string().ok()?;
             Some(name.strip_suffix(".log")?.to_owned())
         })
-        .filter(|name| name != SUPERVISOR && name != GUARD)
+        .filter(|name| !is_reserved(name))
         .collect();
     names.sort();
     names

@@ -72,6 +72,9 @@ pub struct Status {
 pub struct ComponentStatus {
     /// Its name.
     pub name: String,
+    /// The machine that it runs on; this one where there is none.
+    #[serde(default)]
+    pub host: Option<String>,
     /// Where it is in its life.
     pub state: State,
     /// Its process, while it runs.
@@ -168,6 +171,9 @@ impl fmt::Display for Status {
                 "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
                 component.name, component.state, component.middleware
             )?;
+            if let Some(host) = &component.host {
+                write!(f, "  on {host}")?;
+            }
             if !component.cpu.is_empty() {
                 write!(f, "  cpu {}", realtime::list(&component.cpu))?;
             }

@@ -21,7 +21,7 @@ use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
 use serde::Serialize;
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, ExitCode};
@@ -181,6 +181,9 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    /// What the supervisor of another machine runs here, over ssh; started by `up`.
+    #[command(hide = true)]
+    Agent,
     /// The process that cleans up when its supervisor is gone; started by `up`.
     #[command(hide = true)]
     Guard {
@@ -375,6 +378,7 @@ fn run(command: Command) -> Result<u8, Failure> {
                 guard: None,
                 log_limit: Some(log_limit << 20),
                 memory_pause: None,
+                services: BTreeMap::new(),
             };
             up(&input, build, detach, &options)
         }
@@ -433,6 +437,11 @@ fn run(command: Command) -> Result<u8, Failure> {
             image,
             dry_run,
         } => export(&input, to, &out, image.as_deref(), dry_run),
+        Command::Agent => {
+            // Its own exit code is for nobody: it tells its supervisor what is wrong.
+            let _ = rc_deploy::agent(&wipe);
+            Ok(0)
+        }
         Command::Guard { network, hold } => {
             let held = RefCell::new(services::hold(&network, &hold));
             let clean = || {
@@ -624,7 +633,6 @@ fn load(
 fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
     move |network, found| {
         if !unbuilt {
-            network.warn_of_remote_hosts(found);
             network.check_machine(false, found);
             network.check_generated(found);
             network.check_executables(input.profile, found);
@@ -690,7 +698,6 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
     let human = rc_diagnostics::Format::Human;
     let network = if build {
         let network = load(input, human, |network, found| {
-            network.refuse_remote_hosts(found);
             network.check_machine(true, found);
             network.check_generated(found);
         })?;
@@ -704,7 +711,6 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
         }
     } else {
         load(input, human, |network, found| {
-            network.refuse_remote_hosts(found);
             network.check_machine(true, found);
             network.check_executables(input.profile, found);
         })?
@@ -740,10 +746,11 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
     let args = own
         .args
         .into_iter()
-        .chain(["--hold".to_owned(), network.services()])
+        .chain(["--hold".to_owned(), network.services(None)])
         .collect();
     let options = Options {
         guard: Some(GuardCommand { args, ..own }),
+        services: network.services_elsewhere(),
         ..options.clone()
     };
     let name = plan.network.clone();

@@ -118,12 +118,26 @@ impl Bench {
     }
 
     pub fn start_with(&self, components: Vec<Component>, flags: &[&str]) -> Up {
-        self.start_plan(&self.write(components), &[], flags)
+        self.start_in(components, flags, &[])
+    }
+
+    /// The same with environment variables.
+    pub fn start_in(
+        &self,
+        components: Vec<Component>,
+        flags: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Up {
+        self.start_by(&[], &self.write(components), flags, variables)
     }
 
     /// Starts a plan that was written. Where there is a `way`, the driver is run by that program, with these first
     /// arguments.
     pub fn start_plan(&self, plan: &str, way: &[&str], flags: &[&str]) -> Up {
+        self.start_by(way, plan, flags, &[])
+    }
+
+    fn start_by(&self, way: &[&str], plan: &str, flags: &[&str], variables: &[(&str, &str)]) -> Up {
         let own = self.driver(&["up", plan, "--json"]);
         let mut command = own;
         if let [program, arguments @ ..] = way {
@@ -140,6 +154,7 @@ impl Bench {
         }
         let mut child = command
             .args(flags)
+            .envs(variables.iter().copied())
             .stdout(Stdio::piped())
             .spawn()
             .expect("it starts");

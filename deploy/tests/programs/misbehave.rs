@@ -183,6 +183,8 @@ fn main() -> ExitCode {
         "garbage" => {
             program.say("hello?");
             program.say(&"x".repeat(100_000));
+            // As long as it may be, and much longer when it is quoted.
+            program.say(&"\u{1}\"".repeat(32_000));
             program.say(r#"{"method":"dance"}"#);
             program.ready();
             program.live(Some(0), false, None);

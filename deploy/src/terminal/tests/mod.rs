@@ -29,6 +29,7 @@ const NAMES: [&str; 6] = [
 fn status() -> Status {
     let components = NAMES.iter().enumerate().map(|(at, name)| ComponentStatus {
         name: (*name).to_owned(),
+        host: None,
         state: match at {
             3 => State::Emergency,
             5 => State::Failed,
