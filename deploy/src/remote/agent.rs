@@ -510,11 +510,16 @@ impl Agent {
                 self.say(&Word::Note(text));
             }
         }
-        let sweeps = &self.sweeps;
-        let given_up = self.ended.extract_if(.., |name, _| !sweeps.hold_back(name));
-        for (name, exit) in given_up.collect::<Vec<_>>() {
-            let left = 0;
-            self.say(&Word::Ended { name, exit, left });
+        let names = self.ended.keys();
+        let names: Vec<String> = names
+            .filter(|name| !self.sweeps.hold_back(name))
+            .cloned()
+            .collect();
+        for name in names {
+            if let Some(exit) = self.ended.remove(&name) {
+                let left = 0;
+                self.say(&Word::Ended { name, exit, left });
+            }
         }
     }
 
