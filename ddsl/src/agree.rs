@@ -1,9 +1,9 @@
 //! Whether two ends of one interface can talk.
 
 use crate::connect::{Endpoint, slot};
-use crate::model::{Deployment, Setting};
+use crate::model::{Deployment, Host, Setting};
 use rc_cdsl::Component;
-use rc_cdsl::model::Qos;
+use rc_cdsl::model::{Backend, Qos};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
 use rc_idsl::canonical::operation_text;
 use std::collections::HashMap;
@@ -100,6 +100,21 @@ impl<'a> Agreement<'a> {
         false
     }
 
+    /// The names of the machines of two ends, where these are not the same.
+    fn hosts_apart(&self, one: Endpoint, other: Endpoint) -> Option<(&str, &str)> {
+        let host = |end: Endpoint| {
+            let instance = &self.deployment.instances[end.instance];
+            self.deployment.remote_host(instance)
+        };
+        let (one, other) = (host(one), host(other));
+        let same = match (one, other) {
+            (Some(one), Some(other)) => one.is_same(other),
+            (one, other) => one.is_none() && other.is_none(),
+        };
+        let name = |host: Option<&'a Host>| host.map_or("localhost", |host| &host.name.text);
+        (!same).then(|| (name(one), name(other)))
+    }
+
     fn middleware(
         &self,
         span: Span,
@@ -120,6 +135,17 @@ impl<'a> Agreement<'a> {
                 there.word()
             );
             found.push(Diagnostic::error("middleware-mismatch", span, message));
+            return false;
+        }
+        if here == Backend::Iceoryx2
+            && let Some((one, other)) = self.hosts_apart(consumer, provider)
+        {
+            let message = format!(
+                "{ends} are on different machines, {one} and {other}, and {} is shared memory of one",
+                here.word()
+            );
+            let error = Diagnostic::error("shared-memory-across-hosts", span, message);
+            found.push(error.help("use `middleware dds`, or let both run on one host"));
             return false;
         }
         // Shared memory knows no domains.

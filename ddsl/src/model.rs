@@ -254,4 +254,11 @@ impl Host {
         address.eq_ignore_ascii_case("localhost")
             || address.parse().is_ok_and(|ip: IpAddr| ip.is_loopback())
     }
+
+    /// Whether both are one machine, and one user there.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let machine = |host: &Self| host.address.text.to_lowercase();
+        let user = |host: &Self| host.user.as_ref().map(|user| user.text.clone());
+        machine(self) == machine(other) && user(self) == user(other)
+    }
 }

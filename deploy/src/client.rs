@@ -26,7 +26,10 @@ pub(crate) const ANSWER_LENGTH: usize = 64 * LIMIT;
 pub fn status(network: &str) -> Result<Status, Error> {
     let mut connection = Connection::open(network)?;
     let answer = connection.ask("status")?;
-    serde_json::from_value(answer.clone()).map_err(|_| connection.strange(&answer))
+    let status: Result<Status, _> = serde_json::from_value(answer.clone());
+    let mut status = status.map_err(|_| connection.strange(&answer))?;
+    status.look_at_the_file();
+    Ok(status)
 }
 
 /// Stops a network, and waits until it is down, at most for `limit`.
@@ -83,6 +86,20 @@ pub fn networks() -> Vec<String> {
     names.retain(|name| {
         check_name("network", name).is_ok()
             && UnixStream::connect(RunDirectory::of(name).socket(control::NAME)).is_ok()
+    });
+    names
+}
+
+/// The networks of this user that were started from this file, whatever stands in it by now, and whether it is there.
+pub fn started_from(file: &Path) -> Vec<String> {
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+    let place = folder.map(|folder| folder.join(file.file_name().unwrap_or_default()));
+    let places = [file.canonicalize(), place];
+    let mut names = networks();
+    names.retain(|name| {
+        let from = status(name).map(|status| status.ddsl);
+        from.is_ok_and(|from| places.iter().flatten().any(|place| *place == from))
     });
     names
 }

@@ -5,9 +5,10 @@ use rc_cdsl::model::Backend;
 use rc_codegen::Project;
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_pdsl::config::Settings;
+use rc_pdsl::config::{Settings, Values};
+use rc_pdsl::model::{Kind, Parameter, Type};
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// The configuration of an instance, if it has one.
@@ -103,6 +104,60 @@ pub(crate) fn settings(
             handed
         })
         .collect()
+}
+
+/// The files that a component's parameters name, and that are there: those of parameters of type `path` whose values
+/// start at the working directory.
+pub(crate) fn named_files(
+    project: Option<&Project>,
+    config: Option<&Path>,
+    directory: &Path,
+) -> Vec<PathBuf> {
+    let Some(parameters) = project.and_then(|project| project.parameters.as_ref()) else {
+        return Vec::new();
+    };
+    let values = match config.map(rc_codegen::load::read) {
+        Some(Ok(text)) => {
+            let mut sources = SourceMap::new();
+            let source = sources.add("", text);
+            Some(rc_pdsl::config::check(&sources, source, Some(parameters)).0)
+        }
+        // What cannot be read was an error.
+        Some(Err(_)) => None,
+        None => rc_pdsl::config::defaults(Some(parameters)).ok(),
+    };
+    let mut paths = Vec::new();
+    if let Some(values) = values {
+        path_values(&parameters.parameters, &values.parameters, &mut paths);
+    }
+    let files = paths.into_iter().filter(|path| path.is_relative());
+    let files = files.map(|path| directory.join(path));
+    files.filter(|path| path.is_file()).collect()
+}
+
+fn path_values(parameters: &[Parameter], values: &Values, out: &mut Vec<PathBuf>) {
+    for parameter in parameters {
+        let name = &parameter.name;
+        match &parameter.kind {
+            Kind::Scalar {
+                ty: Type::Path,
+                array,
+            } => {
+                if array.is_some() {
+                    out.extend(values.paths(name));
+                } else {
+                    out.push(values.path(name));
+                }
+            }
+            Kind::Scalar { .. } => {}
+            Kind::Group(parameters) => path_values(parameters, values.group(name), out),
+            Kind::List { parameters, .. } => {
+                for element in values.list(name) {
+                    path_values(parameters, element, out);
+                }
+            }
+        }
+    }
 }
 
 /// Checks one configuration against the component's parameters and slots.

@@ -189,8 +189,12 @@ fn error(id: &Value, code: i32, message: &str) -> Value {
 }
 
 impl Control {
-    /// Listens at `path`.
+    /// Listens at `path`, which is the caller's: whose socket is there was killed while it cleaned up.
     pub(crate) fn listen(path: &Path) -> io::Result<Self> {
+        match std::fs::remove_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
         let listener = UnixListener::bind(path)?;
         listener.set_nonblocking(true)?;
         Ok(Self {

@@ -1,6 +1,7 @@
 //! What can go wrong outside the components, each with what to do about it.
 
-use std::io;
+use std::fmt::Arguments;
+use std::io::{self, Write};
 use std::time::Duration;
 
 /// Why a command of rcdeploy could not do its work.
@@ -104,7 +105,7 @@ pub enum Error {
         what: String,
     },
     /// The system refused something.
-    #[error("cannot {action}: {source}")]
+    #[error("cannot {action}: {source}{}", advice(.source))]
     System {
         /// What was tried, as in "cannot …".
         action: String,
@@ -146,6 +147,22 @@ fn behind(reason: &str) -> String {
     } else {
         format!(" {reason}")
     }
+}
+
+/// What to do about an error of the system that people can do something about.
+pub(crate) fn advice(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; remove something there, or have other folders: logs are below XDG_STATE_HOME, sockets and locks below XDG_RUNTIME_DIR"
+        }
+        _ => "",
+    }
+}
+
+/// Writes a line on standard error, which may be a log on a disk that is full, or a pipe that nobody reads:
+/// `eprintln!` would panic.
+pub fn complain(line: Arguments<'_>) {
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Gives an error of the system its context, as in `.or_cannot("open the log")`.

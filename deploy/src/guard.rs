@@ -3,7 +3,7 @@
 //! The supervisor tells it of every process over a socket (the guard's standard input). When the socket closes
 //! without a farewell, the supervisor is gone, by whatever way. Components notice the same through their own link.
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, OrCannot, complain};
 use crate::held::{Held, HeldComponent};
 use crate::lines::{Line, Lines, Overlong};
 use crate::lock::Lock;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How long a guard may take until it guards.
 const START_LIMIT: Duration = Duration::from_secs(5);
@@ -64,6 +64,7 @@ enum Report {
 /// The supervisor's end: a guard that runs.
 #[derive(Debug)]
 pub(crate) struct Guard {
+    started: Instant,
     child: Child,
     link: UnixStream,
     pidfd: OwnedFd,
@@ -96,7 +97,12 @@ impl Guard {
             .map_err(|error| Error::Guard(format!("{}: {error}", command.program.display())))?;
         let pidfd = pidfd_open(Pid::from_child(&child), PidfdFlags::empty())
             .or_cannot("watch the guard process")?;
-        let mut guard = Self { child, link, pidfd };
+        let mut guard = Self {
+            started: Instant::now(),
+            child,
+            link,
+            pidfd,
+        };
         let mark = held.mark.clone();
         guard.tell(&Report::Network { mark });
         for component in &held.components {
@@ -128,6 +134,11 @@ impl Guard {
     /// Becomes readable when the guard ends.
     pub(crate) fn descriptor(&self) -> &OwnedFd {
         &self.pidfd
+    }
+
+    /// How long it has lived.
+    pub(crate) fn age(&self) -> Duration {
+        self.started.elapsed()
     }
 
     /// How it ended, after its descriptor was readable.
@@ -181,7 +192,7 @@ pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
     match watch(network, cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("guard of {network}: {error}");
+            complain(format_args!("guard of {network}: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
@@ -220,7 +231,7 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         End::Gone(Some(held)) => held,
     };
     let names: Vec<&str> = held.components.iter().map(|c| c.name.as_str()).collect();
-    eprintln!(
+    complain(format_args!(
         "guard of {network} ({}): the supervisor is gone; components left: {}",
         Identity::own().map_or(0, |own| own.pid),
         if names.is_empty() {
@@ -228,9 +239,11 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         } else {
             names.join(", ")
         }
-    );
+    ));
     let killed = held.finish_off();
-    eprintln!("guard of {network}: {killed} processes had to be killed");
+    complain(format_args!(
+        "guard of {network}: {killed} processes had to be killed"
+    ));
     wipe(&lock, cleanup)
 }
 
@@ -267,9 +280,11 @@ fn listen(supervisor: &UnixStream) -> End {
                     held.components.retain(|c| c.process.pid != pid);
                 }
                 (Ok(Report::Farewell), _) => return End::Farewell,
-                (Ok(_), None) => eprintln!("guard: a report before the network: {text}"),
+                (Ok(_), None) => {
+                    complain(format_args!("guard: a report before the network: {text}"));
+                }
                 // The line of a supervisor that was killed while it wrote.
-                (Err(error), _) => eprintln!("guard: {error} in {text}"),
+                (Err(error), _) => complain(format_args!("guard: {error} in {text}")),
             }
         }
         if ended {

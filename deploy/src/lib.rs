@@ -12,7 +12,8 @@
 //! - [`preview`], [`graph`]: what would run, as tables, as a picture, as JSON.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
-//! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed.
+//! - [`guard`](mod@guard), [`held`]: nothing outlives its network, whichever process is killed; `keep` joins them.
+//! - `remote`: the same on other machines, over ssh; [`agent`](fn@agent) is the end there.
 //! - [`services`]: the shared memory that the guard holds open, so that no kill leaves it half made.
 //! - [`export`](mod@export): the same for engines of another kind.
 //! - [`terminal`]: a live view, a client of the sockets of the supervisor and of the components.
@@ -23,6 +24,7 @@
 //! that no stranger who got a pid for the second time is ever hit.
 
 mod addresses;
+mod body;
 pub mod client;
 pub mod commands;
 mod configuration;
@@ -37,6 +39,9 @@ mod growth;
 pub mod guard;
 pub mod held;
 mod journal;
+mod keep;
+mod launch;
+mod left;
 mod lines;
 mod link;
 mod lock;
@@ -49,6 +54,7 @@ pub mod preview;
 pub mod process;
 mod realtime;
 mod relay;
+mod remote;
 pub mod report;
 mod restart;
 mod restore;
@@ -71,7 +77,8 @@ pub use error::Error;
 pub use events::{Event, Severity};
 pub use guard::{GuardCommand, guard};
 pub use held::recover;
-pub use plan::{Component, Plan, Policy, Restart};
+pub use plan::{Component, Host, Plan, Policy, Restart};
+pub use remote::agent;
 pub use report::Format;
 pub use status::{ComponentStatus, State, Status, Trouble};
 pub use up::{Options, Outcome, up};

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-/// The longest line of any protocol here.
+/// The longest line of any protocol here, where nothing else is said.
 pub(crate) const LIMIT: usize = 64 * 1024;
 
 /// What becomes of a line that is longer than the limit.

@@ -3,7 +3,7 @@
 use crate::error::{Error, OrCannot};
 use crate::events::{Event, Severity};
 use crate::follower::Follower;
-use crate::plan::check_name;
+use crate::plan::{check_name, is_reserved};
 use crate::report::Format;
 use crate::rotate;
 use rustix::event::{PollFd, PollFlags, poll};
@@ -16,7 +16,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-/// The log of the supervisor and of its guard; no component has such a name.
+/// The log of the supervisor and of its guard; no component has such a name, see [`is_reserved`].
 pub(crate) const SUPERVISOR: &str = "rcdeploy";
 pub(crate) const GUARD: &str = "rcdeploy-guard";
 
@@ -86,9 +86,14 @@ pub fn tail(path: &Path, count: usize) -> io::Result<Vec<String>> {
 /// The last lines of a log as they stand below a failure. Lines are shortened: the whole fits into one message.
 pub(crate) fn quote(path: &Path) -> String {
     let lines = tail(path, 10).unwrap_or_default();
+    let full = if is_full(path) {
+        "; its disk is full, and a program that minds may have ended for that: remove something, or have the logs below another XDG_STATE_HOME"
+    } else {
+        ""
+    };
     let path = path.display();
     if lines.is_empty() {
-        return format!("there is nothing in {path}");
+        return format!("there is nothing in {path}{full}");
     }
     let lines = lines.iter().map(|line| {
         let end = line
@@ -98,7 +103,16 @@ pub(crate) fn quote(path: &Path) -> String {
         &line[..end]
     });
     let lines: Vec<&str> = lines.collect();
-    format!("the last lines of {path}:\n    {}", lines.join("\n    "))
+    format!(
+        "the last lines of {path}{full}:\n    {}",
+        lines.join("\n    ")
+    )
+}
+
+/// Whether nothing more can be written beside this file.
+fn is_full(path: &Path) -> bool {
+    // Where a system does not count its blocks, it has none at all.
+    rustix::fs::statvfs(path).is_ok_and(|disk| disk.f_blocks > 0 && disk.f_bavail == 0)
 }
 
 /// Tells when anything in a folder is written.
@@ -201,7 +215,7 @@ fn names(directory: &Path) -> Vec<String> {
             let name = entry.file_name().into_string().ok()?;
             Some(name.strip_suffix(".log")?.to_owned())
         })
-        .filter(|name| name != SUPERVISOR && name != GUARD)
+        .filter(|name| !is_reserved(name))
         .collect();
     names.sort();
     names

@@ -1,9 +1,9 @@
 //! A `.ddsl` with everything that it names: loaded, checked, and made into a plan.
 
 use crate::addresses::process_name;
-use crate::configuration::{config, configurations, settings};
+use crate::configuration::{config, configurations, named_files, settings};
 use crate::error::Error;
-use crate::plan::{Component, Plan, Policy, Restart};
+use crate::plan::{self, Component, Plan, Policy, Restart};
 use crate::variant;
 use rc_cdsl::model::Backend;
 use rc_codegen::note::Note;
@@ -389,11 +389,19 @@ impl Network {
             option("--network", self.name().to_owned());
             option("--name", process_name(&instance.path));
             let project = self.projects[at].as_deref();
-            if let Some(config) = config(instance, project) {
-                option(
-                    "--config",
-                    std::path::absolute(config)?.to_string_lossy().into_owned(),
-                );
+            let host = self.deployment.remote_host(instance);
+            let config = config(instance, project).map(std::path::absolute);
+            let config = config.transpose()?;
+            let mut files = Vec::new();
+            if let Some(config) = &config {
+                option("--config", config.to_string_lossy().into_owned());
+            }
+            if let Some(host) = host {
+                files.extend(config.clone());
+                // In a folder of its own it finds what is there.
+                if host.workspace.is_none() {
+                    files.extend(named_files(project, config.as_deref(), &directory));
+                }
             }
             let component = project.map(|p| &p.component);
             for set in self.handed(at) {
@@ -427,6 +435,13 @@ impl Network {
                 cpu: instance.cpu.clone(),
                 priority: instance.priority.map(|(priority, _)| priority),
                 middleware: instance.middleware.word().to_owned(),
+                host: host.map(|host| plan::Host {
+                    name: host.name.text.clone(),
+                    address: host.address.text.clone(),
+                    user: host.user.as_ref().map(|user| user.text.clone()),
+                    workspace: host.workspace.as_ref().map(|w| PathBuf::from(&w.text)),
+                }),
+                files,
                 ..Component::new(instance.path.clone(), executable, directory)
             });
         }

@@ -1,13 +1,14 @@
 //! What is to run: plain data, made from a `.ddsl` by someone else, checked once more here.
 
 use crate::Error;
+use crate::remote;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The names that files of rcdeploy itself have beside those of the components.
-const RESERVED: [&str; 2] = ["rcdeploy", "rcdeploy-guard"];
+/// How the names begin that files of rcdeploy itself have beside those of the components.
+const RESERVED: &str = "rcdeploy";
 
 /// The longest limit of a component: what is longer is a slip of the pen, and could not be added to a time.
 const LONGEST: Duration = Duration::from_secs(24 * 60 * 60);
@@ -59,6 +60,25 @@ pub struct Component {
     /// The middleware that it was generated for, for people.
     #[serde(default)]
     pub middleware: String,
+    /// The machine that it runs on; this one where there is none.
+    #[serde(default)]
+    pub host: Option<Host>,
+    /// What it reads and its host has to have: its configuration, and files that this names.
+    #[serde(default)]
+    pub files: Vec<PathBuf>,
+}
+
+/// Another machine, which is reached by ssh.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Host {
+    /// Its name in the network.
+    pub name: String,
+    /// Its name or IP address, or an alias of the user's `~/.ssh/config`.
+    pub address: String,
+    /// Who runs components there; as ssh decides where there is none.
+    pub user: Option<String>,
+    /// The folder there that components run in, instead of a copy of the network's.
+    pub workspace: Option<PathBuf>,
 }
 
 /// Whether a component is started again when it has ended by itself. The first start has to succeed all the same.
@@ -123,6 +143,8 @@ impl Component {
             cpu: Vec::new(),
             priority: None,
             middleware: String::new(),
+            host: None,
+            files: Vec::new(),
         }
     }
 }
@@ -169,7 +191,13 @@ impl Plan {
     /// The longest time that an `up` of this plan may take until it succeeds or has failed and stopped everything.
     pub fn start_limit(&self) -> Duration {
         let components: Duration = self.components.iter().map(|c| c.ready + c.stop).sum();
-        components + Duration::from_secs(15)
+        let remote = self.components.iter().any(|c| c.host.is_some());
+        let hosts = if remote {
+            remote::SET_UP_LIMIT
+        } else {
+            Duration::ZERO
+        };
+        components + hosts + Duration::from_secs(15)
     }
 
     /// The longest time that stopping this plan may take.
@@ -234,6 +262,12 @@ pub(crate) fn reachable(edges: &[BTreeSet<usize>], from: usize) -> BTreeSet<usiz
     seen
 }
 
+/// Whether files of rcdeploy itself have this name.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    let rest = name.strip_prefix(RESERVED);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+}
+
 /// Names become files in folders that are removed as a whole: nothing that leads elsewhere is let through.
 pub(crate) fn check_name(kind: &str, name: &str) -> Result<(), Error> {
     let fine = !name.is_empty()
@@ -247,7 +281,7 @@ pub(crate) fn check_name(kind: &str, name: &str) -> Result<(), Error> {
             "`{name}` cannot be the name of a {kind}: up to 64 letters, digits, `_`, `-` and `.`, the first no `.` or `-`"
         )));
     }
-    if RESERVED.contains(&name) {
+    if is_reserved(name) {
         return Err(Error::Plan(format!(
             "the name {name} is reserved; choose another one for the {kind}"
         )));

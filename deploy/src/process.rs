@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 /// The environment variable that every process of a network carries and inherits, see [`Mark`].
 pub const MARK: &str = "RC_SUPERVISOR";
 
+/// The environment variable with the name of its component and the number of its run, which its children inherit.
+pub const COMPONENT: &str = "RC_COMPONENT";
+
 /// How long a process that got SIGKILL is waited for. Only one that hangs in the kernel needs longer.
 pub(crate) const KILL_LIMIT: Duration = Duration::from_secs(2);
 
@@ -130,6 +133,15 @@ impl Mark {
 
     /// Kills every process that carries this mark, and returns how many there were.
     pub fn sweep(&self) -> usize {
+        self.sweep_those(&[format!("{MARK}={}", self.0)])
+    }
+
+    /// The same of those alone that a run of a component has left behind.
+    pub(crate) fn sweep_of(&self, run: &str) -> usize {
+        self.sweep_those(&[format!("{MARK}={}", self.0), format!("{COMPONENT}={run}")])
+    }
+
+    fn sweep_those(&self, wanted: &[String]) -> usize {
         if *self == Self::nobody() {
             return 0;
         }
@@ -137,11 +149,11 @@ impl Mark {
         let mut patience = EXEC_LIMIT;
         // A process may have forked while the others were looked at.
         for _ in 0..5 {
-            let mut found = self.bearers();
+            let mut found = bearers(wanted);
             while found.is_none() && !patience.is_zero() {
                 patience = patience.saturating_sub(EXEC_PAUSE);
                 std::thread::sleep(EXEC_PAUSE);
-                found = self.bearers();
+                found = bearers(wanted);
             }
             let Some(found) = found else { break };
             if found.is_empty() {
@@ -159,41 +171,42 @@ impl Mark {
         }
         killed
     }
+}
 
-    /// Those that carry this mark; `None` if there are none, but one that may turn out to.
-    fn bearers(&self) -> Option<Vec<OwnedFd>> {
-        let wanted = format!("{MARK}={}", self.0);
-        let own = std::process::id();
-        let mut unsettled = false;
-        let mut found = Vec::new();
-        for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
-            let pid = entry
-                .file_name()
-                .to_str()
-                .and_then(|name| name.parse().ok());
-            let Some(pid) = pid.filter(|&pid: &i32| u32::try_from(pid) != Ok(own)) else {
-                continue;
-            };
-            let Some(process) = Pid::from_raw(pid) else {
-                continue;
-            };
-            let Ok(descriptor) = pidfd_open(process, PidfdFlags::empty()) else {
-                continue;
-            };
-            match environment(pid) {
-                Some(environment) if environment.is_empty() => unsettled |= in_exec(pid),
-                Some(environment) => {
+/// Those with all of these in their environment; `None` if there are none, but one that may turn out to.
+fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
+    let own = std::process::id();
+    let mut unsettled = false;
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
+        let pid = entry
+            .file_name()
+            .to_str()
+            .and_then(|name| name.parse().ok());
+        let Some(pid) = pid.filter(|&pid: &i32| u32::try_from(pid) != Ok(own)) else {
+            continue;
+        };
+        let Some(process) = Pid::from_raw(pid) else {
+            continue;
+        };
+        let Ok(descriptor) = pidfd_open(process, PidfdFlags::empty()) else {
+            continue;
+        };
+        match environment(pid) {
+            Some(environment) if environment.is_empty() => unsettled |= in_exec(pid),
+            Some(environment) => {
+                let has = |wanted: &String| {
                     let mut entries = environment.split(|&byte| byte == 0);
-                    let marked = entries.any(|entry| entry == wanted.as_bytes());
-                    if marked && Identity::of(pid).is_some() {
-                        found.push(descriptor);
-                    }
+                    entries.any(|entry| entry == wanted.as_bytes())
+                };
+                if wanted.iter().all(has) && Identity::of(pid).is_some() {
+                    found.push(descriptor);
                 }
-                None => {}
             }
+            None => {}
         }
-        (!found.is_empty() || !unsettled).then_some(found)
     }
+    (!found.is_empty() || !unsettled).then_some(found)
 }
 
 /// What a process started with; `None` if it has ended, or belongs to somebody else.

@@ -4,6 +4,7 @@
 //! them from the thread that makes it, and its own threads from it. So they hold from its first instruction on.
 
 use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::io;
 use std::process::{Child, Command};
 
@@ -22,7 +23,10 @@ pub(crate) fn spawn(
 ) -> Result<Child, String> {
     let spawn = |command: &mut Command| {
         let child = command.spawn();
-        child.map_err(|e| format!("cannot run {}: {e}", command.get_program().display()))
+        child.map_err(|e| {
+            let program = command.get_program().display();
+            format!("cannot run {program}: {e}{}", remedy(&program, &e))
+        })
     };
     if cpu.is_empty() && priority.is_none() {
         return spawn(command);
@@ -32,6 +36,19 @@ pub(crate) fn spawn(
         priority.map_or(Ok(()), set_priority)?;
         spawn(command)
     })
+}
+
+/// What to do about a program that the system does not run.
+fn remedy(program: &dyn Display, error: &io::Error) -> String {
+    match error.raw_os_error().map(Errno::from_raw_os_error) {
+        Some(Errno::NOENT) => "; build it, as `rcdeploy up --build` does".to_owned(),
+        Some(Errno::ACCESS) => {
+            format!("; `chmod +x {program}` lets it run, unless its disk is mounted with `noexec`")
+        }
+        Some(Errno::NOEXEC) => "; it is no program for this machine: build it anew".to_owned(),
+        Some(Errno::TXTBSY) => "; it is being written, try again when that is done".to_owned(),
+        _ => String::new(),
+    }
 }
 
 /// Whether the system lets this process use a real-time priority; else what to do.

@@ -7,6 +7,7 @@
 use crate::network::Network;
 use rc_cdsl::model::{Backend, Role};
 use rc_ddsl::Endpoint as End;
+use rc_ddsl::model::Host;
 use rc_iceoryx2::Holder;
 use rc_idsl::canonical::{interface_hash, operation_hash};
 use rc_middleware::{
@@ -27,10 +28,29 @@ struct Service {
 }
 
 impl Network {
-    /// All services of this network on the default middleware, as the JSON text that [`hold`] reads.
-    pub fn services(&self) -> String {
+    /// The services on the default middleware that other machines need, by the names of these, see [`Self::services`].
+    pub fn services_elsewhere(&self) -> BTreeMap<String, String> {
+        let instances = self.deployment.instances.iter();
+        let hosts = instances.filter_map(|instance| self.deployment.remote_host(instance));
+        let services = |host: &Host| (host.name.text.clone(), self.services(Some(host)));
+        hosts.map(services).collect()
+    }
+
+    /// All services of this network on the default middleware that a machine needs (`None`: this one), as the JSON
+    /// text that [`hold`] reads.
+    pub fn services(&self, host: Option<&Host>) -> String {
         let mut services: BTreeMap<String, Service> = BTreeMap::new();
         for (End { instance, slot }, address) in self.addresses() {
+            let on = self
+                .deployment
+                .remote_host(&self.deployment.instances[instance]);
+            let is_there = match (on, host) {
+                (Some(on), Some(host)) => on.is_same(host),
+                (on, host) => on.is_none() && host.is_none(),
+            };
+            if !is_there {
+                continue;
+            }
             let Some(project) = self.projects.get(instance).and_then(Option::as_ref) else {
                 continue;
             };
@@ -78,7 +98,9 @@ impl Network {
 /// Makes and holds the services of `network` that [`Network::services`] listed. What cannot be held is told on
 /// standard error, and the network starts without it.
 pub fn hold(network: &str, services: &str) -> Option<Holder> {
-    let complain = |what: &dyn std::fmt::Display| eprintln!("guard of {network}: {what}");
+    let complain = |what: &dyn std::fmt::Display| {
+        crate::error::complain(format_args!("guard of {network}: {what}"));
+    };
     let listed: Vec<(String, Service)> = serde_json::from_str(services)
         .inspect_err(|e| complain(e))
         .ok()?;

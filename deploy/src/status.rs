@@ -4,7 +4,7 @@ use crate::realtime;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Where a component is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,6 +57,12 @@ pub struct Status {
     pub guard: Option<i32>,
     /// The file that it was started from.
     pub ddsl: PathBuf,
+    /// Of that file as it was then; none where it could not be read.
+    #[serde(default)]
+    pub digest: Option<String>,
+    /// Whether that file is another one by now. Whoever asks looks, not the supervisor.
+    #[serde(default)]
+    pub changed: bool,
     /// Its components, in the order of their start.
     pub components: Vec<ComponentStatus>,
 }
@@ -66,6 +72,9 @@ pub struct Status {
 pub struct ComponentStatus {
     /// Its name.
     pub name: String,
+    /// The machine that it runs on; this one where there is none.
+    #[serde(default)]
+    pub host: Option<String>,
     /// Where it is in its life.
     pub state: State,
     /// Its process, while it runs.
@@ -113,6 +122,19 @@ pub struct Trouble {
     pub since: String,
 }
 
+/// What tells one content of a file from another; none where it cannot be read.
+pub(crate) fn digest(path: &Path) -> Option<String> {
+    let text = rc_files::read(path).ok()?;
+    Some(format!("{:016x}", rc_idsl::canonical::hash(&text)))
+}
+
+impl Status {
+    /// Looks whether the file that the network was started from has changed since.
+    pub(crate) fn look_at_the_file(&mut self) {
+        self.changed = self.digest.is_some() && digest(&self.ddsl) != self.digest;
+    }
+}
+
 impl fmt::Display for Status {
     /// A table for people.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -123,6 +145,13 @@ impl fmt::Display for Status {
             self.ddsl.display(),
             self.pid
         )?;
+        if self.changed {
+            writeln!(
+                f,
+                "{} is not what the network was started from any more; what runs stays as it is until `rcdeploy down` and `up`",
+                self.ddsl.display()
+            )?;
+        }
         let width = self.components.iter().map(|c| c.name.len()).max();
         let width = width.unwrap_or(0).max(9);
         writeln!(
@@ -142,6 +171,9 @@ impl fmt::Display for Status {
                 "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
                 component.name, component.state, component.middleware
             )?;
+            if let Some(host) = &component.host {
+                write!(f, "  on {host}")?;
+            }
             if !component.cpu.is_empty() {
                 write!(f, "  cpu {}", realtime::list(&component.cpu))?;
             }

@@ -1,22 +1,25 @@
 //! The loop: one thread, one `poll`, which starts, watches and stops the units of a plan.
 
+mod hosts;
+
 use crate::commands::{self, Commands, Verb};
 use crate::control::{self, Call, Control, Request};
 use crate::detach::Starter;
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, OrCannot, advice};
 use crate::events::{Event, Severity};
-use crate::guard::{Guard, GuardCommand};
-use crate::held::Held;
+use crate::guard::GuardCommand;
+use crate::keep::{Guarding, Keeper};
+use crate::left::Sweeps;
 use crate::lock::Lock;
 use crate::logs;
 use crate::plan::Plan;
-use crate::process::{Identity, Mark};
 use crate::relay::Relay;
+use crate::remote::{Host, Part};
 use crate::report::Reporter;
 use crate::restart::Next;
 use crate::rotate::{self, Rotation};
 use crate::signals::Signals;
-use crate::status::Status;
+use crate::status::{Status, digest};
 use crate::unit::{Overdue, Unit, until};
 use crate::up::{Options, Outcome};
 use crate::watch::Rounds;
@@ -24,11 +27,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
 use std::io;
 use std::os::fd::AsFd;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
-
-/// How often a guard that ends is started anew.
-const GUARD_STARTS: u32 = 5;
 
 /// How often the memory of processes is looked at.
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
@@ -50,6 +49,7 @@ enum Source {
     Listener,
     Client(u64),
     Guard,
+    Host(usize, Part),
     Link(usize),
     Process(usize),
 }
@@ -57,17 +57,16 @@ enum Source {
 /// A network while it is up.
 pub(crate) struct Supervisor<'p> {
     plan: &'p Plan,
+    /// Of the `.ddsl` as it was at the start.
+    digest: Option<String>,
     report: &'p Reporter,
     units: Vec<Unit>,
     /// Whom each unit waits for.
     needs: Vec<BTreeSet<usize>>,
-    /// What runs, as it is written to the run directory.
-    held: Held,
-    lock: Lock,
-    guard_command: GuardCommand,
-    guard_log: PathBuf,
-    guard: Option<Guard>,
-    guard_starts: u32,
+    /// The other machines, and for each unit that runs on one of them, which.
+    hosts: Vec<Host>,
+    host_of: Vec<Option<usize>>,
+    keeper: Keeper,
     control: Control,
     commands: Commands,
     signals: Signals,
@@ -76,6 +75,7 @@ pub(crate) struct Supervisor<'p> {
     rounds: Rounds,
     starter: Option<Starter>,
     is_up: bool,
+    sweeps: Sweeps,
     /// Units that failed after they were ready.
     failed: Vec<String>,
     ending: Option<Ending>,
@@ -92,13 +92,18 @@ impl<'p> Supervisor<'p> {
         let log_directory = logs::open_directory(&plan.network)?;
         let guard_log = logs::file(&log_directory, logs::GUARD);
         let supervisor_log = logs::file(&log_directory, logs::SUPERVISOR);
-        let units: Vec<Unit> = plan
+        let mut units: Vec<Unit> = plan
             .components
             .iter()
             .map(|c| Unit::new(c.clone(), logs::file(&log_directory, &c.name)))
             .collect();
+        let (hosts, host_of) = hosts::of(plan, options, &log_directory);
+        for (unit, host) in units.iter_mut().zip(&host_of) {
+            unit.away = host.map(|host| hosts[host].outbox.clone());
+        }
         let written = units.iter().map(|unit| &unit.log);
-        for path in written.chain([&guard_log, &supervisor_log]) {
+        let of_hosts = hosts.iter().map(|host| &host.log);
+        for path in written.chain([&guard_log, &supervisor_log]).chain(of_hosts) {
             logs::clear(path).or_cannot(format!("write {}", path.display()))?;
         }
         let relay = options
@@ -114,33 +119,26 @@ impl<'p> Supervisor<'p> {
         let logs = logs.chain([guard_log.clone(), supervisor_log]).collect();
         let rotation = Rotation::new(&log_directory, logs, limit).or_cannot("watch the logs")?;
         let signals = Signals::new().or_cannot("listen to signals")?;
-        let own = Identity::own().ok_or_else(|| io::Error::from(io::ErrorKind::Unsupported));
-        let own = own.or_cannot("read /proc/self/stat")?;
-        let held = Held::new(Mark::new(&plan.network, own));
-        held.write(lock.directory())
-            .or_cannot("write to the run directory")?;
-        let socket = lock.directory().socket(control::NAME);
-        let control =
-            Control::listen(&socket).or_cannot(format!("listen at {}", socket.display()))?;
         let guard_command = match &options.guard {
             Some(command) => command.clone(),
             None => GuardCommand::own().or_cannot("find out which program this is")?,
         };
-        let mut guard = Guard::start(&guard_command, &plan.network, &lock, &guard_log, &held)?;
-        guard.await_ready()?;
+        let mut keeper = Keeper::new(&plan.network, lock, guard_command, guard_log)?;
+        let socket = keeper.directory().socket(control::NAME);
+        let control =
+            Control::listen(&socket).or_cannot(format!("listen at {}", socket.display()))?;
+        keeper.start_guard()?;
         let needs = plan.needs();
         Ok(Self {
             plan,
+            digest: digest(&plan.ddsl),
             report,
             units,
             commands: Commands::new(&needs),
             needs,
-            held,
-            lock,
-            guard_command,
-            guard_log,
-            guard: Some(guard),
-            guard_starts: 1,
+            hosts,
+            host_of,
+            keeper,
             control,
             signals,
             relay,
@@ -148,6 +146,7 @@ impl<'p> Supervisor<'p> {
             rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
             starter: None,
             is_up: false,
+            sweeps: Sweeps::default(),
             failed: Vec::new(),
             ending: None,
         })
@@ -160,6 +159,7 @@ impl<'p> Supervisor<'p> {
 
     /// Starts the units and keeps them until they end or are to end.
     pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
+        self.announce_hosts();
         loop {
             self.command();
             while self.start_what_may() {}
@@ -170,7 +170,7 @@ impl<'p> Supervisor<'p> {
             // What a command has stopped can be started by another one.
             let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();
             let to_come = self.ending.is_none() && self.units.iter().any(may_come);
-            if !alive && !to_come {
+            if !alive && !to_come && self.hosts_are_left() {
                 return self.finish(cleanup);
             }
             self.control.tell(&self.report.journal());
@@ -191,7 +191,8 @@ impl<'p> Supervisor<'p> {
         for i in 0..self.units.len() {
             let lets = |&j: &usize| self.units[j].lets_others_start();
             let may = self.needs[i].iter().all(lets);
-            if self.ending.is_none() && may && self.units[i].is_due() {
+            let due = self.units[i].is_due() && !self.sweeps.hold_back(self.units[i].name());
+            if self.ending.is_none() && may && due && self.has_host(i) {
                 self.start(i);
                 any = true;
             }
@@ -231,31 +232,37 @@ impl<'p> Supervisor<'p> {
     fn start(&mut self, i: usize) {
         let unit = &mut self.units[i];
         unit.event(self.report, Severity::Info, "starting", "starting");
-        match unit.start(&self.held.mark) {
+        match unit.start(self.keeper.mark()) {
             Ok(()) => {
-                self.held.components.extend(unit.held());
-                self.write_held();
-                if let (Some(guard), Some(held)) = (&mut self.guard, self.units[i].held()) {
-                    guard.started(&held);
+                if let Some(held) = unit.held() {
+                    let noted = self.keeper.started(held);
+                    self.account(noted);
                 }
             }
-            // What has run before is tried again as its policy says: its program may be being built just now.
-            Err(reason) if self.units[i].is_restarted() => {
-                let unit = &mut self.units[i];
-                let text = unit.failure(&reason);
-                self.commands.failed(i, &reason);
-                unit.event(self.report, Severity::Error, "start-failed", text);
-                let next = unit.follow(Duration::ZERO, true);
-                self.go_on(i, next, true);
-            }
-            Err(reason) => self.fail(i, &reason),
+            Err(reason) => self.not_started(i, &reason),
         }
     }
 
-    /// The next `up` needs this only if supervisor and guard are both killed.
-    fn write_held(&self) {
-        if let Err(error) = self.held.write(self.lock.directory()) {
-            let text = format!("cannot write to the run directory: {error}");
+    fn not_started(&mut self, i: usize, reason: &str) {
+        let unit = &mut self.units[i];
+        // What has run before is tried again as its policy says: its program may be being built just now.
+        if !unit.is_restarted() {
+            return self.fail(i, reason);
+        }
+        let text = unit.failure(reason);
+        self.commands.failed(i, reason);
+        unit.event(self.report, Severity::Error, "start-failed", text);
+        let next = unit.follow(Duration::ZERO, true);
+        self.go_on(i, next, true);
+    }
+
+    /// The next `up` needs the account of processes only if supervisor and guard are both killed.
+    fn account(&self, written: io::Result<()>) {
+        if let Err(error) = written {
+            let text = format!(
+                "cannot write to the run directory: {error}{}",
+                advice(&error)
+            );
             self.network_event(Severity::Warning, "not-written", text);
         }
     }
@@ -324,8 +331,13 @@ impl<'p> Supervisor<'p> {
         if let Some(watch) = self.rotation.descriptor() {
             add(Source::Rotation, watch.as_fd(), PollFlags::IN);
         }
-        if let Some(guard) = &self.guard {
-            add(Source::Guard, guard.descriptor().as_fd(), PollFlags::IN);
+        if let Some(guard) = self.keeper.descriptor() {
+            add(Source::Guard, guard.as_fd(), PollFlags::IN);
+        }
+        for (h, host) in self.hosts.iter().enumerate() {
+            for (part, descriptor, flags) in host.descriptors() {
+                add(Source::Host(h, part), descriptor, flags);
+            }
         }
         for client in self.control.clients() {
             let flags = if client.has_output() {
@@ -348,7 +360,9 @@ impl<'p> Supervisor<'p> {
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
-        let deadline = units.chain(relay).chain(commands);
+        let hosts = self.hosts.iter().filter_map(Host::deadline);
+        let deadline = units.chain(relay).chain(hosts).chain(commands);
+        let deadline = deadline.chain(self.sweeps.deadline());
         let deadline = deadline.chain(self.rotation.deadline());
         let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
@@ -386,23 +400,11 @@ impl<'p> Supervisor<'p> {
             Source::Listener => self.control.accept(),
             Source::Client(number) => self.serve(number),
             Source::Guard => self.guard_ended(),
-            Source::Link(i) => {
-                self.units[i].read_link(self.report);
-                // A process that ends closes its link as well; it is told apart by its end, in this very turn.
-                if self.units[i].link().is_none() && !self.has_ended(i) {
-                    self.units[i].report_closed_link(self.report);
-                }
-            }
+            Source::Host(h, Part::Link) => self.hear_host(h),
+            Source::Host(h, Part::Socket(number)) => self.hosts[h].turn_socket(number),
+            Source::Link(i) => self.units[i].read_link(self.report),
             Source::Process(i) => self.unit_ended(i),
         }
-    }
-
-    fn has_ended(&self, i: usize) -> bool {
-        let process = self.units[i].process();
-        // A process closes its files a moment before its end is told.
-        process.is_none_or(|fd| {
-            crate::process::first_readable([fd], Duration::from_millis(20)).is_some()
-        })
     }
 
     fn signalled(&mut self) {
@@ -440,37 +442,21 @@ impl<'p> Supervisor<'p> {
         Status {
             network: self.plan.network.clone(),
             pid: std::process::id() as i32,
-            guard: self.guard.as_ref().map(Guard::pid),
+            guard: self.keeper.guard(),
             ddsl: self.plan.ddsl.clone(),
+            digest: self.digest.clone(),
+            changed: false,
             components: self.units.iter().map(Unit::status).collect(),
         }
     }
 
     fn guard_ended(&mut self) {
-        let Some(guard) = self.guard.take() else {
-            return;
-        };
-        let how = guard.reap();
-        if self.guard_starts >= GUARD_STARTS {
-            let text = format!(
-                "the guard process ended again ({how}) and is not started any more; see {}",
-                self.guard_log.display()
-            );
-            return self.network_event(Severity::Error, "guard-lost", text);
-        }
-        self.guard_starts += 1;
-        let text = format!("the guard process ended ({how}); a new one is started");
-        self.network_event(Severity::Warning, "guard-ended", text);
-        let started = Guard::start(
-            &self.guard_command,
-            &self.plan.network,
-            &self.lock,
-            &self.guard_log,
-            &self.held,
-        );
-        match started {
-            Ok(guard) => self.guard = Some(guard),
-            Err(error) => self.network_event(Severity::Error, "guard-lost", error.to_string()),
+        match self.keeper.guard_ended() {
+            Some(Guarding::Again(text)) => {
+                self.network_event(Severity::Warning, "guard-ended", text);
+            }
+            Some(Guarding::Lost(text)) => self.network_event(Severity::Error, "guard-lost", text),
+            None => {}
         }
     }
 
@@ -479,9 +465,17 @@ impl<'p> Supervisor<'p> {
         let Some(end) = self.units[i].end(self.report) else {
             return;
         };
-        self.forget(i);
+        if self.host_of[i].is_none() {
+            let noted = self.keeper.ended(self.units[i].name());
+            self.account(noted);
+        }
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
+        // At the end of the network all are looked for at once; on another machine, its agent has looked.
+        if goes_on && self.host_of[i].is_none() {
+            let mark = self.keeper.mark();
+            self.sweeps.begin(unit.name(), mark, unit.run());
+        }
         if goes_on && unit.is_stopped() {
             let severity = if end.done {
                 Severity::Info
@@ -521,6 +515,15 @@ impl<'p> Supervisor<'p> {
         self.go_on(i, next, failed && (goes_on || !asked));
     }
 
+    /// Tells how many processes a component had left behind.
+    fn left_over(&self, name: &str, count: usize) {
+        if count > 0 {
+            let text = format!("killed {count} processes that it had left behind");
+            let event = Event::component(name, Severity::Warning, "left-over", text);
+            self.report.event(event);
+        }
+    }
+
     /// Does what follows an end.
     fn go_on(&mut self, i: usize, next: Next, failed: bool) {
         let unit = &self.units[i];
@@ -541,22 +544,12 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn forget(&mut self, i: usize) {
-        let name = self.units[i].name();
-        let found = self.held.components.iter().position(|c| c.name == name);
-        let Some(index) = found else { return };
-        let held = self.held.components.remove(index);
-        self.write_held();
-        if let Some(guard) = &mut self.guard {
-            guard.ended(held.process.pid);
-        }
-    }
-
     fn look_at_the_clock(&mut self) {
         let now = Instant::now();
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
         }
+        self.look_at_hosts(now);
         self.rotation.look(now, self.report);
         if self.rounds.is_due(now) {
             self.rotation.look_at_disk(self.report);
@@ -564,6 +557,9 @@ impl<'p> Supervisor<'p> {
             for unit in &mut self.units {
                 unit.measure(pause, self.report);
             }
+        }
+        for (name, left) in self.sweeps.done() {
+            self.left_over(&name, left);
         }
         for i in 0..self.units.len() {
             match self.units[i].check(now, self.report) {
@@ -597,22 +593,19 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.finish(self.report);
         }
-        let left = self.held.mark.sweep();
+        let (left, removed, lock) = self.keeper.finish(cleanup);
+        let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
         if left > 0 {
             let text = format!("killed {left} processes that components had left behind");
-            self.network_event(Severity::Warning, "left-over", text);
+            event(Severity::Warning, "left-over", text);
         }
-        cleanup();
-        if let Err(error) = self.lock.remove_directory() {
-            let path = self.lock.directory().path().display();
+        if let Err(error) = removed {
+            let path = lock.directory().path().display();
             let text = format!("cannot remove {path}: {error}");
-            self.network_event(Severity::Warning, "not-cleaned", text);
+            event(Severity::Warning, "not-cleaned", text);
         }
-        if let Some(guard) = self.guard.take() {
-            guard.dismiss();
-        }
-        let network = &self.plan.network;
-        self.network_event(Severity::Info, "down", format!("network {network} is down"));
+        let text = format!("network {} is down", self.plan.network);
+        event(Severity::Info, "down", text);
         self.control.tell(&self.report.journal());
         self.report.flush();
         let outcome = match (self.ending.take(), &self.failed[..]) {
@@ -628,9 +621,8 @@ impl<'p> Supervisor<'p> {
             }
         }
         // Those who wait for the end may start the network anew: the lock goes before their connections.
-        let Self { lock, control, .. } = self;
         drop(lock);
-        drop(control);
+        drop(self.control);
         outcome
     }
 }

@@ -1,37 +1,37 @@
 //! One component: its process, its link, its limits. It knows nothing of the others.
 
+use crate::body::Body;
 use crate::events::{Event, Severity};
 use crate::held::HeldComponent;
-use crate::lines::{Line, Lines, Overlong};
+use crate::launch::{Exit, Launched};
+use crate::lines::Line;
 use crate::link::{self, HEARTBEAT_LIMIT, Message};
 use crate::logs;
 use crate::plan::Component;
-use crate::process::{self, Identity, KILL_LIMIT, MARK, Mark, kill_group};
-use crate::realtime;
+use crate::process::{KILL_LIMIT, Mark};
+use crate::remote::{self, Distant, Outbox};
 use crate::report::Reporter;
 use crate::restart::{Next, Restarts};
 use crate::restore::Changes;
 use crate::status::{ComponentStatus, State};
 use crate::watch::{self, Watch};
-use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use std::collections::BTreeMap;
-use std::fs::OpenOptions;
-use std::io::{self, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// How many reads of the link are made after the process has ended.
-const LAST_READS: usize = 16;
+/// How long after its link a process may end before the closed link is an event of its own.
+const CLOSED_LIMIT: Duration = Duration::from_secs(1);
 
 /// A component of the plan, and what has become of it.
 #[derive(Debug)]
 pub(crate) struct Unit {
     pub(crate) component: Component,
     pub(crate) log: PathBuf,
+    /// The way to its host, where that is another machine, and its paths as they are there.
+    pub(crate) away: Option<Outbox>,
+    pub(crate) component_there: Option<Component>,
     phase: Phase,
     /// Has it been ready since its last start? It stays so when it ends, and others that need it may start.
     ready: bool,
@@ -45,6 +45,8 @@ pub(crate) struct Unit {
     /// What goes wrong in this run.
     watch: Watch,
     restarts: Restarts,
+    /// How often it was started, also by a command.
+    runs: u32,
     /// When it may be started again.
     due: Option<Instant>,
     /// A command has stopped it: it stays so until it is released.
@@ -66,12 +68,10 @@ enum Phase {
 
 #[derive(Debug)]
 struct Running {
-    child: Child,
-    pid: Pid,
-    pidfd: OwnedFd,
-    identity: Identity,
-    link: Option<UnixStream>,
-    lines: Lines,
+    body: Body,
+    /// When it is told that its link is closed, unless it has ended by then: a process that is killed closes its files
+    /// a moment before its end is known.
+    closed: Option<Instant>,
     started: Instant,
     stop: Stop,
 }
@@ -112,6 +112,7 @@ impl Unit {
     pub(crate) fn new(component: Component, log: PathBuf) -> Self {
         Self {
             restarts: Restarts::new(component.restart),
+            runs: 0,
             due: None,
             stopped: false,
             released: false,
@@ -119,6 +120,8 @@ impl Unit {
             unkept: None,
             component,
             log,
+            away: None,
+            component_there: None,
             phase: Phase::Waiting,
             ready: false,
             reported: None,
@@ -208,91 +211,68 @@ impl Unit {
         matches!(&self.phase, Phase::Alive(running) if running.stop != Stop::No)
     }
 
-    /// The process, for those that keep account of it.
+    /// The process, for those that keep account of those of this machine.
     pub(crate) fn held(&self) -> Option<HeldComponent> {
-        let Phase::Alive(running) = &self.phase else {
-            return None;
-        };
-        Some(HeldComponent {
-            name: self.name().to_owned(),
-            process: running.identity,
-            stop_ms: self.component.stop.as_millis() as u64,
-        })
+        match &self.phase {
+            Phase::Alive(Running {
+                body: Body::Here(process),
+                ..
+            }) => Some(process.held(&self.component)),
+            _ => None,
+        }
     }
 
     /// Becomes readable when the process ends.
     pub(crate) fn process(&self) -> Option<&OwnedFd> {
-        match &self.phase {
-            Phase::Alive(running) => Some(&running.pidfd),
-            _ => None,
-        }
+        self.body().and_then(Body::descriptor)
     }
 
     /// What the component speaks over.
     pub(crate) fn link(&self) -> Option<&UnixStream> {
+        self.body().and_then(Body::link)
+    }
+
+    fn body(&self) -> Option<&Body> {
         match &self.phase {
-            Phase::Alive(running) => running.link.as_ref(),
+            Phase::Alive(running) => Some(&running.body),
             _ => None,
         }
     }
 
+    /// Its process on another machine.
+    pub(crate) fn distant(&mut self) -> Option<&mut Distant> {
+        match &mut self.phase {
+            Phase::Alive(Running {
+                body: Body::There(process),
+                ..
+            }) => Some(process),
+            _ => None,
+        }
+    }
+
+    /// Its name, and which of its runs this is.
+    pub(crate) fn run(&self) -> String {
+        format!("{}/{}", self.name(), self.runs)
+    }
+
     /// Starts the process.
     pub(crate) fn start(&mut self, mark: &Mark) -> Result<(), String> {
-        let component = &self.component;
-        let refused = |what: String, error: io::Error| format!("cannot {what}: {error}");
-        let log = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(&self.log)
-            .map_err(|e| refused(format!("open {}", self.log.display()), e))?;
-        let also_log = log
-            .try_clone()
-            .map_err(|e| refused("share its log".to_owned(), e))?;
-        let (link, theirs) =
-            UnixStream::pair().map_err(|e| refused("make its link".to_owned(), e))?;
-        link.set_nonblocking(true)
-            .map_err(|e| refused("set up its link".to_owned(), e))?;
-        if let Some(line) = self.changes.line() {
-            (&link)
-                .write_all(line.as_bytes())
-                .map_err(|e| refused("hand over its changed parameters".to_owned(), e))?;
-        }
-        // A wrong folder and a wrong program are the same error to the system.
-        if !component.directory.is_dir() {
-            return Err(format!(
-                "its working directory {} does not exist",
-                component.directory.display()
-            ));
-        }
-        let mut command = Command::new(&component.executable);
-        command
-            .args(&component.args)
-            .envs(&component.env)
-            .env("RC_SUPERVISED", "1")
-            .env(MARK, mark.value())
-            .current_dir(&component.directory)
-            .process_group(0)
-            .stdin(Stdio::from(OwnedFd::from(theirs)))
-            .stdout(Stdio::from(log))
-            .stderr(Stdio::from(also_log));
-        let mut child = realtime::spawn(&mut command, &component.cpu, component.priority)?;
-        // It still holds the component's end of the link.
-        drop(command);
-        let pid = Pid::from_child(&child);
-        let pidfd = match pidfd_open(pid, PidfdFlags::empty()) {
-            Ok(pidfd) => pidfd,
-            Err(error) => {
-                kill_group(pid);
-                let _ = child.wait();
-                return Err(refused("watch its process".to_owned(), error.into()));
+        self.runs += 1;
+        let run = self.run();
+        let greeting = self.changes.line();
+        let body = match &self.away {
+            None => Body::Here(Launched::start(
+                &self.component,
+                &run,
+                greeting.as_deref(),
+                &self.log,
+                mark,
+            )?),
+            Some(outbox) => {
+                let component = self.component_there.as_ref().unwrap_or(&self.component);
+                Body::There(Distant::start(component, run, greeting, outbox))
             }
         };
-        let raw = pid.as_raw_nonzero().get();
-        // It may have ended already: then its time of start does not matter any more.
-        let identity = Identity::of(raw).unwrap_or(Identity {
-            pid: raw,
-            starttime: 0,
-        });
         let now = Instant::now();
         self.heard = now;
         self.reported = None;
@@ -302,16 +282,17 @@ impl Unit {
         self.garbage = false;
         self.watch = Watch::default();
         self.phase = Phase::Alive(Running {
-            child,
-            pid,
-            pidfd,
-            identity,
-            link: Some(link),
-            lines: Lines::new(Overlong::Skip),
+            body,
+            closed: None,
             started: now,
             stop: Stop::No,
         });
         Ok(())
+    }
+
+    /// It could not be started after all, as its host says.
+    pub(crate) fn not_started(&mut self) {
+        self.phase = Phase::Waiting;
     }
 
     /// Takes one read from the link.
@@ -319,26 +300,37 @@ impl Unit {
         let Phase::Alive(running) = &mut self.phase else {
             return;
         };
-        let Some(link) = &running.link else { return };
-        let (lines, closed) = running.lines.read(link);
-        if closed {
-            running.link = None;
+        let lines = running.body.read_link();
+        if !running.body.is_linked() {
+            self.link_closed();
         }
         for line in lines {
-            let message = match line {
-                Line::Text(text) => link::parse(&text),
-                Line::TooLong => Err("a line of more than 64 KiB".to_owned()),
-            };
-            match message {
-                Ok(message) => self.take(message, report),
-                Err(fault) => self.reject(&fault, report),
-            }
+            self.hear(line, report);
+        }
+    }
+
+    /// Its link is closed: whether it has ended, or only does not speak any more, is not known yet.
+    pub(crate) fn link_closed(&mut self) {
+        if let Phase::Alive(running) = &mut self.phase {
+            running.closed = Some(Instant::now() + CLOSED_LIMIT);
+        }
+    }
+
+    /// Takes one line of the link.
+    pub(crate) fn hear(&mut self, line: Line, report: &Reporter) {
+        let message = match line {
+            Line::Text(text) => link::parse(&text),
+            Line::TooLong => Err("a line of more than 64 KiB".to_owned()),
+        };
+        match message {
+            Ok(message) => self.take(message, report),
+            Err(fault) => self.reject(&fault, report),
         }
     }
 
     /// A component that closes its link while it runs cannot be watched.
-    pub(crate) fn report_closed_link(&self, report: &Reporter) {
-        if self.is_alive() && self.link().is_none() && !self.is_asked_to_stop() {
+    fn report_closed_link(&self, report: &Reporter) {
+        if self.body().is_some_and(|body| !body.is_linked()) && !self.is_asked_to_stop() {
             self.event(
                 report,
                 Severity::Warning,
@@ -425,11 +417,12 @@ impl Unit {
 
     /// Looks how much memory the process has, `pause` after the last time.
     pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
-        let Phase::Alive(running) = &self.phase else {
+        // The memory of another machine cannot be looked at from here.
+        let Some(Body::Here(process)) = self.body() else {
             return;
         };
         if self.ready
-            && let Some(bytes) = watch::resident(running.identity.pid)
+            && let Some(bytes) = watch::resident(process.pid())
             && let Some((severity, code, text)) = self.watch.memory(bytes, pause)
         {
             self.event(report, severity, code, text);
@@ -455,7 +448,7 @@ impl Unit {
         if let Phase::Alive(running) = &mut self.phase
             && running.stop == Stop::No
         {
-            process::signal(&running.pidfd, Signal::TERM);
+            running.body.terminate();
             running.stop = Stop::Asked(Instant::now() + self.component.stop);
         }
     }
@@ -465,41 +458,28 @@ impl Unit {
         if let Phase::Alive(running) = &mut self.phase
             && !matches!(running.stop, Stop::Killed(_))
         {
-            // The process is not reaped yet, so the number is still its own.
-            kill_group(running.pid);
-            process::signal(&running.pidfd, Signal::KILL);
+            running.body.kill();
             running.stop = Stop::Killed(Instant::now() + KILL_LIMIT);
         }
     }
 
     /// The process has ended: takes its last words, kills what is left of its group, and reaps it.
     pub(crate) fn end(&mut self, report: &Reporter) -> Option<End> {
-        for _ in 0..LAST_READS {
-            if self.link().is_none() {
-                break;
-            }
-            self.read_link(report);
+        let Phase::Alive(running) = &mut self.phase else {
+            return None;
+        };
+        for line in running.body.last_words() {
+            self.hear(line, report);
         }
         let Phase::Alive(running) = &mut self.phase else {
             return None;
         };
-        // Before it is reaped: until then nobody else can get its pid as the number of a group.
-        kill_group(running.pid);
-        let asked = running.stop != Stop::No;
-        let ran = running.started.elapsed();
-        let end = match running.child.wait() {
-            Ok(status) => End {
-                done: status.success() || (asked && status.signal() == Some(Signal::TERM.as_raw())),
-                text: describe(status),
-                ran,
-                lost: false,
-            },
-            Err(error) => End {
-                done: false,
-                text: error.to_string(),
-                ran,
-                lost: false,
-            },
+        let exit: Exit = running.body.reap();
+        let end = End {
+            done: exit.is_done(running.stop != Stop::No),
+            text: exit.text,
+            ran: running.started.elapsed(),
+            lost: false,
         };
         self.phase = Phase::Ended(end.clone());
         Some(end)
@@ -539,21 +519,37 @@ impl Unit {
         let Phase::Alive(running) = &self.phase else {
             return self.due;
         };
-        match running.stop {
+        let limit = match running.stop {
             Stop::Asked(at) | Stop::Killed(at) => Some(at),
             Stop::No if !self.ready => Some(running.started + self.component.ready),
             Stop::No => self.silence(),
-        }
+        };
+        limit.into_iter().chain(running.closed).min()
     }
 
     /// When it will have been silent for too long.
     fn silence(&self) -> Option<Instant> {
-        (!self.hung && self.link().is_some()).then(|| self.heard + HEARTBEAT_LIMIT)
+        let linked = self.body().is_some_and(Body::is_linked);
+        (!self.hung && linked).then(|| self.heard + self.silence_limit())
+    }
+
+    /// How long it may be silent. What is on another machine is silent when that is, which is told first.
+    fn silence_limit(&self) -> Duration {
+        match self.away {
+            None => HEARTBEAT_LIMIT,
+            Some(_) => HEARTBEAT_LIMIT + remote::HOST_LIMIT,
+        }
     }
 
     /// Looks at the clock.
     pub(crate) fn check(&mut self, now: Instant, report: &Reporter) -> Overdue {
         if self.deadline().is_none_or(|deadline| now < deadline) {
+            return Overdue::Nothing;
+        }
+        if let Phase::Alive(running) = &mut self.phase
+            && running.closed.take_if(|at| now >= *at).is_some()
+        {
+            self.report_closed_link(report);
             return Overdue::Nothing;
         }
         let Phase::Alive(running) = &self.phase else {
@@ -582,7 +578,7 @@ impl Unit {
             }
             Stop::No if !self.ready => Overdue::NotReady,
             Stop::No => {
-                let text = format!("has not sent a heartbeat for {HEARTBEAT_LIMIT:?}");
+                let text = format!("has not sent a heartbeat for {:?}", self.silence_limit());
                 self.hang(report, &text);
                 Overdue::Nothing
             }
@@ -590,8 +586,8 @@ impl Unit {
     }
 
     fn pid_text(&self) -> String {
-        self.held()
-            .map_or_else(String::new, |held| held.process.pid.to_string())
+        let pid = self.body().and_then(Body::pid);
+        pid.map_or_else(String::new, |pid| pid.to_string())
     }
 
     /// Reports something about this component.
@@ -618,7 +614,8 @@ impl Unit {
         ComponentStatus {
             name: self.name().to_owned(),
             state: self.state(),
-            pid: running.map(|r| r.identity.pid),
+            host: self.component.host.as_ref().map(|host| host.name.clone()),
+            pid: running.and_then(|r| r.body.pid()),
             uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
             ready: self.ready && running.is_some(),
             middleware: self.component.middleware.clone(),
@@ -649,18 +646,6 @@ impl Unit {
             Phase::Alive(_) if self.ready => self.reported.unwrap_or(State::Running),
             Phase::Alive(_) => State::Starting,
         }
-    }
-}
-
-/// `exit status 1`, `signal 11 (SIGSEGV)`.
-fn describe(status: ExitStatus) -> String {
-    match (status.code(), status.signal()) {
-        (Some(code), _) => format!("exit status {code}"),
-        (None, Some(signal)) => match signal_hook::low_level::signal_name(signal) {
-            Some(name) => format!("signal {signal} ({name})"),
-            None => format!("signal {signal}"),
-        },
-        (None, None) => status.to_string(),
     }
 }
 

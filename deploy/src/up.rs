@@ -11,6 +11,7 @@ use crate::report::{Format, Output, Reporter};
 use crate::supervise::Supervisor;
 use crate::terminal::Beside;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
@@ -33,6 +34,8 @@ pub struct Options {
     pub memory_pause: Option<Duration>,
     /// How the guard is started, if not as this program with the argument `guard`.
     pub guard: Option<GuardCommand>,
+    /// The shared-memory services that the guards of other machines hold, as JSON, by the name of the machine.
+    pub services: BTreeMap<String, String>,
 }
 
 /// How an `up` ended.

@@ -99,6 +99,23 @@ fn a_killed_guard_is_replaced() {
 }
 
 #[test]
+fn a_guard_that_never_lives_is_given_up_and_the_network_goes_on() {
+    let bench = Bench::new();
+    let mut up = bench.start_well();
+    for _ in 0..4 {
+        kill(guard(&bench));
+        up.await_event("guard-ended", None);
+    }
+    kill(guard(&bench));
+    let message = up.await_event("guard-lost", None);
+    assert!(message.contains("is not started any more"), "{message}");
+    assert_eq!(bench.status().guard, None);
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+#[test]
 fn the_next_up_recovers_when_supervisor_and_guard_are_killed() {
     let bench = Bench::new();
     let up = mixed(&bench);
@@ -193,4 +210,20 @@ fn a_supervisor_killed_at_its_very_beginning_leaves_no_directory() {
         "Nothing\n"
     );
     assert!(bench.run_directory().join("lidar.sock").exists());
+}
+
+#[test]
+fn a_half_done_clean_up_is_not_in_the_way() {
+    let bench = Bench::new();
+    std::fs::create_dir_all(bench.run_directory()).expect("a folder");
+    // What is left where somebody is killed who empties the folder, in whatever order that happens.
+    for name in ["rcdeploy.sock", "a.sock"] {
+        let socket = std::os::unix::net::UnixListener::bind(bench.run_directory().join(name));
+        drop(socket.expect("a socket"));
+    }
+    std::fs::write(bench.run_directory().join("a.lock"), "").expect("written");
+    let up = bench.start_well();
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
 }

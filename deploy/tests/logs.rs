@@ -138,7 +138,7 @@ fn on_small_disk(bench: &Bench, arguments: &[&str]) -> Option<Command> {
 #[test]
 fn a_full_disk_is_told_and_stops_nobody() {
     let bench = Bench::new();
-    let plan = bench.write(vec![well("a"), component("filler", "fill", &[])]);
+    let plan = bench.write(vec![well("a"), component("filler", "ballast", &[])]);
     let flags = ["up", &plan, "--json", "--small-logs", "--hasty"];
     let Some(mut command) = on_small_disk(&bench, &flags) else {
         bench::skipped(

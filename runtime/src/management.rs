@@ -11,7 +11,7 @@ use crate::link::Link;
 use crate::name::Name;
 use crate::parameter_service::{self, Backends, Questions};
 use crate::parameters::{Answer, Asker, Refusal, Tuning};
-use crate::process::{Configured, StartError};
+use crate::process::{Configured, StartError, complain};
 use crate::status::{Shared, State, Wish};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{Address, Environment};
@@ -320,7 +320,8 @@ impl Server {
         let _ = self.signals.as_ref().map(|mut s| s.read(&mut bytes));
         let first = *self.signalled.get_or_insert_with(Instant::now);
         if first.elapsed() > TOGETHER {
-            eprintln!("{}: ended at once by a second signal", self.facts.name);
+            let name = &self.facts.name;
+            complain(&format!("{name}: ended at once by a second signal\n"));
             std::process::exit(3);
         }
         self.shared.interrupt.stop();

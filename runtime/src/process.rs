@@ -111,10 +111,15 @@ fn say(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
+/// The same on standard error, which may be a log on a disk that is full: `eprintln!` would panic.
+pub(crate) fn complain(text: &str) {
+    let _ = std::io::stderr().write_all(text.as_bytes());
+}
+
 fn fail(description: &Description, error: &StartError) -> ExitCode {
     match error {
-        StartError::Configuration(text) => eprint!("{text}"),
-        _ => eprintln!("{}: error: {error}", description.name),
+        StartError::Configuration(text) => complain(text),
+        _ => complain(&format!("{}: error: {error}\n", description.name)),
     }
     ExitCode::from(error.code())
 }
@@ -266,12 +271,12 @@ fn live<C: Component>(
             // Who does not wait any more has stopped the component already.
             let _ = running.send(());
         } else {
-            notify::tell("READY=1");
+            notify::tell(notify::Word::Ready);
         }
         event_loop.run()
     };
     if matches!(process, Process::Whole) {
-        notify::tell("STOPPING=1");
+        notify::tell(notify::Word::Stopping);
     }
     ports.linger(LINGER);
     drop(component);
@@ -369,7 +374,7 @@ fn read(description: &Description, arguments: &Arguments) -> Result<Configured, 
 
 fn warn(sources: &SourceMap, found: &Diagnostics) {
     if !found.is_empty() {
-        eprint!("{}", render(sources, found, Format::Human));
+        complain(&render(sources, found, Format::Human));
     }
 }
 
@@ -458,7 +463,7 @@ fn log(level: &str) -> Result<(), StartError> {
         .with_max_level(level)
         .with_target(false)
         .with_ansi(false)
-        // What cannot be logged, as on a full disk, would be told on the same stream, with a panic.
+        // A line that cannot be written is lost; to say so on the same stream would be a panic.
         .log_internal_errors(false)
         .with_writer(std::io::stderr)
         .try_init();

@@ -94,7 +94,7 @@ pub(crate) fn parameters() -> Result<(), Failure> {
 }
 
 /// Prints figures; says whether all goals are met.
-fn table(figures: impl IntoIterator<Item = Figure>) -> bool {
+pub(crate) fn table(figures: impl IntoIterator<Item = Figure>) -> bool {
     println!("| | goal | measured | |\n|---|---|---|---|");
     let mut met = true;
     for figure in figures {

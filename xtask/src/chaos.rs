@@ -2,10 +2,12 @@
 //! starts again, works, and in the end leaves nothing.
 //!
 //! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the one of the
-//! components simulator, avoider and `pose_monitor`: a query, a command and a topic.
+//! components simulator, avoider and `pose_monitor`: a query, a command and a topic. `--minutes` lets twenty components
+//! work under rcdeploy and kills in time with the clock, see `minutes`.
 
 mod by_hand;
 mod ground;
+mod minutes;
 mod supervised;
 
 use crate::programs::{Failure, cargo};
@@ -15,32 +17,40 @@ use std::time::{Duration, Instant};
 /// What the command line says.
 pub(crate) struct Orders {
     kills: u32,
+    /// As quick as can be where there is none.
+    minutes: Option<u32>,
     seed: u64,
 }
 
 impl Orders {
-    /// Reads `[--kills N] [--seed S]`; `None` where there is something else.
+    /// Reads `[--kills N | --minutes N] [--seed S]`; `None` where there is something else.
     pub(crate) fn parse(words: &[&str]) -> Option<Self> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let mut orders = Self {
             kills: 500,
+            minutes: None,
             seed: now.map_or(0, |since| since.as_secs()),
         };
         for pair in words.chunks(2) {
             match *pair {
                 ["--kills", number] => orders.kills = number.parse().ok()?,
+                ["--minutes", number] => orders.minutes = Some(number.parse().ok()?),
                 ["--seed", number] => orders.seed = number.parse().ok()?,
                 _ => return None,
             }
         }
-        Some(orders)
+        let both = words.contains(&"--kills") && orders.minutes.is_some();
+        (!both).then_some(orders)
     }
 }
 
 /// Kills, and says how it went.
 pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
     build()?;
-    let Orders { kills, seed } = *orders;
+    let Orders { kills, seed, .. } = *orders;
+    if let Some(minutes) = orders.minutes {
+        return minutes::run(minutes, seed);
+    }
     println!("chaos: {kills} kills, seed {seed}");
     let start = Instant::now();
     let mut dice = Dice(seed);
@@ -83,7 +93,7 @@ type Half = fn(&Ground, &mut Dice, Kills, &mut Tally) -> Result<(), Failure>;
 
 /// Builds what is started. Nothing is to be done when the test run has done it.
 fn build() -> Result<(), Failure> {
-    let words = "build --quiet --bins -p simulator -p avoider -p pose_monitor -p rc-deploy";
+    let words = "build --quiet --bins -p simulator -p avoider -p pose_monitor -p camera -p image_monitor -p rc-deploy";
     let words: Vec<&str> = words.split(' ').collect();
     if cargo(&words)?.status()?.success() {
         Ok(())

@@ -5,6 +5,7 @@ mod bench;
 mod chaos;
 mod compare;
 mod dds;
+mod deploy;
 mod ice;
 mod languages;
 mod networks;
@@ -55,6 +56,8 @@ fn main() -> ExitCode {
         ["bench", "dds", "--smoke"] => dds::run(5, 0.4).map_err(|e| e.to_string()),
         ["bench", "ros2"] => ros2::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
         ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
+        ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
+        ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
         ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
         ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
             soak.map_err(|e| e.to_string())
@@ -69,7 +72,7 @@ fn main() -> ExitCode {
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

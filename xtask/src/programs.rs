@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 pub(crate) type Failure = Box<dyn std::error::Error>;
 
 /// How long a program may take to end when it is asked to.
-const END: Duration = Duration::from_secs(2);
+pub(crate) const END: Duration = Duration::from_secs(2);
 /// How long it may take to end because its standard input did.
 const INPUT_END: Duration = Duration::from_millis(300);
 /// Between two looks at a program that is to end.
-const LOOK: Duration = Duration::from_millis(2);
+pub(crate) const LOOK: Duration = Duration::from_millis(2);
 
 /// The folder of the workspace.
 pub(crate) fn root() -> PathBuf {
@@ -82,10 +82,11 @@ fn read_back(mut file: std::fs::File) -> std::io::Result<String> {
 }
 
 /// A child that is asked to end, and then made to, when this is dropped.
-struct Running(Child);
+pub(crate) struct Running(pub(crate) Child);
 
 impl Running {
-    fn ended_within(&mut self, limit: Duration) -> bool {
+    /// Waits for its end; `false` where it does not come.
+    pub(crate) fn ended_within(&mut self, limit: Duration) -> bool {
         let end = Instant::now() + limit;
         loop {
             if matches!(self.0.try_wait(), Ok(Some(_))) {

@@ -1,17 +1,39 @@
-//! A short run of `cargo xtask chaos`, with real components and real kills: the same ones each time, as far as the
+//! Short runs of `cargo xtask chaos`, with real components and real kills: the same ones each time, as far as the
 //! machine lets them fall into the same moments.
 
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+
+/// What a run says that ends well. One at a time: each of them measures.
+fn chaos(words: &[&str]) -> String {
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let run = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .arg("chaos")
+        .args(words)
+        .output()
+        .expect("to run xtask");
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(0), "{said}{errors}");
+    said
+}
 
 #[test]
 fn twenty_kills_leave_nothing() {
-    let run = Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(["chaos", "--kills", "20", "--seed", "2"])
-        .output()
-        .expect("to run xtask");
-    let said = String::from_utf8_lossy(&run.stdout);
-    let errors = String::from_utf8_lossy(&run.stderr);
-    assert_eq!(run.status.code(), Some(0), "{said}{errors}");
+    let said = chaos(&["--kills", "20", "--seed", "2"]);
     assert!(said.contains("by hand: 10 kills"), "{said}");
     assert!(said.contains("under rcdeploy: 10 kills"), "{said}");
+}
+
+#[test]
+fn a_minute_of_kills_under_load_leaves_nothing() {
+    let said = chaos(&["--minutes", "1", "--seed", "3"]);
+    let kills = said
+        .lines()
+        .find(|line| line.contains(" components were killed"));
+    let kills = kills.and_then(|line| line.split(' ').next());
+    let kills: u32 = kills.expect("a number").parse().expect("a number");
+    // One a second, but for those in which rcdeploy starts.
+    assert!(kills > 20, "{said}");
 }

@@ -65,8 +65,8 @@ fn open(backend: &dyn Backend, role: Role, count: usize, network: &str) -> Resul
                 name: "RcBench::Slot".to_owned(),
                 hash: OPERATION.type_hash,
             },
-            qos,
             foreign: Vec::new(),
+            qos,
         })
     };
     let all = 0..count;

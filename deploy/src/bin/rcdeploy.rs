@@ -21,7 +21,7 @@ use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
 use serde::Serialize;
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, ExitCode};
@@ -181,6 +181,9 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    /// What the supervisor of another machine runs here, over ssh; started by `up`.
+    #[command(hide = true)]
+    Agent,
     /// The process that cleans up when its supervisor is gone; started by `up`.
     #[command(hide = true)]
     Guard {
@@ -331,7 +334,7 @@ fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(Failure(code, message)) => {
             if !message.is_empty() {
-                eprintln!("rcdeploy: error: {message}");
+                rc_deploy::error::complain(format_args!("rcdeploy: error: {message}"));
             }
             ExitCode::from(code)
         }
@@ -375,6 +378,7 @@ fn run(command: Command) -> Result<u8, Failure> {
                 guard: None,
                 log_limit: Some(log_limit << 20),
                 memory_pause: None,
+                services: BTreeMap::new(),
             };
             up(&input, build, detach, &options)
         }
@@ -433,6 +437,11 @@ fn run(command: Command) -> Result<u8, Failure> {
             image,
             dry_run,
         } => export(&input, to, &out, image.as_deref(), dry_run),
+        Command::Agent => {
+            // Its own exit code is for nobody: it tells its supervisor what is wrong.
+            let _ = rc_deploy::agent(&wipe);
+            Ok(0)
+        }
         Command::Guard { network, hold } => {
             let held = RefCell::new(services::hold(&network, &hold));
             let clean = || {
@@ -531,7 +540,9 @@ fn show<T: Serialize>(
 /// Removes what the default middleware keeps in memory for a network.
 fn wipe(network: &str) {
     if let Err(error) = rc_iceoryx2::wipe(&RunDirectory::of(network)) {
-        eprintln!("rcdeploy: the shared memory of {network} was not removed: {error}");
+        rc_deploy::error::complain(format_args!(
+            "rcdeploy: the shared memory of {network} was not removed: {error}"
+        ));
     }
 }
 
@@ -550,25 +561,43 @@ fn named(argument: Option<String>) -> Result<String, Failure> {
     }
 }
 
-/// A network is named by its name or by its file.
+/// A network is named by its name or by its file, which may have changed since, or be broken by now: then it is the
+/// network that was started from it.
 fn network_of(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);
     if path.extension().is_none_or(|e| e != "ddsl") {
         return Ok(argument.to_owned());
     }
-    let text =
-        std::fs::read_to_string(path).map_err(|e| system(&format!("{}: {e}", path.display())))?;
     let mut sources = SourceMap::new();
-    let source = sources.add(path, text);
-    let (file, found) = rc_ddsl::parse(&sources, source);
-    if let Some(deployment) = file.deployment {
-        return Ok(deployment.name.text);
+    let read = std::fs::read_to_string(path).map(|text| {
+        let source = sources.add(path, text);
+        rc_ddsl::parse(&sources, source)
+    });
+    let deployment = read.as_ref().ok().and_then(|(f, _)| f.deployment.as_ref());
+    let named = deployment.map(|deployment| deployment.name.text.clone());
+    if let Some(name) = &named
+        && rc_deploy::client::networks().contains(name)
+    {
+        return Ok(name.clone());
     }
-    eprint!(
-        "{}",
-        render(&sources, &found, rc_diagnostics::Format::Human)
-    );
-    Err(Failure(1, String::new()))
+    match (rc_deploy::client::started_from(path).as_slice(), named) {
+        ([one], _) => Ok(one.clone()),
+        (_, Some(name)) => Ok(name),
+        ([], None) => {
+            let (_, found) = read.map_err(|e| system(&format!("{}: {e}", path.display())))?;
+            let human = rc_diagnostics::Format::Human;
+            eprint!("{}", render(&sources, &found, human));
+            Err(Failure(1, String::new()))
+        }
+        (many, None) => Err(Failure(
+            2,
+            format!(
+                "several networks were started from {}: {}; name one",
+                path.display(),
+                many.join(", ")
+            ),
+        )),
+    }
 }
 
 /// Reads a network and all that it names, with `more` that is to be looked at; says what is wrong.
@@ -604,7 +633,6 @@ fn load(
 fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
     move |network, found| {
         if !unbuilt {
-            network.warn_of_remote_hosts(found);
             network.check_machine(false, found);
             network.check_generated(found);
             network.check_executables(input.profile, found);
@@ -670,7 +698,6 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
     let human = rc_diagnostics::Format::Human;
     let network = if build {
         let network = load(input, human, |network, found| {
-            network.refuse_remote_hosts(found);
             network.check_machine(true, found);
             network.check_generated(found);
         })?;
@@ -684,7 +711,6 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
         }
     } else {
         load(input, human, |network, found| {
-            network.refuse_remote_hosts(found);
             network.check_machine(true, found);
             network.check_executables(input.profile, found);
         })?
@@ -720,10 +746,11 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
     let args = own
         .args
         .into_iter()
-        .chain(["--hold".to_owned(), network.services()])
+        .chain(["--hold".to_owned(), network.services(None)])
         .collect();
     let options = Options {
         guard: Some(GuardCommand { args, ..own }),
+        services: network.services_elsewhere(),
         ..options.clone()
     };
     let name = plan.network.clone();

@@ -33,6 +33,9 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
     if let Some(pid) = status.pid {
         facts += &format!("  pid {pid}");
     }
+    if let Some(host) = &status.host {
+        facts += &format!("  on {host}");
+    }
     next(vec![
         Span::styled(format!("{}  ", status.name), strong()),
         Span::styled(status.state.to_string(), model.state(status.state)),

@@ -119,7 +119,9 @@ impl Beside {
 
 #[expect(clippy::needless_pass_by_value, reason = "the end of an error")]
 fn complain(error: Error) {
-    eprintln!("rcdeploy: the view has ended, the network goes on: {error}");
+    crate::error::complain(format_args!(
+        "rcdeploy: the view has ended, the network goes on: {error}"
+    ));
 }
 
 impl Drop for Beside {

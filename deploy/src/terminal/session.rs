@@ -341,20 +341,22 @@ impl<'s> Session<'s> {
             self.supervisor.ask(Asked::Status, "status", &json!({}));
         }
         let model = &mut self.model;
-        let running: Vec<(String, Option<i32>)> = model
+        let running: Vec<(String, Option<i32>, bool)> = model
             .components
             .iter()
-            .map(|c| (c.status.name.clone(), c.status.pid))
+            .map(|c| (c.status.name.clone(), c.status.pid, c.status.host.is_none()))
             .collect();
         self.components
-            .retain(|name, _| running.iter().any(|(n, _)| n == name));
-        for (name, pid) in running {
+            .retain(|name, _| running.iter().any(|(n, ..)| n == name));
+        for (name, pid, here) in running {
             let Some(pid) = pid else {
                 self.components.remove(&name);
                 model.sample(&name, None, now);
                 continue;
             };
-            model.sample(&name, usage::sample(pid), now);
+            // On another machine, the number is that of another process here.
+            let sample = here.then(|| usage::sample(pid)).flatten();
+            model.sample(&name, sample, now);
             if !self.components.contains_key(&name) {
                 // One that starts listens soon.
                 let socket = self.directory.socket(&name.replace('.', "-"));

@@ -118,10 +118,43 @@ impl Bench {
     }
 
     pub fn start_with(&self, components: Vec<Component>, flags: &[&str]) -> Up {
-        let plan = self.write(components);
-        let mut command = self.driver(&["up", &plan, "--json"]);
+        self.start_in(components, flags, &[])
+    }
+
+    /// The same with environment variables.
+    pub fn start_in(
+        &self,
+        components: Vec<Component>,
+        flags: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Up {
+        self.start_by(&[], &self.write(components), flags, variables)
+    }
+
+    /// Starts a plan that was written. Where there is a `way`, the driver is run by that program, with these first
+    /// arguments.
+    pub fn start_plan(&self, plan: &str, way: &[&str], flags: &[&str]) -> Up {
+        self.start_by(way, plan, flags, &[])
+    }
+
+    fn start_by(&self, way: &[&str], plan: &str, flags: &[&str], variables: &[(&str, &str)]) -> Up {
+        let own = self.driver(&["up", plan, "--json"]);
+        let mut command = own;
+        if let [program, arguments @ ..] = way {
+            let own = std::mem::replace(&mut command, Command::new(program));
+            command
+                .args(arguments)
+                .arg(own.get_program())
+                .args(own.get_args())
+                .envs(
+                    own.get_envs()
+                        .filter_map(|(name, value)| Some((name, value?))),
+                )
+                .stdin(Stdio::null());
+        }
         let mut child = command
             .args(flags)
+            .envs(variables.iter().copied())
             .stdout(Stdio::piped())
             .spawn()
             .expect("it starts");
@@ -207,6 +240,21 @@ impl Bench {
 impl Up {
     pub fn identity(&self) -> Identity {
         Identity::of(self.child.id().try_into().expect("a pid")).expect("it runs")
+    }
+
+    /// Waits for an event of the network of either kind, and gives its code and its message.
+    pub fn await_either(&mut self, either: [&str; 2]) -> (String, String) {
+        loop {
+            let event = self.events.recv_timeout(LIMIT);
+            let event = event.unwrap_or_else(|_| panic!("none of {either:?} in {:#?}", self.seen));
+            let [code, message] = ["code", "message"].map(|key| event[key].as_str());
+            let found = code.zip(message).filter(|(code, _)| either.contains(code));
+            let found = found.map(|(code, message)| (code.to_owned(), message.to_owned()));
+            self.seen.push(event);
+            if let Some(found) = found {
+                return found;
+            }
+        }
     }
 
     /// Waits for an event, and gives its message.

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// What a command says that fails.
-fn run(program: &str, args: &[&str]) -> Result<(), String> {
+pub(crate) fn run(program: &str, args: &[&str]) -> Result<(), String> {
     let mut command = Command::new(program);
     let output = command.args(args).stdin(Stdio::null()).output();
     let output = output.map_err(|error| format!("{program}: {error}"))?;
@@ -25,13 +25,13 @@ fn ip(args: &[&str]) -> Result<(), String> {
 }
 
 /// Two hosts and the cable between them; all of it goes with this.
-struct Cable {
+pub(crate) struct Cable {
     names: [String; 2],
 }
 
 impl Cable {
     /// Lays one, or says why that cannot be done here.
-    fn lay() -> Result<Self, String> {
+    pub(crate) fn lay() -> Result<Self, String> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         if !rustix::process::geteuid().is_root() {
             return Err("only root makes network namespaces".to_owned());
@@ -61,11 +61,11 @@ impl Cable {
     }
 
     /// The name of a host, and of its end of the cable.
-    fn name(&self, side: usize) -> &str {
+    pub(crate) fn name(&self, side: usize) -> &str {
         &self.names[side]
     }
 
-    fn set(&self, side: usize, state: &str) {
+    pub(crate) fn set(&self, side: usize, state: &str) {
         let name = self.name(side);
         ip(&["-n", name, "link", "set", name, state]).expect("to set the link");
     }
@@ -89,7 +89,7 @@ impl Drop for Cable {
 }
 
 /// A cable, or a line that says which test needs one.
-fn cable(test: &str) -> Option<Cable> {
+pub(crate) fn cable(test: &str) -> Option<Cable> {
     let cable = Cable::lay();
     cable.map_err(|reason| skipped(test, &reason)).ok()
 }

@@ -13,6 +13,7 @@ mod python;
 
 mod hosts;
 mod patrol;
+mod remote;
 
 use serde_json::Value;
 use site::{PATROL, Site};

@@ -157,19 +157,24 @@ fn what_is_private_or_elsewhere_is_refused_at_its_place() {
             "after monitor; host pi; cpu 1; priority 5; endpoint \"10.0.0.2:7000\";",
         );
     site.write_ddsl(&remote);
-    let check = site.rcdeploy(&["check", "--profile", "dev", "--format", "short"], true);
-    assert_eq!(check.code, 0, "{check:?}");
-    assert_eq!(
-        check.stderr.matches("warning[not-supported-yet]").count(),
-        2,
-        "{check:?}"
-    );
-    let up = site.rcdeploy(&["up", "--profile", "dev"], true);
-    assert_eq!(up.code, 1);
+    let check = |more: &[&str]| {
+        let args = ["check", "--profile", "dev", "--format", "short"];
+        site.rcdeploy(&[&args, more].concat(), true)
+    };
+    let apart = check(&[]);
+    assert_eq!(apart.code, 1, "{apart:?}");
     assert!(
-        up.stderr.contains("remote-host") && up.stderr.contains("10.0.0.2"),
-        "{up:?}"
+        apart.stderr.contains("error[shared-memory-across-hosts]")
+            && apart.stderr.contains("pi and localhost"),
+        "{apart:?}"
     );
+    let dds = check(&["--middleware", "dds"]);
+    assert_eq!(
+        dds.stderr.matches("warning[not-supported-yet]").count(),
+        1,
+        "{dds:?}"
+    );
+    assert!(!dds.stderr.contains("across-hosts"), "{dds:?}");
     site.assert_nothing_left();
 }
 

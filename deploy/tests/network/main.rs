@@ -2,6 +2,7 @@
 
 mod bytes;
 mod camera;
+mod changed;
 mod dds;
 mod dds_bytes;
 mod dds_strangers;

@@ -77,3 +77,29 @@ fn a_service_manager_is_told_when_it_is_ready_and_when_it_ends() {
     assert_eq!(hear(), "STOPPING=1");
     assert_eq!(running.end(), Some(0));
 }
+
+#[test]
+fn a_service_manager_that_is_busy_is_told_as_well() {
+    let site = Site::new("busy");
+    let path = site.path("manager");
+    let manager = UnixDatagram::bind(&path).expect("a socket");
+    manager
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .expect("a limit");
+    // Many start at once, and it has not come to read.
+    let others = UnixDatagram::unbound().expect("a socket");
+    others.set_nonblocking(true).expect("it can be");
+    while others.send_to(b"noise", &path).is_ok() {}
+    let variable = ("NOTIFY_SOCKET", path.to_str().expect("UTF-8"));
+    let running = site.start_with("simulator", &[], &[variable]);
+    loop {
+        let mut bytes = [0; 64];
+        let count = manager.recv(&mut bytes).expect("it is told");
+        if &bytes[..count] == b"READY=1" {
+            break;
+        }
+        assert_eq!(&bytes[..count], b"noise");
+    }
+    kill_process(running.pid(), Signal::TERM).expect("it is ours");
+    assert_eq!(running.end(), Some(0));
+}

@@ -61,6 +61,7 @@ fn up(arguments: &[String]) -> ExitCode {
             program: "/bin/false".into(),
             ..own
         }),
+        ..Options::default()
     };
     ExitCode::from(rc_deploy::up(&plan, &options, &cleanup).exit_code())
 }
@@ -70,7 +71,12 @@ fn main() -> ExitCode {
     let argument = |i: usize| arguments.get(i).map_or("", String::as_str);
     let done = match argument(0) {
         "up" => return up(&arguments),
-        "guard" => return rc_deploy::guard(argument(2), &cleanup),
+        // `guard [--hold SERVICES] --network NETWORK`
+        "guard" => {
+            let network = arguments.last().map_or("", String::as_str);
+            return rc_deploy::guard(network, &cleanup);
+        }
+        "agent" => return rc_deploy::agent(&|_| cleanup()),
         "status" => rc_deploy::status(argument(1))
             .map(|status| println!("{}", serde_json::to_string(&status).expect("json"))),
         "down" => {

@@ -123,7 +123,8 @@ fn main() -> ExitCode {
         signals,
     };
     program.note("start");
-    println!("{} says hello", program.name);
+    // `println!` would panic where the disk of its log is full.
+    let _ = writeln!(std::io::stdout(), "{} says hello", program.name);
     let mut status = 0;
     match behaviour.as_str() {
         // NUMBER: milliseconds until it is ready.
@@ -138,6 +139,14 @@ fn main() -> ExitCode {
             status = number(0);
         }
         "abort" => std::process::abort(),
+        // It meets the end of a memory that cannot grow.
+        "bus" => {
+            let signal = rustix::process::Signal::BUS;
+            // The first one ends the handler that every program in Rust has.
+            for _ in 0..2 {
+                let _ = rustix::process::kill_process(rustix::process::getpid(), signal);
+            }
+        }
         // MILLISECONDS STATUS
         "last" => {
             program.ready();
@@ -174,6 +183,8 @@ fn main() -> ExitCode {
         "garbage" => {
             program.say("hello?");
             program.say(&"x".repeat(100_000));
+            // As long as it may be, and much longer when it is quoted.
+            program.say(&"\u{1}\"".repeat(32_000));
             program.say(r#"{"method":"dance"}"#);
             program.ready();
             program.live(Some(0), false, None);
@@ -233,7 +244,7 @@ fn main() -> ExitCode {
             program.live(Some(0), false, None);
         }
         // It fills the disk of the logs until it ends.
-        "fill" => {
+        "ballast" => {
             program.ready();
             let state = std::env::var_os("XDG_STATE_HOME").unwrap_or_default();
             let ballast = std::path::Path::new(&state).join("ballast");
@@ -249,6 +260,27 @@ fn main() -> ExitCode {
             while Instant::now() < end {
                 println!("{}", "blah ".repeat(20));
             }
+            program.live(Some(0), false, None);
+        }
+        // MEGABYTES: it prints so much, as fast as it can, and does not care whether it is taken.
+        "flood" => {
+            program.ready();
+            let line = format!("{}\n", "blah ".repeat(20));
+            let piece = line.repeat((1 << 16) / line.len());
+            let mut left = number(0) << 20;
+            while left > 0 {
+                let _ = std::io::stdout().write_all(piece.as_bytes());
+                left = left.saturating_sub(piece.len() as u64);
+            }
+            program.note("flooded");
+            program.live(Some(0), false, None);
+        }
+        // It fills the disk of the file that `RC_TEST_FILL` names, and is ready then.
+        "fill" => {
+            let path = std::env::var_os("RC_TEST_FILL").expect("a file");
+            let mut file = File::create(path).expect("it can be made");
+            while file.write_all(&[b'x'; 512]).is_ok() {}
+            program.ready();
             program.live(Some(0), false, None);
         }
         // CODES: what it does at its first start, its second …; the last one counts for all further ones.
@@ -268,6 +300,14 @@ fn main() -> ExitCode {
             // It ends well, and never was ready.
             6 => {}
             3 => program.live(Some(0), false, None),
+            // It fails, and leaves a child in a group of its own.
+            8 => {
+                let mut sleep = Command::new("sleep");
+                let far = sleep.arg("600").stdin(Stdio::null()).process_group(0);
+                program.journal("child", far.spawn().expect("a child").id());
+                program.ready();
+                status = 7;
+            }
             // It fails before it is ready.
             code => status = code,
         },

@@ -11,6 +11,7 @@ mod report;
 mod server;
 mod session;
 mod subscriber;
+mod udp;
 
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,

@@ -4,6 +4,7 @@ use crate::config;
 use crate::ear::{Ear, Entity, Inbox};
 use crate::qos;
 use crate::report;
+use crate::udp;
 use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
 use rc_network::{Board, Hello, Mismatches, Role, lock};
@@ -21,8 +22,6 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const GRACE: Duration = Duration::from_millis(300);
 /// How often the notices of others are looked at while they are waited for.
 const LOOK: Duration = Duration::from_millis(2);
-/// Domains with ports from 32,768 to 60,999 (RTPS 2.5, 9.6.2.3), from which Linux takes those that nobody has asked for.
-const SHARED_PORTS: std::ops::Range<u32> = 102..215;
 /// The library's ids for a part of this process in a domain in which it has a part already.
 const FURTHER_PARTS: std::ops::Range<u32> = 1000..10_000;
 
@@ -98,15 +97,7 @@ impl Session {
         let board = Board::open(&folder, config.domain)
             .map_err(|error| failed(&folder.display().to_string(), &error))?;
         let domain = part_of(config.domain, &config.xml).map_err(|error| {
-            let mut help =
-                "the log says why; look at `interfaces` and `peers`, and at CYCLONEDDS_URI".to_owned();
-            if SHARED_PORTS.contains(&config.domain) {
-                help += &format!(
-                    ". The ports of domain {} are among those that the system gives to anybody; those of domains up to {} are not",
-                    config.domain,
-                    SHARED_PORTS.start - 1
-                );
-            }
+            let help = udp::advice(config.domain);
             failed("Cyclone DDS does not start", &format!("{error}; {help}"))
         })?;
         let participant = domain

@@ -25,6 +25,7 @@ mod service;
 mod session;
 mod subscriber;
 mod tags;
+mod turn;
 mod unfinished;
 mod waiting;
 mod watch;

@@ -5,9 +5,11 @@
 //! where a shared memory has no size yet (0.10.0). So every process of a network looks after such files, also while
 //! it opens or receives itself: one that stays as it is for longer than the time limit of a creation, which takes
 //! microseconds, is of a dead process, and is removed. Those who wait then find nothing there, and make it themselves.
+//! One of them looks at a time: what a hundred processes look at while they start are thousands of files.
 
 use crate::estate::{self, MEMORY};
 use crate::names;
+use crate::turn::Turn;
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::collections::HashMap;
@@ -98,6 +100,7 @@ struct Files {
     services: PathBuf,
     suspects: HashMap<PathBuf, (Identity, Instant)>,
     stamps: Stamps,
+    turn: Turn,
     /// Two looks have seen the same stamps, so that no change hides in the grain of the clock.
     settled: bool,
 }
@@ -108,6 +111,7 @@ impl Files {
         Self {
             prefix: names::prefix(directory),
             services: root.join("services"),
+            turn: Turn::new(root.join("looking.lock")),
             root,
             suspects: HashMap::new(),
             stamps: Stamps::default(),
@@ -117,6 +121,9 @@ impl Files {
 
     /// Removes what has been half made for too long.
     fn look(&mut self, now: Instant) {
+        if !self.turn.is_ours() {
+            return;
+        }
         let stamps = [Path::new(MEMORY), &self.services]
             .map(|folder| std::fs::metadata(folder).and_then(|m| m.modified()).ok());
         let same = stamps == self.stamps;

@@ -62,6 +62,7 @@ impl Ground {
         let mut command = Command::new(target()?.join("debug").join(program));
         command
             .current_dir(folder.join("work"))
+            .env("CARGO_TARGET_DIR", target()?)
             .env("XDG_RUNTIME_DIR", folder.join("run"))
             .env("XDG_STATE_HOME", folder.join("state"))
             .stdin(Stdio::null())
@@ -175,6 +176,7 @@ impl Ground {
         }
     }
 
+    /// What is of this ground and still there.
     fn left(&self) -> Result<Vec<String>, Failure> {
         let mut left = Vec::new();
         for entry in std::fs::read_dir("/proc")?.flatten() {
@@ -222,23 +224,45 @@ fn is_more(before: &[(u64, u64)], now: &[(u64, u64)]) -> bool {
 }
 
 fn deployment(components: &Path) -> String {
-    let mut text = format!("Deployment {NETWORK}\n{{\n    middleware iceoryx2;\n");
+    let mut text = Text::new(components);
     for (name, program) in NAMES.iter().zip(PROGRAMS) {
-        let path = components.join(program).join(program);
-        text += &format!(
-            "    Component {name}\n    {{\n        cdsl \"{}.cdsl\";\n        restart on_failure backoff 1ms;\n    }};\n",
+        text.component(name, program, "");
+    }
+    text.bind("avoider.Laser", "simulator.Laser");
+    text.bind("avoider.DifferentialRobot", "simulator.DifferentialRobot");
+    text.bind(
+        "monitor.FullPoseEstimationPub",
+        "simulator.FullPoseEstimationPub",
+    );
+    text.end()
+}
+
+/// The description of a network whose components are started again at once.
+pub(super) struct Text<'c> {
+    components: &'c Path,
+    text: String,
+}
+
+impl<'c> Text<'c> {
+    pub(super) fn new(components: &'c Path) -> Self {
+        let text = format!("Deployment {NETWORK}\n{{\n    middleware iceoryx2;\n");
+        Self { components, text }
+    }
+
+    /// A component of this repository, with `more` fields.
+    pub(super) fn component(&mut self, name: &str, program: &str, more: &str) {
+        let path = self.components.join(program).join(program);
+        self.text += &format!(
+            "    Component {name}\n    {{\n        cdsl \"{}.cdsl\";\n        restart on_failure backoff 1ms;\n{more}    }};\n",
             path.display()
         );
     }
-    for (user, provider) in [
-        ("avoider.Laser", "simulator.Laser"),
-        ("avoider.DifferentialRobot", "simulator.DifferentialRobot"),
-        (
-            "monitor.FullPoseEstimationPub",
-            "simulator.FullPoseEstimationPub",
-        ),
-    ] {
-        text += &format!("    bind {user} -> {provider};\n");
+
+    pub(super) fn bind(&mut self, user: &str, provider: &str) {
+        self.text += &format!("    bind {user} -> {provider};\n");
     }
-    text + "};\n"
+
+    pub(super) fn end(self) -> String {
+        self.text + "};\n"
+    }
 }

@@ -5,7 +5,7 @@ use super::{Dice, Kills, Tally};
 use crate::programs::Failure;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use std::process::Child;
+use std::process::{Child, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
 /// Most kills of one component before the network is ended: the pauses before its new starts double.
@@ -53,7 +53,7 @@ fn session(
             let mut last = None;
             while tally.kills < orders.kills && killed[at] < EACH {
                 let wait = dice.time(orders.spread);
-                let (process, was_ready) = kill_one(ground, at, last, wait)?;
+                let (process, was_ready) = kill_one(ground, NAMES[at], last, wait)?;
                 tally.kill(!was_ready);
                 killed[at] += 1;
                 since = Instant::now();
@@ -88,66 +88,79 @@ fn session(
 
 /// Kills a component that is ready, or, where its `last` process is told, the next one a while after it has come.
 /// Says which process it was, and whether it was ready.
-fn kill_one(
+pub(super) fn kill_one(
     ground: &Ground,
-    at: usize,
+    name: &str,
     last: Option<i32>,
     wait: Duration,
 ) -> Result<(i32, bool), Failure> {
     let end = Instant::now() + RECOVERY;
     loop {
-        let status = ground.status("rcdeploy")?;
-        let component = &status["components"][position(&status, at)];
+        // On a busy machine an answer may come late; who does not answer at all is told below.
+        let status = ground.status("rcdeploy").unwrap_or_default();
+        let component = component(&status, name);
         if let Some(pid) = pid(&component["pid"])
             && last.map_or(component["state"] == "running", |last| last != pid)
         {
             std::thread::sleep(wait);
-            let was_ready = ground.is_ready(NAMES[at]);
+            let was_ready = ground.is_ready(name);
             if ground.kill(pid) {
                 return Ok((pid, was_ready));
             }
         }
         if Instant::now() > end {
-            return Err(format!("rcdeploy does not start {} again: {status}", NAMES[at]).into());
+            return Err(format!("rcdeploy does not start {name} again: {status}").into());
         }
         std::thread::sleep(LOOK / 2);
     }
 }
 
-fn position(status: &Value, at: usize) -> usize {
+fn component<'s>(status: &'s Value, name: &str) -> &'s Value {
     let components = status["components"].as_array();
-    let mut names = components.into_iter().flatten().map(|c| &c["name"]);
-    names.position(|name| name == NAMES[at]).unwrap_or(0)
+    let mut components = components.into_iter().flatten();
+    components
+        .find(|component| component["name"] == name)
+        .unwrap_or(&Value::Null)
 }
 
-fn pid(value: &Value) -> Option<i32> {
+pub(super) fn pid(value: &Value) -> Option<i32> {
     value.as_i64().and_then(|pid| pid.try_into().ok())
 }
 
 /// `rcdeploy up`, killed at the latest when it is dropped; its guard then does the rest.
-struct Supervisor {
+pub(super) struct Supervisor {
     child: Child,
 }
 
 impl Supervisor {
     fn start(ground: &Ground) -> Result<Self, Failure> {
+        Self::start_telling(ground, Stdio::null())
+    }
+
+    /// Its events go there.
+    pub(super) fn start_telling(ground: &Ground, events: Stdio) -> Result<Self, Failure> {
         let mut command = ground.command("rcdeploy")?;
         command
             .args(["up", "--profile", "dev", "--format", "json"])
-            .arg(ground.deployment());
+            .arg(ground.deployment())
+            .stdout(events);
         Ok(Self {
             child: command.spawn()?,
         })
     }
 
-    fn kill(&mut self) -> Result<(), Failure> {
+    pub(super) fn events(&mut self) -> Option<ChildStdout> {
+        self.child.stdout.take()
+    }
+
+    pub(super) fn kill(&mut self) -> Result<(), Failure> {
         self.child.kill()?;
         self.child.wait()?;
         Ok(())
     }
 
     /// Ends it as Ctrl-C does.
-    fn stop(&mut self) -> Result<(), Failure> {
+    pub(super) fn stop(&mut self) -> Result<(), Failure> {
         kill_process(Pid::from_child(&self.child), Signal::INT)?;
         let end = Instant::now() + END;
         loop {

@@ -29,6 +29,7 @@ const NAMES: [&str; 6] = [
 fn status() -> Status {
     let components = NAMES.iter().enumerate().map(|(at, name)| ComponentStatus {
         name: (*name).to_owned(),
+        host: None,
         state: match at {
             3 => State::Emergency,
             5 => State::Failed,
@@ -57,6 +58,8 @@ fn status() -> Status {
         pid: 99,
         guard: Some(98),
         ddsl: "patrol.ddsl".into(),
+        digest: None,
+        changed: false,
         components: components.collect(),
     }
 }

@@ -1,0 +1,628 @@
+//! `rcdeploy agent`: what a supervisor on another machine runs here, over ssh. It starts and ends processes as it is
+//! told to, and tells what becomes of them. Its standard streams are the connection; when that ends, so does all.
+
+use super::copies;
+use super::input::{Timed, read_line};
+use super::printed::Printed;
+use super::protocol::{File, LONGEST, Order, Word, line};
+use super::wires::{Heard, Wires};
+use super::{BEAT, HOST_LIMIT};
+use crate::addresses::process_name;
+use crate::error::{Error, OrCannot, advice, complain};
+use crate::guard::GuardCommand;
+use crate::held::{Recovered, recover_locked};
+use crate::keep::{Guarding, Keeper};
+use crate::launch::{Exit, Launched};
+use crate::left::Sweeps;
+use crate::lines::{Line, Lines, Overlong};
+use crate::lock::Lock;
+use crate::logs::{self, Watch};
+use crate::plan::{Component, check_name};
+use crate::signals::Signals;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use std::collections::BTreeMap;
+use std::io::{self, BufReader, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// How long it waits for an earlier agent of the network to end.
+const PATIENCE: Duration = Duration::from_secs(15);
+/// The shortest time between two looks at the logs.
+const LOOK: Duration = Duration::from_millis(50);
+/// How much may wait to be written before logs are read on.
+const ROOM: usize = 256 * 1024;
+/// How much may wait to be written at all.
+const WAITING: usize = 8 << 20;
+
+/// The agent: the whole of `rcdeploy agent`, never typed by a person.
+///
+/// `cleanup` wipes what the middleware keeps in memory for a network; it has to bear being called when there is
+/// nothing to wipe.
+pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
+    match serve(cleanup) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let said = std::io::stdout().write_all(&line(&Word::Refused(error.to_string())));
+            if said.is_err() {
+                complain(format_args!("rcdeploy agent: {error}"));
+            }
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
+    let _ = rustix::process::setsid();
+    let nonblocking = |fd: &OwnedFd| {
+        let flags = fcntl_getfl(fd)?;
+        fcntl_setfl(fd, flags | OFlags::NONBLOCK)
+    };
+    let [stdin, stdout] = [
+        io::stdin().as_fd().try_clone_to_owned(),
+        io::stdout().as_fd().try_clone_to_owned(),
+    ];
+    let stdin = stdin.or_cannot("use its standard input")?;
+    let stdout = stdout.or_cannot("use its standard output")?;
+    nonblocking(&stdin).or_cannot("use its standard input")?;
+    nonblocking(&stdout).or_cannot("use its standard output")?;
+    let mut input = BufReader::new(Timed(stdin));
+    let mut output = Timed(stdout);
+    let first = read_line(&mut input).or_cannot("hear its supervisor")?;
+    let Ok(Order::Network {
+        name,
+        files,
+        services,
+    }) = serde_json::from_str(&first)
+    else {
+        let message = "only `rcdeploy up` of this very version starts `agent`, over ssh";
+        return Err(Error::Plan(message.to_owned()));
+    };
+    check_name("network", &name)?;
+    let root = receive(&name, &files, &mut input, &mut output)?;
+    let cleanup = || cleanup(&name);
+    let lock = acquire(&name, &mut output)?;
+    let recovered = match recover_locked(&lock, &cleanup)? {
+        Recovered::Killed(count) => Some(count),
+        Recovered::Nothing => None,
+    };
+    let directory = lock.directory().clone();
+    let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
+    // Nothing was started yet, and the error that is told is the first one.
+    let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
+    agent.say(&Word::There { root, recovered });
+    agent.run(&cleanup);
+    Ok(())
+}
+
+/// Takes the copies that are not there yet.
+fn receive(
+    network: &str,
+    files: &[File],
+    input: &mut BufReader<Timed>,
+    output: &mut Timed,
+) -> Result<PathBuf, Error> {
+    let program = std::env::current_exe().or_cannot("find out which program this is")?;
+    copies::remove_unused(&program);
+    let root = copies::root(&program, network);
+    let root = root.or_cannot(format!(
+        "make the folder of the copies beside {}",
+        program.display()
+    ))?;
+    let wanted: Vec<usize> = files
+        .iter()
+        .enumerate()
+        .filter(|(_, file)| !file.is_below(&root))
+        .map(|(at, _)| at)
+        .collect();
+    output
+        .write_all(&line(&Word::Wants(wanted.clone())))
+        .or_cannot("answer its supervisor")?;
+    for at in wanted {
+        let received = files[at].receive(&root, input);
+        received.or_cannot(format!("copy {}", files[at].path.display()))?;
+    }
+    Ok(root)
+}
+
+/// Takes the network; an agent whose connection has ended may still have it for a moment.
+fn acquire(network: &str, output: &mut Timed) -> Result<Lock, Error> {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        match Lock::acquire(network) {
+            Err(Error::AlreadyUp { .. } | Error::CleaningUp { .. })
+                if Instant::now() < deadline =>
+            {
+                output
+                    .write_all(&line(&Word::Beat))
+                    .or_cannot("answer its supervisor")?;
+                std::thread::sleep(Duration::from_millis(200));
+            }
+            result => return result,
+        }
+    }
+}
+
+/// What the loop waits for.
+#[derive(Clone, Debug)]
+enum Source {
+    Supervisor,
+    Output,
+    Signals,
+    Guard,
+    Logs,
+    Wire(u64),
+    Link(String),
+    Process(String),
+}
+
+/// Why the agent ends.
+enum Ending {
+    Farewell,
+    Alone(String),
+}
+
+/// A process, and the run of its component that it is.
+struct Running {
+    process: Launched,
+    run: String,
+}
+
+struct Agent {
+    network: String,
+    /// The folder of the copies.
+    root: PathBuf,
+    keeper: Keeper,
+    signals: Signals,
+    logs: PathBuf,
+    watch: Watch,
+    /// When to look at the logs, if something was written.
+    look: Option<Instant>,
+    printed: BTreeMap<String, Printed>,
+    running: BTreeMap<String, Running>,
+    /// Those that have ended, while what they left behind is looked for.
+    ended: BTreeMap<String, Exit>,
+    sweeps: Sweeps,
+    wires: Wires,
+    input: OwnedFd,
+    lines: Lines,
+    output: OwnedFd,
+    out: Vec<u8>,
+    heard: Instant,
+    beat: Instant,
+}
+
+impl Agent {
+    fn new(
+        network: &str,
+        root: PathBuf,
+        lock: Lock,
+        services: &str,
+        input: BufReader<Timed>,
+        output: Timed,
+    ) -> Result<Self, Error> {
+        let own = GuardCommand::own().or_cannot("find out which program this is")?;
+        let hold = ["--hold".to_owned(), services.to_owned()];
+        let command = GuardCommand {
+            args: own.args.into_iter().chain(hold).collect(),
+            ..own
+        };
+        let logs = logs::open_directory(network)?;
+        let guard_log = logs::file(&logs, logs::GUARD);
+        logs::clear(&guard_log).or_cannot(format!("write {}", guard_log.display()))?;
+        let watch = Watch::new(&logs).or_cannot("follow the logs")?;
+        let signals = Signals::new().or_cannot("listen to signals")?;
+        let mut keeper = Keeper::new(network, lock, command, guard_log)?;
+        keeper.start_guard()?;
+        let now = Instant::now();
+        Ok(Self {
+            network: network.to_owned(),
+            root,
+            keeper,
+            signals,
+            logs,
+            watch,
+            look: None,
+            printed: BTreeMap::new(),
+            running: BTreeMap::new(),
+            ended: BTreeMap::new(),
+            sweeps: Sweeps::default(),
+            wires: Wires::default(),
+            // The supervisor waits for the answer: nothing is left in the buffer.
+            input: input.into_inner().0,
+            lines: Lines::up_to(LONGEST, Overlong::Skip),
+            output: output.0,
+            out: Vec::new(),
+            heard: now,
+            beat: now,
+        })
+    }
+
+    fn say(&mut self, word: &Word) {
+        self.out.extend(line(word));
+    }
+
+    fn run(mut self, cleanup: &dyn Fn()) {
+        let ending = loop {
+            let now = Instant::now();
+            if now >= self.beat {
+                self.say(&Word::Beat);
+                self.beat = now + BEAT;
+            }
+            if self.look.is_some_and(|at| now >= at) {
+                self.look_at_logs();
+            }
+            self.tell_ends();
+            if let Err(why) = self.write() {
+                break Ending::Alone(why);
+            }
+            if now >= self.heard + HOST_LIMIT {
+                break Ending::Alone(format!("nothing was heard of it for {HOST_LIMIT:?}"));
+            }
+            let mut ending = None;
+            for source in self.wait() {
+                if let Some(end) = self.turn(&source) {
+                    ending = Some(end);
+                    break;
+                }
+            }
+            if let Some(ending) = ending {
+                break ending;
+            }
+        };
+        self.end(&ending, cleanup);
+    }
+
+    fn wait(&mut self) -> Vec<Source> {
+        let mut polled: Vec<PollFd<'_>> = Vec::new();
+        let mut sources = Vec::new();
+        let mut add = |source, descriptor, flags| {
+            polled.push(PollFd::from_borrowed_fd(descriptor, flags));
+            sources.push(source);
+        };
+        add(Source::Supervisor, self.input.as_fd(), PollFlags::IN);
+        add(Source::Signals, self.signals.descriptor(), PollFlags::IN);
+        if !self.out.is_empty() {
+            add(Source::Output, self.output.as_fd(), PollFlags::OUT);
+        }
+        if let Some(guard) = self.keeper.descriptor() {
+            add(Source::Guard, guard.as_fd(), PollFlags::IN);
+        }
+        if self.look.is_none() {
+            add(Source::Logs, self.watch.descriptor().as_fd(), PollFlags::IN);
+        }
+        for (number, descriptor, flags) in self.wires.descriptors() {
+            add(Source::Wire(number), descriptor, flags);
+        }
+        // Links come before processes: last words count.
+        for (name, Running { process, .. }) in &self.running {
+            if let Some(link) = process.link() {
+                add(Source::Link(name.clone()), link.as_fd(), PollFlags::IN);
+            }
+        }
+        for (name, Running { process, .. }) in &self.running {
+            let descriptor = process.descriptor().as_fd();
+            add(Source::Process(name.clone()), descriptor, PollFlags::IN);
+        }
+        let silence = self.heard + HOST_LIMIT;
+        let times = [
+            Some(self.beat),
+            Some(silence),
+            self.look,
+            self.sweeps.deadline(),
+        ];
+        let next = times.into_iter().flatten().min().unwrap_or(silence);
+        let left = next.saturating_duration_since(Instant::now());
+        let timeout = Timespec::try_from(left).ok();
+        match poll(&mut polled, timeout.as_ref()) {
+            Ok(_) => polled
+                .iter()
+                .zip(sources)
+                .filter(|(fd, _)| !fd.revents().is_empty())
+                .map(|(_, source)| source)
+                .collect(),
+            // Interrupted, or short of memory for a moment.
+            Err(error) => {
+                if error != rustix::io::Errno::INTR {
+                    std::thread::sleep(Duration::from_millis(10));
+                }
+                Vec::new()
+            }
+        }
+    }
+
+    fn turn(&mut self, source: &Source) -> Option<Ending> {
+        match source {
+            Source::Supervisor => return self.hear(),
+            Source::Signals => return Some(Ending::Alone("this agent was told to end".to_owned())),
+            Source::Output => {}
+            Source::Guard => match self.keeper.guard_ended() {
+                Some(Guarding::Again(text) | Guarding::Lost(text)) => {
+                    self.say(&Word::Note(text));
+                }
+                None => {}
+            },
+            Source::Logs => {
+                self.watch.drain();
+                self.look = Some(Instant::now() + LOOK);
+            }
+            Source::Wire(wire) => {
+                if let Some(Heard { text, there }) = self.wires.turn(*wire) {
+                    let wire = *wire;
+                    if !text.is_empty() {
+                        self.say(&Word::Tell { wire, text });
+                    }
+                    if !there {
+                        self.say(&Word::Shut(wire));
+                    }
+                }
+            }
+            Source::Link(name) => self.read_link(name),
+            Source::Process(name) => self.ended(name),
+        }
+        None
+    }
+
+    fn hear(&mut self) -> Option<Ending> {
+        let (lines, ended) = self.lines.read(Read(&self.input));
+        for line in lines {
+            self.heard = Instant::now();
+            let order = match &line {
+                Line::Text(text) => serde_json::from_str(text).ok(),
+                Line::TooLong => None,
+            };
+            match order {
+                Some(Order::Start {
+                    component,
+                    run,
+                    greeting,
+                }) => self.start(&component, run, greeting.as_deref()),
+                Some(Order::Stop(name)) => {
+                    self.running
+                        .get(&name)
+                        .inspect(|running| running.process.terminate());
+                }
+                Some(Order::Kill(name)) => {
+                    self.running
+                        .get(&name)
+                        .inspect(|running| running.process.kill());
+                }
+                Some(Order::Call { wire, name }) => {
+                    let path = self.keeper.directory().socket(&process_name(&name));
+                    if self.wires.call(wire, &path).is_err() {
+                        self.say(&Word::Shut(wire));
+                    }
+                }
+                Some(Order::Tell { wire, text }) => {
+                    if !self.wires.send(wire, &text) {
+                        self.say(&Word::Shut(wire));
+                    }
+                }
+                Some(Order::Shut(wire)) => self.wires.shut(wire),
+                Some(Order::Beat) => {}
+                Some(Order::Farewell) => return Some(Ending::Farewell),
+                Some(Order::Network { .. }) | None => {
+                    let why = "its supervisor said what is no order".to_owned();
+                    return Some(Ending::Alone(why));
+                }
+            }
+        }
+        ended.then(|| Ending::Alone("the connection has ended".to_owned()))
+    }
+
+    fn start(&mut self, component: &Component, run: String, greeting: Option<&str>) {
+        let name = component.name.clone();
+        match self.launch(component, &run, greeting) {
+            Ok(process) => {
+                let held = process.held(component);
+                let pid = process.pid();
+                self.running.insert(name.clone(), Running { process, run });
+                self.note(|keeper| keeper.started(held));
+                self.say(&Word::Started { name, pid });
+            }
+            Err(reason) => self.say(&Word::NotStarted { name, reason }),
+        }
+    }
+
+    fn launch(
+        &mut self,
+        component: &Component,
+        run: &str,
+        greeting: Option<&str>,
+    ) -> Result<Launched, String> {
+        check_name("component", &component.name).map_err(|e| e.to_string())?;
+        if self.running.contains_key(&component.name) {
+            return Err("it runs already".to_owned());
+        }
+        let cannot = |what: &str, error: io::Error| format!("cannot {what}: {error}");
+        if !self.printed.contains_key(&component.name) {
+            let printed = Printed::new(&self.logs, &component.name);
+            let printed = printed.map_err(|e| cannot("make its log", e))?;
+            self.printed.insert(component.name.clone(), printed);
+        }
+        // A folder that its user has named has to be there.
+        if component.directory.starts_with(&self.root) {
+            copies::make_folder(&component.directory)
+                .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
+        }
+        let log = self.printed[&component.name].path();
+        Launched::start(component, run, greeting, log, self.keeper.mark())
+    }
+
+    /// The account of processes is needed only where all of rcdeploy is killed.
+    fn note(&mut self, change: impl FnOnce(&mut Keeper) -> io::Result<()>) {
+        if let Err(error) = change(&mut self.keeper) {
+            let text = format!(
+                "cannot write to the run directory: {error}{}",
+                advice(&error)
+            );
+            self.say(&Word::Note(text));
+        }
+    }
+
+    fn read_link(&mut self, name: &str) {
+        let Some(Running { process, .. }) = self.running.get_mut(name) else {
+            return;
+        };
+        let lines = process.read_link();
+        let closed = process.link().is_none();
+        self.said(name, lines);
+        if closed {
+            self.say(&Word::Closed(name.to_owned()));
+        }
+    }
+
+    fn said(&mut self, name: &str, lines: Vec<Line>) {
+        for line in lines {
+            let line = match line {
+                Line::Text(text) => Some(text),
+                Line::TooLong => None,
+            };
+            let name = name.to_owned();
+            self.say(&Word::Said { name, line });
+        }
+    }
+
+    fn ended(&mut self, name: &str) {
+        let Some(Running { mut process, run }) = self.running.remove(name) else {
+            return;
+        };
+        let words = process.last_words();
+        self.said(name, words);
+        let exit = process.reap();
+        self.note(|keeper| keeper.ended(name));
+        // What it printed last belongs to the account of its end.
+        self.tell(name);
+        // Its end is told when it may be started again.
+        self.ended.insert(name.to_owned(), exit);
+        self.sweeps.begin(name, self.keeper.mark(), run);
+    }
+
+    /// Tells of those that have ended, and left nothing any more, or what takes too long to find.
+    fn tell_ends(&mut self) {
+        for (name, left) in self.sweeps.done() {
+            if let Some(exit) = self.ended.remove(&name) {
+                self.say(&Word::Ended { name, exit, left });
+            } else if left > 0 {
+                let text = format!("killed {left} processes that {name} had left behind");
+                self.say(&Word::Note(text));
+            }
+        }
+        let names = self.ended.keys();
+        let names: Vec<String> = names
+            .filter(|name| !self.sweeps.hold_back(name))
+            .cloned()
+            .collect();
+        for name in names {
+            if let Some(exit) = self.ended.remove(&name) {
+                let left = 0;
+                self.say(&Word::Ended { name, exit, left });
+            }
+        }
+    }
+
+    fn look_at_logs(&mut self) {
+        self.look = None;
+        self.watch.drain();
+        let names: Vec<String> = self.printed.keys().cloned().collect();
+        for name in names {
+            if self.tell(&name) {
+                self.look = Some(Instant::now() + LOOK);
+            }
+        }
+    }
+
+    /// Tells what a component has printed, as far as there is room; gives whether there is more.
+    fn tell(&mut self, name: &str) -> bool {
+        let start = self.out.len();
+        while self.out.len() < start.max(ROOM) + ROOM && self.out.len() < WAITING / 2 {
+            let piece = self.printed.get_mut(name).and_then(Printed::next);
+            let Some(text) = piece else { return false };
+            let name = name.to_owned();
+            self.say(&Word::Printed { name, text });
+        }
+        true
+    }
+
+    /// Tells the rest of all that was printed.
+    fn tell_all(&mut self) {
+        while let Some(name) = self.printed.keys().next().cloned() {
+            if !self.tell(&name)
+                && let Some(printed) = self.printed.remove(&name)
+            {
+                printed.remove();
+            }
+            if !self.write_all() {
+                return;
+            }
+        }
+    }
+
+    /// Writes all that waits; `false` where nobody reads it.
+    fn write_all(&mut self) -> bool {
+        let Ok(output) = self.output.try_clone() else {
+            return false;
+        };
+        let out = std::mem::take(&mut self.out);
+        Timed(output).write_all(&out).is_ok()
+    }
+
+    fn write(&mut self) -> Result<(), String> {
+        while !self.out.is_empty() {
+            match rustix::io::write(&self.output, &self.out) {
+                Ok(count) => drop(self.out.drain(..count)),
+                Err(rustix::io::Errno::INTR) => {}
+                Err(rustix::io::Errno::AGAIN) => break,
+                Err(error) => return Err(error.to_string()),
+            }
+        }
+        if self.out.len() > WAITING {
+            return Err("it reads nothing any more".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Ends what is left, cleans up, and tells it where somebody hears it.
+    fn end(mut self, ending: &Ending, cleanup: &dyn Fn()) {
+        if let Ending::Alone(why) = ending {
+            let names: Vec<&str> = self.running.keys().map(String::as_str).collect();
+            complain(format_args!(
+                "rcdeploy agent of {}: the supervisor is gone ({why}); components left: {}",
+                self.network,
+                names.join(", ")
+            ));
+        }
+        // Whoever does not mind the signal sees the end of its link.
+        for Running { process, .. } in self.running.values() {
+            process.terminate();
+        }
+        drop(std::mem::take(&mut self.running));
+        let killed = self.keeper.finish_off();
+        if matches!(ending, Ending::Farewell) {
+            self.tell_all();
+        }
+        let (left, removed, lock) = self.keeper.finish(cleanup);
+        if let Err(error) = removed {
+            let path = lock.directory().path().display();
+            self.out
+                .extend(line(&Word::Note(format!("cannot remove {path}: {error}"))));
+        }
+        self.out.extend(line(&Word::Gone {
+            left: left + killed,
+        }));
+        if matches!(ending, Ending::Farewell) {
+            let _ = Timed(self.output).write_all(&self.out);
+        }
+    }
+}
+
+/// Reads from a descriptor.
+struct Read<'f>(&'f OwnedFd);
+
+impl io::Read for Read<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        Ok(rustix::io::read(self.0, buffer)?)
+    }
+}

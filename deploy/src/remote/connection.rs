@@ -1,0 +1,155 @@
+//! The beginning of a connection, which waits and copies, on a thread of its own.
+
+use super::input::{Timed, read_line};
+use super::protocol::{File, Order, Word, line};
+use super::ssh::TOKEN;
+use std::io::{self, BufReader, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver};
+
+/// This program, as it runs, also when its file has been replaced since.
+const OWN: &str = "/proc/self/exe";
+/// How many lines a login may print before it runs what it was asked to.
+const GREETING: usize = 1000;
+
+/// What a connection begins with.
+#[derive(Clone, Debug)]
+pub(crate) struct Beginning {
+    pub(crate) network: String,
+    /// What has to be there, each once.
+    pub(crate) files: Vec<PathBuf>,
+    /// The services that the guard there holds.
+    pub(crate) services: Option<String>,
+}
+
+/// An agent that has begun its work.
+#[derive(Debug)]
+pub(crate) struct Begun {
+    /// Where the copies are.
+    pub(crate) root: PathBuf,
+    /// How many files were copied, and how many bytes.
+    pub(crate) copied: (usize, u64),
+    /// Whether there has been one before.
+    pub(crate) again: bool,
+    /// How many processes of an earlier run had to be killed there.
+    pub(crate) recovered: Option<usize>,
+}
+
+/// A beginning that is under way.
+#[derive(Debug)]
+pub(crate) struct Beginner {
+    /// Becomes readable when it is over.
+    pub(crate) over: UnixStream,
+    result: Receiver<Result<Begun, String>>,
+}
+
+/// The program that is to be the agent.
+pub(crate) fn own_program() -> io::Result<File> {
+    File::of(Path::new(OWN))
+}
+
+impl Beginner {
+    /// Begins over `stream`, the streams of an ssh that runs the script for `program`.
+    pub(crate) fn start(stream: OwnedFd, program: File, beginning: Beginning) -> io::Result<Self> {
+        let (over, done) = UnixStream::pair()?;
+        let (sender, result) = mpsc::channel();
+        std::thread::Builder::new()
+            .name("host".to_owned())
+            .spawn(move || {
+                // Nobody hears it where the network has ended by now.
+                let _ = sender.send(begin(stream, &program, &beginning));
+                drop(done);
+            })?;
+        Ok(Self { over, result })
+    }
+
+    /// How it went.
+    pub(crate) fn result(self) -> Result<Begun, String> {
+        let result = self.result.recv();
+        result.unwrap_or_else(|_| Err("the thread that connects has panicked".to_owned()))
+    }
+}
+
+fn begin(stream: OwnedFd, program: &File, beginning: &Beginning) -> Result<Begun, String> {
+    let lost = |error: io::Error| match error.kind() {
+        io::ErrorKind::UnexpectedEof
+        | io::ErrorKind::BrokenPipe
+        | io::ErrorKind::ConnectionReset => "the connection has ended".to_owned(),
+        _ => error.to_string(),
+    };
+    let mut out = Timed(stream.try_clone().map_err(lost)?);
+    let mut input = BufReader::new(Timed(stream));
+    let mut copied = (0, 0);
+    let first = said(&mut input).map_err(lost)?;
+    let (state, machine) = first.split_once(' ').unwrap_or((&first, ""));
+    let own = rustix::system::uname();
+    let own = format!(
+        "{} {}",
+        own.sysname().to_string_lossy(),
+        own.machine().to_string_lossy()
+    );
+    if machine != own {
+        return Err(format!(
+            "it is another kind of machine ({machine}, this one is {own}), and what is built here does not run there; \
+             run `rcdeploy up` on a machine like it"
+        ));
+    }
+    if state == "wants" {
+        program.send(Path::new(OWN), &mut out).map_err(lost)?;
+        copied = (1, program.size);
+    }
+    said(&mut input).map_err(lost)?;
+    let files = beginning.files.iter().map(|path| {
+        let file = File::of(path);
+        file.map_err(|error| format!("cannot read {}: {error}", path.display()))
+    });
+    let files: Vec<File> = files.collect::<Result<_, _>>()?;
+    let order = Order::Network {
+        name: beginning.network.clone(),
+        files: files.clone(),
+        services: beginning
+            .services
+            .clone()
+            .unwrap_or_else(|| "[]".to_owned()),
+    };
+    out.write_all(&line(&order)).map_err(lost)?;
+    loop {
+        let text = read_line(&mut input).map_err(lost)?;
+        let word = serde_json::from_str(&text);
+        match word.map_err(|_| format!("its agent said `{text}`, which is none of its words"))? {
+            Word::Wants(wanted) => {
+                for at in wanted.into_iter().filter(|at| *at < files.len()) {
+                    let file = &files[at];
+                    let sent = file.send(&beginning.files[at], &mut out);
+                    sent.map_err(lost)?;
+                    copied = (copied.0 + 1, copied.1 + file.size);
+                }
+            }
+            Word::There { root, recovered } => {
+                return Ok(Begun {
+                    root,
+                    copied,
+                    again: false,
+                    recovered,
+                });
+            }
+            Word::Refused(why) => return Err(why),
+            // It waits for an earlier one to end.
+            _ => {}
+        }
+    }
+}
+
+/// The rest of the next line of the script.
+fn said(input: &mut BufReader<Timed>) -> io::Result<String> {
+    for _ in 0..GREETING {
+        let line = read_line(input)?;
+        if let Some(said) = line.strip_prefix(TOKEN) {
+            return Ok(said.trim().to_owned());
+        }
+    }
+    let message = "its login prints more than a thousand lines";
+    Err(io::Error::other(message))
+}

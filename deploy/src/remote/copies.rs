@@ -1,0 +1,194 @@
+//! The files of a network that are copied to another machine, compared by their hashes.
+
+use super::input::{Timed, bytes};
+use super::protocol::{File, mirrored};
+use rustix::fs::{Mode, OFlags};
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::io::{self, BufReader, Read, Write};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// A copy of rcdeploy that nobody has used for so long is removed.
+const UNUSED: Duration = Duration::from_secs(30 * 24 * 60 * 60);
+
+/// The hash of all that can be read, and how much it was.
+fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> {
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; 256 * 1024];
+    let mut size = 0;
+    loop {
+        let count = match from.read(&mut buffer) {
+            Ok(0) => break,
+            Ok(count) => count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        hasher.update(&buffer[..count]);
+        also.write_all(&buffer[..count])?;
+        size += count as u64;
+    }
+    let hash = hasher.finalize();
+    Ok((
+        hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+        size,
+    ))
+}
+
+impl File {
+    /// What is to be known of a file of this machine.
+    pub(crate) fn of(path: &Path) -> io::Result<Self> {
+        let file = open(path)?;
+        let executable = file.metadata()?.permissions().mode() & 0o111 != 0;
+        let (hash, size) = hash(file, io::sink())?;
+        Ok(Self {
+            path: mirrored(Path::new("/"), path),
+            hash,
+            size,
+            executable,
+        })
+    }
+
+    /// Whether it is already below `root` as it is to be.
+    pub(crate) fn is_below(&self, root: &Path) -> bool {
+        let there = Self::of(&mirrored(root, &self.path));
+        there.is_ok_and(|there| {
+            (there.hash, there.executable) == (self.hash.clone(), self.executable)
+        })
+    }
+
+    /// Writes the bytes that `from` has here, just as many as were announced.
+    pub(crate) fn send(&self, from: &Path, out: &mut impl Write) -> io::Result<()> {
+        let sent = io::copy(&mut open(from)?.take(self.size), out)?;
+        if sent == self.size {
+            return Ok(());
+        }
+        let message = format!(
+            "{} has changed while it was copied; try again",
+            from.display()
+        );
+        Err(io::Error::other(message))
+    }
+
+    /// Puts its bytes in their place below `root`, in one step.
+    pub(crate) fn receive(&self, root: &Path, input: &mut BufReader<Timed>) -> io::Result<()> {
+        let place = mirrored(root, &self.path);
+        let folder = place.parent().unwrap_or(root);
+        make_folder(folder)?;
+        let name = place.file_name().unwrap_or_default().to_string_lossy();
+        let new = folder.join(format!(".{name}.{}", std::process::id()));
+        let received = self.receive_as(&new, input).and_then(|()| {
+            // A folder that was a file here before, or the other way round.
+            if place.is_dir() {
+                fs::remove_dir_all(&place)?;
+            }
+            fs::rename(&new, &place)
+        });
+        if received.is_err() {
+            let _ = fs::remove_file(&new);
+        }
+        received
+    }
+
+    fn receive_as(&self, new: &Path, input: &mut BufReader<Timed>) -> io::Result<()> {
+        let mode = if self.executable { 0o700 } else { 0o600 };
+        let mut file = fs::OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .mode(mode)
+            .open(new)?;
+        let (hash, size) = hash(bytes(input, self.size), &mut file)?;
+        if size != self.size {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        if hash != self.hash {
+            let message = format!(
+                "{} has changed while it was copied; try again",
+                self.path.display()
+            );
+            return Err(io::Error::other(message));
+        }
+        file.sync_data()
+    }
+}
+
+/// Opens a file, and nothing that could be waited for.
+fn open(path: &Path) -> io::Result<fs::File> {
+    let file = rustix::fs::open(
+        path,
+        OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC,
+        Mode::empty(),
+    )?;
+    let file = fs::File::from(file);
+    if file.metadata()?.is_file() {
+        Ok(file)
+    } else {
+        Err(io::Error::other("it is not a file"))
+    }
+}
+
+/// Makes a folder that is private to its user.
+pub(crate) fn make_folder(path: &Path) -> io::Result<()> {
+    fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(path)
+}
+
+/// The folder for the copies of a network: beside the copy of rcdeploy that runs.
+pub(crate) fn root(program: &Path, network: &str) -> io::Result<PathBuf> {
+    let cache = program.parent().unwrap_or(Path::new("/"));
+    let root = cache.join("networks").join(network);
+    make_folder(&root)?;
+    Ok(root)
+}
+
+/// Removes copies of rcdeploy that nobody has used for long.
+pub(crate) fn remove_unused(program: &Path) {
+    let cache = program.parent().unwrap_or(Path::new("/"));
+    let now = SystemTime::now();
+    for entry in fs::read_dir(cache).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_copy = name
+            .to_str()
+            .is_some_and(|n| n.starts_with(super::ssh::COPY));
+        let used = entry.metadata().and_then(|file| file.modified());
+        let unused = used.is_ok_and(|used| now.duration_since(used).is_ok_and(|t| t > UNUSED));
+        if is_copy && unused && entry.path() != program {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_known_by_its_bytes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x/../a");
+        fs::create_dir(folder.path().join("x")).expect("a folder");
+        fs::write(&path, "abc").expect("written");
+        let file = File::of(&path).expect("a file");
+        assert_eq!(file.path, folder.path().join("a"));
+        let known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!((file.hash.as_str(), file.size), (known, 3));
+        let root = folder.path().join("root");
+        assert!(!file.is_below(&root));
+        let there = mirrored(&root, &file.path);
+        fs::create_dir_all(there.parent().expect("a parent")).expect("a folder");
+        fs::write(&there, "abd").expect("written");
+        assert!(!file.is_below(&root));
+        fs::write(&there, "abc").expect("written");
+        assert!(file.is_below(&root));
+        let mut sent = Vec::new();
+        file.send(&path, &mut sent).expect("sent");
+        assert_eq!(sent, b"abc");
+        fs::write(&path, "a").expect("written");
+        assert!(file.send(&path, &mut sent).is_err());
+        assert!(File::of(folder.path()).is_err());
+    }
+}

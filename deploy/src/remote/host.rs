@@ -1,0 +1,514 @@
+//! A machine of the network as its supervisor sees it: it connects, loses the connection, and connects again.
+
+use super::connection::{Beginner, Beginning, Begun, own_program};
+use super::protocol::{File, LONGEST, Order, Word, line, mirrored};
+use super::wires::{Heard, Sockets};
+use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
+use crate::launch::Exit;
+use crate::lines::{Line, Lines, Overlong};
+use crate::plan::{self, Component};
+use crate::process::{Mark, first_readable, kill_group};
+use crate::restart::LONGEST_PAUSE;
+use rustix::event::PollFlags;
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use std::cell::RefCell;
+use std::fs;
+use std::io::{self, Write};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::Child;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// The pause before the first attempt to connect again; it doubles up to [`LONGEST_PAUSE`].
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+/// How much may wait to be written to a machine that does not read.
+const WAITING: usize = 4 << 20;
+/// How long an agent may take to clean up.
+const FAREWELL_LIMIT: Duration = Duration::from_secs(10);
+/// How many reads are made in one turn: a machine that prints much is not the only one.
+const READS: usize = 16;
+/// How long an ssh whose connection has ended may take to say why.
+const SETTLE_LIMIT: Duration = Duration::from_millis(300);
+/// How much of what ssh complains of is shown.
+const COMPLAINT: usize = 2000;
+
+/// What is to be written to an agent; shared by its host and the units that run there.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outbox(Rc<RefCell<Vec<u8>>>);
+
+impl Outbox {
+    fn push(&self, order: &Order) {
+        self.0.borrow_mut().extend(line(order));
+    }
+}
+
+/// A process on another machine.
+#[derive(Debug)]
+pub(crate) struct Distant {
+    name: String,
+    outbox: Outbox,
+    pub(crate) pid: Option<i32>,
+    /// Whether the component can still speak.
+    pub(crate) linked: bool,
+    exit: Option<Exit>,
+}
+
+impl Distant {
+    /// Asks the agent to start a process, whose link begins with `greeting`; `run` tells this one from earlier ones.
+    pub(crate) fn start(
+        component: &Component,
+        run: String,
+        greeting: Option<String>,
+        outbox: &Outbox,
+    ) -> Self {
+        outbox.push(&Order::Start {
+            component: Box::new(component.clone()),
+            run,
+            greeting,
+        });
+        Self {
+            name: component.name.clone(),
+            outbox: outbox.clone(),
+            pid: None,
+            linked: true,
+            exit: None,
+        }
+    }
+
+    /// Asks the process to end.
+    pub(crate) fn terminate(&self) {
+        self.outbox.push(&Order::Stop(self.name.clone()));
+    }
+
+    /// Ends the process and its group.
+    pub(crate) fn kill(&self) {
+        self.outbox.push(&Order::Kill(self.name.clone()));
+    }
+
+    /// It has ended in this way.
+    pub(crate) fn ended(&mut self, exit: Exit) {
+        self.exit = Some(exit);
+    }
+
+    /// How it ended.
+    pub(crate) fn exit(&mut self) -> Exit {
+        let unknown = || Exit::without_status("nobody knows how".to_owned());
+        self.exit.take().unwrap_or_else(unknown)
+    }
+}
+
+/// What has become of a host.
+#[derive(Debug)]
+pub(crate) enum News {
+    /// Its agent runs.
+    There(Begun),
+    /// There is no connection, and none was there before.
+    Unreachable(String),
+    /// The connection has ended.
+    Lost(String),
+    /// The agent tells something.
+    Word(Word),
+}
+
+/// Something of a host that is waited for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Part {
+    /// The connection.
+    Link,
+    /// A socket that stands for one there, or who has called it.
+    Socket(u64),
+}
+
+#[derive(Debug)]
+enum Link {
+    /// There is none; the next attempt is then.
+    None(Instant),
+    Beginning(Ssh, Beginner),
+    There(Ssh, Lines),
+    /// There will be none any more.
+    Over,
+}
+
+#[derive(Debug)]
+struct Ssh {
+    child: Child,
+    stream: UnixStream,
+}
+
+impl Ssh {
+    /// Lets one whose connection has ended say why.
+    fn settle(&self) {
+        if let Ok(process) = pidfd_open(Pid::from_child(&self.child), PidfdFlags::empty()) {
+            first_readable([&process], SETTLE_LIMIT);
+        }
+    }
+}
+
+/// Ends it at once; one that has ended is only reaped.
+impl Drop for Ssh {
+    fn drop(&mut self) {
+        kill_group(Pid::from_child(&self.child));
+        let _ = self.child.wait();
+    }
+}
+
+/// A machine of the network.
+#[derive(Debug)]
+pub(crate) struct Host {
+    pub(crate) plan: plan::Host,
+    pub(crate) outbox: Outbox,
+    beginning: Beginning,
+    /// For what ssh and the agent complain of.
+    pub(crate) log: PathBuf,
+    /// Where in the log the complaints of this attempt begin.
+    complaints: u64,
+    link: Link,
+    /// When the present attempt began.
+    begun: Instant,
+    sockets: Sockets,
+    /// When it was last heard of.
+    heard: Instant,
+    next_beat: Instant,
+    pause: Duration,
+    /// The limit of its farewell, once that was said.
+    leaves: Option<Instant>,
+    /// Where the copies are there.
+    root: PathBuf,
+    was_there: bool,
+}
+
+impl Host {
+    /// A machine that is to be connected to at once.
+    pub(crate) fn new(host: plan::Host, beginning: Beginning, log: PathBuf) -> Self {
+        let now = Instant::now();
+        Self {
+            plan: host,
+            outbox: Outbox::default(),
+            beginning,
+            log,
+            complaints: 0,
+            link: Link::None(now),
+            begun: now,
+            sockets: Sockets::default(),
+            heard: now,
+            next_beat: now,
+            pause: FIRST_PAUSE,
+            leaves: None,
+            root: PathBuf::new(),
+            was_there: false,
+        }
+    }
+
+    /// Where it is, as one types it.
+    pub(crate) fn destination(&self) -> String {
+        ssh::destination(&self.plan)
+    }
+
+    /// Whether processes can be started there.
+    pub(crate) fn is_there(&self) -> bool {
+        matches!(self.link, Link::There(..)) && self.leaves.is_none()
+    }
+
+    /// Whether it has been there at any time.
+    pub(crate) fn was_there(&self) -> bool {
+        self.was_there
+    }
+
+    /// The component with its paths as they are there.
+    pub(crate) fn component(&self, component: &Component) -> Component {
+        let there = |path: &Path| mirrored(&self.root, path);
+        let argument = |text: &String| {
+            let path = Path::new(text);
+            if component.files.iter().any(|file| file == path) {
+                there(path).to_string_lossy().into_owned()
+            } else {
+                text.clone()
+            }
+        };
+        Component {
+            executable: there(&component.executable),
+            directory: match &self.plan.workspace {
+                Some(workspace) => workspace.clone(),
+                None => there(&component.directory),
+            },
+            args: component.args.iter().map(argument).collect(),
+            // The agent has no use for these.
+            files: Vec::new(),
+            after: Vec::new(),
+            ..component.clone()
+        }
+    }
+
+    /// What is waited for: the connection, and those who call components there.
+    pub(crate) fn descriptors(&self) -> impl Iterator<Item = (Part, BorrowedFd<'_>, PollFlags)> {
+        let link = self.descriptor();
+        let link = link.map(|(descriptor, flags)| (Part::Link, descriptor, flags));
+        let sockets = self.sockets.descriptors();
+        let sockets =
+            sockets.map(|(number, descriptor, flags)| (Part::Socket(number), descriptor, flags));
+        link.into_iter().chain(sockets)
+    }
+
+    fn descriptor(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
+        match &self.link {
+            Link::Beginning(_, beginner) => Some((beginner.over.as_fd(), PollFlags::IN)),
+            Link::There(ssh, _) => {
+                let flags = if self.outbox.0.borrow().is_empty() {
+                    PollFlags::IN
+                } else {
+                    PollFlags::IN | PollFlags::OUT
+                };
+                Some((ssh.stream.as_fd(), flags))
+            }
+            Link::None(_) | Link::Over => None,
+        }
+    }
+
+    /// When the passing of time next matters.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        match &self.link {
+            Link::None(at) => Some(*at),
+            Link::There(..) => {
+                let limit = self.heard + HOST_LIMIT;
+                Some(limit.min(self.leaves.unwrap_or(limit)).min(self.next_beat))
+            }
+            Link::Beginning(..) => Some(self.begun + SET_UP_LIMIT),
+            Link::Over => None,
+        }
+    }
+
+    /// Looks at the clock: connects, says that this side is there, notices that the other one is not.
+    pub(crate) fn check(&mut self, now: Instant, mark: &Mark) -> Option<News> {
+        match &self.link {
+            Link::None(at) if now >= *at => {
+                let connected = self.connect(mark);
+                connected.err().map(|why| self.failed(now, &why))
+            }
+            Link::Beginning(..) if now >= self.begun + SET_UP_LIMIT => {
+                self.link = Link::Over;
+                let why = format!("it was not there within {SET_UP_LIMIT:?}");
+                Some(self.failed(now, &why))
+            }
+            Link::There(..) => {
+                if self.leaves.is_some_and(|limit| now >= limit) {
+                    return Some(self.lose(now, "its agent does not end"));
+                }
+                if now >= self.heard + HOST_LIMIT {
+                    let why = format!("nothing was heard of it for {HOST_LIMIT:?}");
+                    return Some(self.lose(now, &why));
+                }
+                if now >= self.next_beat {
+                    self.outbox.push(&Order::Beat);
+                    self.next_beat = now + BEAT;
+                }
+                self.write(now)
+            }
+            _ => None,
+        }
+    }
+
+    fn connect(&mut self, mark: &Mark) -> Result<(), String> {
+        let system = |error: io::Error| error.to_string();
+        let log = fs::File::options()
+            .create(true)
+            .append(true)
+            .open(&self.log);
+        let log = log.map_err(|e| format!("cannot open {}: {e}", self.log.display()))?;
+        self.complaints = log.metadata().map_err(system)?.len();
+        let program: File = own_program().map_err(system)?;
+        let script = ssh::script(&program.hash, program.size);
+        let (child, stream) = ssh::start(&self.plan, &script, log, mark)?;
+        let ssh = Ssh { child, stream };
+        ssh.stream.set_nonblocking(true).map_err(system)?;
+        let stream = OwnedFd::from(ssh.stream.try_clone().map_err(system)?);
+        let beginner = Beginner::start(stream, program, self.beginning.clone());
+        self.link = Link::Beginning(ssh, beginner.map_err(system)?);
+        self.begun = Instant::now();
+        Ok(())
+    }
+
+    /// Lets a component that runs there be called at `path`.
+    pub(crate) fn listen(&mut self, component: &str, path: &Path) -> io::Result<()> {
+        self.sockets.listen(component, path)
+    }
+
+    /// A component has ended: nobody can call it.
+    pub(crate) fn close(&mut self, component: &str) {
+        self.sockets.close(component);
+    }
+
+    /// Hands on what callers of components say.
+    pub(crate) fn turn_socket(&mut self, number: u64) {
+        if let Some((wire, name)) = self.sockets.accept(number) {
+            self.outbox.push(&Order::Call { wire, name });
+        } else if let Some(Heard { text, there }) = self.sockets.wires.turn(number) {
+            let wire = number;
+            if !text.is_empty() {
+                self.outbox.push(&Order::Tell { wire, text });
+            }
+            if !there {
+                self.outbox.push(&Order::Shut(wire));
+            }
+        }
+    }
+
+    /// Something can be read or written.
+    pub(crate) fn turn(&mut self, now: Instant) -> Vec<News> {
+        match std::mem::replace(&mut self.link, Link::Over) {
+            Link::Beginning(ssh, beginner) => vec![match beginner.result() {
+                Ok(begun) => {
+                    self.outbox.0.borrow_mut().clear();
+                    self.link = Link::There(ssh, Lines::up_to(LONGEST, Overlong::Skip));
+                    self.heard = now;
+                    self.next_beat = now;
+                    self.pause = FIRST_PAUSE;
+                    let again = std::mem::replace(&mut self.was_there, true);
+                    self.root.clone_from(&begun.root);
+                    News::There(Begun { again, ..begun })
+                }
+                Err(why) => {
+                    ssh.settle();
+                    let why = self.explain(ssh, &why);
+                    self.failed(now, &why)
+                }
+            }],
+            Link::There(ssh, lines) => {
+                self.link = Link::There(ssh, lines);
+                let mut news = self.read(now);
+                news.extend(self.write(now));
+                news
+            }
+            other => {
+                self.link = other;
+                Vec::new()
+            }
+        }
+    }
+
+    fn read(&mut self, now: Instant) -> Vec<News> {
+        let mut news = Vec::new();
+        for _ in 0..READS {
+            let Link::There(ssh, lines) = &mut self.link else {
+                return news;
+            };
+            let (complete, ended) = lines.read(&ssh.stream);
+            let none = complete.is_empty();
+            for line in complete {
+                let word = match &line {
+                    Line::Text(text) => serde_json::from_str(text).ok(),
+                    Line::TooLong => None,
+                };
+                self.heard = now;
+                match word {
+                    Some(Word::Beat) => {}
+                    Some(Word::Tell { wire, text }) => {
+                        if !self.sockets.wires.send(wire, &text) {
+                            self.outbox.push(&Order::Shut(wire));
+                        }
+                    }
+                    Some(Word::Shut(wire)) => self.sockets.wires.shut(wire),
+                    Some(Word::Gone { left }) => {
+                        self.link = Link::Over;
+                        news.push(News::Word(Word::Gone { left }));
+                        return news;
+                    }
+                    Some(word) => news.push(News::Word(word)),
+                    None => {
+                        news.push(self.lose(now, "its agent said what is none of its words"));
+                        return news;
+                    }
+                }
+            }
+            if ended {
+                ssh.settle();
+                news.push(self.lose(now, "the connection has ended"));
+                return news;
+            }
+            if none {
+                break;
+            }
+        }
+        news
+    }
+
+    /// Writes what can be written.
+    pub(crate) fn write(&mut self, now: Instant) -> Option<News> {
+        let Link::There(ssh, _) = &self.link else {
+            return None;
+        };
+        let mut out = self.outbox.0.borrow_mut();
+        while !out.is_empty() {
+            match (&ssh.stream).write(&out) {
+                Ok(count) => drop(out.drain(..count)),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
+                // The end of the connection is read, with what came before it.
+                Err(_) => {
+                    out.clear();
+                    break;
+                }
+            }
+        }
+        let full = out.len() > WAITING;
+        drop(out);
+        full.then(|| self.lose(now, "it reads nothing any more"))
+    }
+
+    /// All that ran there has ended: the agent is to go, or an attempt to connect ends.
+    pub(crate) fn leave(&mut self, now: Instant) {
+        match &self.link {
+            Link::There(..) if self.leaves.is_none() => {
+                self.outbox.push(&Order::Farewell);
+                self.leaves = Some(now + FAREWELL_LIMIT);
+            }
+            Link::There(..) => {}
+            _ => self.link = Link::Over,
+        }
+    }
+
+    /// Whether nothing is to come from it any more.
+    pub(crate) fn is_over(&self) -> bool {
+        matches!(self.link, Link::Over)
+    }
+
+    fn failed(&mut self, now: Instant, why: &str) -> News {
+        self.link = Link::None(now + self.pause);
+        self.pause = (self.pause * 2).min(LONGEST_PAUSE);
+        News::Unreachable(why.to_owned())
+    }
+
+    fn lose(&mut self, now: Instant, why: &str) -> News {
+        let next = if self.leaves.is_some() {
+            Link::Over
+        } else {
+            Link::None(now + self.pause)
+        };
+        let why = match std::mem::replace(&mut self.link, next) {
+            Link::There(ssh, _) | Link::Beginning(ssh, _) => self.explain(ssh, why),
+            Link::None(_) | Link::Over => why.to_owned(),
+        };
+        self.outbox.0.borrow_mut().clear();
+        self.sockets.clear();
+        News::Lost(why)
+    }
+
+    /// What was noticed, with what ssh and the other side complained of.
+    fn explain(&self, ssh: Ssh, noticed: &str) -> String {
+        drop(ssh);
+        let log = fs::read(&self.log).unwrap_or_default();
+        let start = usize::try_from(self.complaints).unwrap_or(0).min(log.len());
+        let start = start.max(log.len().saturating_sub(COMPLAINT));
+        let complaint = String::from_utf8_lossy(&log[start..]);
+        ssh::explain(&self.plan, noticed, &complaint)
+    }
+
+    /// The pause before the next attempt.
+    pub(crate) fn next_attempt(&self, now: Instant) -> Duration {
+        match self.link {
+            Link::None(at) => at.saturating_duration_since(now),
+            _ => Duration::ZERO,
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Reading and writing with limits while a connection begins, when each side waits for the other.
+
+use super::STEP_LIMIT;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::io::{self, BufRead, BufReader, Read, Take, Write};
+use std::os::fd::{AsFd, OwnedFd};
+
+/// The longest line of the beginning: it names all files and services of a network.
+const LONGEST: u64 = 64 << 20;
+
+/// A stream that does not block, on which no byte may be waited for longer than [`STEP_LIMIT`].
+#[derive(Debug)]
+pub(crate) struct Timed(pub(crate) OwnedFd);
+
+impl Timed {
+    fn wait(&self, flags: PollFlags) -> io::Result<()> {
+        let limit = Timespec::try_from(STEP_LIMIT).ok();
+        let mut polled = [PollFd::from_borrowed_fd(self.0.as_fd(), flags)];
+        match poll(&mut polled, limit.as_ref()) {
+            Ok(0) => Err(io::Error::new(
+                io::ErrorKind::TimedOut,
+                format!("nothing came for {STEP_LIMIT:?}"),
+            )),
+            Ok(_) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+impl Read for Timed {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            self.wait(PollFlags::IN)?;
+            match rustix::io::read(&self.0, &mut *buffer) {
+                Err(rustix::io::Errno::AGAIN) => {}
+                count => return Ok(count?),
+            }
+        }
+    }
+}
+
+impl Write for Timed {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        loop {
+            self.wait(PollFlags::OUT)?;
+            match rustix::io::write(&self.0, buffer) {
+                Err(rustix::io::Errno::AGAIN) => {}
+                written => return Ok(written?),
+            }
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// One line without its end.
+pub(crate) fn read_line(input: &mut BufReader<Timed>) -> io::Result<String> {
+    let mut line = Vec::new();
+    input.by_ref().take(LONGEST).read_until(b'\n', &mut line)?;
+    if line.pop() != Some(b'\n') {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    Ok(String::from_utf8_lossy(&line).into_owned())
+}
+
+/// The next `size` bytes, and no more.
+pub(crate) fn bytes(input: &mut BufReader<Timed>, size: u64) -> Take<&mut BufReader<Timed>> {
+    input.take(size)
+}

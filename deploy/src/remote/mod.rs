@@ -1,0 +1,34 @@
+//! Components on other machines.
+//!
+//! ```text
+//! supervisor ── host ── ssh ── agent (rcdeploy there): starts, signals, tells ── guard
+//! ```
+//!
+//! All is decided by the supervisor. The agent starts processes, hands on what they say and print, and ends them all
+//! when the connection ends. Both are of the same version: the supervisor puts a copy of its own program there.
+
+mod agent;
+mod connection;
+mod copies;
+mod host;
+mod input;
+mod printed;
+mod protocol;
+mod ssh;
+mod wires;
+
+pub use agent::agent;
+pub(crate) use connection::{Beginning, Begun};
+pub(crate) use host::{Distant, Host, News, Outbox, Part};
+pub(crate) use protocol::Word;
+
+use std::time::Duration;
+
+/// How long the other side of a connection may be silent; then it is lost.
+pub(crate) const HOST_LIMIT: Duration = Duration::from_secs(5);
+/// How often each side says that it is there.
+const BEAT: Duration = Duration::from_secs(1);
+/// How long one step of the beginning may take in which no byte comes.
+const STEP_LIMIT: Duration = Duration::from_secs(20);
+/// How long it may take until an agent is there, with all copies.
+pub(crate) const SET_UP_LIMIT: Duration = Duration::from_secs(600);

@@ -1,0 +1,193 @@
+//! The `ssh` program: how it is called, what it runs on the other machine, and what its refusals mean.
+
+use crate::plan::Host;
+use crate::process::{MARK, Mark};
+use std::fs::File;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, Stdio};
+
+/// The environment variable with another command than `ssh`, and with its first arguments, separated by blanks.
+const COMMAND: &str = "RC_SSH";
+
+/// How the names of the copies of rcdeploy begin; the hash of the program follows.
+pub(crate) const COPY: &str = "rcdeploy-";
+
+/// How the lines of the script begin; what a login prints besides is passed over.
+pub(crate) const TOKEN: &str = "rcdeploy agent:";
+
+/// The user's keys and settings hold, a password is never asked for, and a connection that is dead ends.
+const OPTIONS: [&str; 9] = [
+    "BatchMode=yes",
+    "ConnectTimeout=5",
+    "ServerAliveInterval=2",
+    "ServerAliveCountMax=2",
+    "ClearAllForwardings=yes",
+    "ForwardAgent=no",
+    // A connection of its own, which nobody else ends.
+    "ControlMaster=no",
+    "ControlPath=none",
+    "LogLevel=ERROR",
+];
+
+/// Starts ssh, which runs `script` there. Both its streams are the socket that is given back; what it complains of
+/// goes to `log`. It is out of the reach of the terminal's Ctrl-C, and carries the mark of the network.
+pub(crate) fn start(
+    host: &Host,
+    script: &str,
+    log: File,
+    mark: &Mark,
+) -> Result<(Child, UnixStream), String> {
+    let given = std::env::var(COMMAND).unwrap_or_default();
+    let mut words = given.split_ascii_whitespace();
+    let program = words.next().unwrap_or("ssh");
+    let failed = |error: io::Error| {
+        match error.kind() {
+        io::ErrorKind::NotFound if given.is_empty() => {
+            "there is no program `ssh` here; install it (on Debian and Ubuntu: apt install openssh-client)".to_owned()
+        }
+        _ => format!("cannot start {program}: {error}"),
+    }
+    };
+    let (stream, theirs) = UnixStream::pair().map_err(failed)?;
+    let output = theirs.try_clone().map_err(failed)?;
+    let mut command = Command::new(program);
+    command.args(words).arg("-T");
+    for option in OPTIONS {
+        command.args(["-o", option]);
+    }
+    if let Some(user) = &host.user {
+        command.args(["-l", user]);
+    }
+    let child = command
+        .args(["--", &host.address])
+        // Whatever shell logs in there, this is read by `sh`; it has no apostrophe and no line end.
+        .arg(format!("exec sh -c '{script}'"))
+        .env(MARK, mark.value())
+        .process_group(0)
+        .stdin(Stdio::from(OwnedFd::from(theirs)))
+        .stdout(Stdio::from(OwnedFd::from(output)))
+        .stderr(log)
+        .spawn();
+    Ok((child.map_err(failed)?, stream))
+}
+
+/// What runs there: it says what machine that is, takes the copy of rcdeploy where there is none with this hash, and
+/// becomes its agent.
+pub(crate) fn script(hash: &str, size: u64) -> String {
+    format!(
+        "umask 077; d=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; f=\"$d/{COPY}{hash}\"; n=\"$f.$$\"; \
+         mkdir -p \"$d\" || exit 1; \
+         if [ -x \"$f\" ]; then w=has; else w=wants; fi; \
+         echo \"{TOKEN} $w $(uname -sm)\"; \
+         if [ $w = wants ]; then \
+         head -c {size} > \"$n\" && [ $(wc -c < \"$n\") -eq {size} ] && chmod 700 \"$n\" && mv \"$n\" \"$f\" || {{ rm -f \"$n\"; exit 1; }}; \
+         fi; \
+         touch \"$f\"; echo \"{TOKEN} stored\"; exec \"$f\" agent"
+    )
+}
+
+/// The destination as one types it.
+pub(crate) fn destination(host: &Host) -> String {
+    match &host.user {
+        Some(user) => format!("{user}@{}", host.address),
+        None => host.address.clone(),
+    }
+}
+
+/// Why there is no agent, and what to do: from what ssh and the other side complained of, and what was noticed here.
+pub(crate) fn explain(host: &Host, noticed: &str, complaint: &str) -> String {
+    let to = destination(host);
+    let complaint = complaint.trim();
+    let last = complaint.lines().last().unwrap_or_default();
+    let has = |text: &str| complaint.contains(text);
+    if has("Permission denied (") || has("Too many authentication failures") {
+        return format!(
+            "ssh does not let you in at {to}: {last}; give your key to it with `ssh-copy-id {to}` (`ssh-keygen` makes one), \
+             and try `ssh {to} true`"
+        );
+    }
+    if has("REMOTE HOST IDENTIFICATION HAS CHANGED") {
+        return format!(
+            "{to} is not the machine that it was: its host key has changed; if that is right, `ssh-keygen -R {}` forgets the old one",
+            host.address
+        );
+    }
+    if has("Host key verification failed") {
+        return format!(
+            "the host key of {} is not known yet; look at it once with `ssh {to} true`",
+            host.address
+        );
+    }
+    if has("Could not resolve hostname") {
+        return format!(
+            "{last}; `address` has to be a name or an IP address that `ssh {to}` can reach"
+        );
+    }
+    let unreachable = [
+        "Connection refused",
+        "Connection timed out",
+        "No route to host",
+        "Network is unreachable",
+        "banner exchange",
+    ];
+    if unreachable.into_iter().any(has) {
+        return format!(
+            "{last}; is the machine on, does its sshd run, and is the address right? Try `ssh {to} true`"
+        );
+    }
+    if has("GLIBC_") {
+        return format!(
+            "its C library is older than the one that rcdeploy was built for ({last}); build on a machine like it"
+        );
+    }
+    match (complaint.is_empty(), noticed.is_empty()) {
+        (true, _) => noticed.to_owned(),
+        (false, true) => complaint.to_owned(),
+        (false, false) => format!("{noticed}: {complaint}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_script_goes_through_any_shell() {
+        let script = script("abc", 7);
+        assert!(!script.contains(['\'', '\n', '!']), "{script}");
+        assert!(script.contains("/rcdeploy-abc\"; "), "{script}");
+    }
+
+    #[test]
+    fn each_refusal_says_what_to_do() {
+        let host = Host {
+            name: "robot".to_owned(),
+            address: "10.0.0.2".to_owned(),
+            user: Some("pi".to_owned()),
+            workspace: None,
+        };
+        for (complaint, advice) in [
+            (
+                "pi@10.0.0.2: Permission denied (publickey).",
+                "`ssh-copy-id pi@10.0.0.2`",
+            ),
+            ("Host key verification failed.", "`ssh pi@10.0.0.2 true`"),
+            (
+                "ssh: Could not resolve hostname robot: Name or service not known",
+                "`address`",
+            ),
+            (
+                "ssh: connect to host 10.0.0.2 port 22: Connection refused",
+                "does its sshd run",
+            ),
+        ] {
+            let told = explain(&host, "the connection ended", complaint);
+            assert!(told.contains(advice), "{told}");
+        }
+        let told = explain(&host, "it ended", "sh: head: not found\n");
+        assert_eq!(told, "it ended: sh: head: not found");
+    }
+}

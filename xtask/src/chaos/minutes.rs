@@ -1,0 +1,431 @@
+//! Twenty components under load, of which one is killed every second, also while it starts; rcdeploy itself every half
+//! a minute, and now and then its guard. What rcdeploy tells is the measure: its events have times.
+
+use super::ground::{Ground, NETWORK, Text};
+use super::supervised::{Supervisor, kill_one, pid};
+use super::{Dice, Tally};
+use crate::bench::{Figure, table};
+use crate::pair::quantile;
+use crate::programs::{Failure, root};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::{BufRead as _, BufReader};
+use std::process::Stdio;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Robots of three components each; with a camera and who looks at it there are twenty.
+const ROBOTS: usize = 6;
+/// Between two kills of components.
+const BEAT: Duration = Duration::from_secs(1);
+/// How long rcdeploy lives.
+const LIFE: Duration = Duration::from_secs(30);
+/// A component that was started again is ready within this time.
+const READY: Duration = Duration::from_secs(2);
+/// The deadline of all calls here, which nobody has set.
+const DEADLINE: Duration = Duration::from_secs(1);
+/// The work beside the call that is timed with it.
+const BESIDE: Duration = Duration::from_millis(100);
+/// What takes so many times its limit is no noise of the machine: it fails.
+const SLACK: u32 = 5;
+/// How long a guard lives at least.
+const GUARDED: Duration = Duration::from_secs(6);
+/// How long a thread sleeps that looks how busy the machine is.
+const NAP: Duration = Duration::from_millis(5);
+/// How long the network may take until it is up.
+const UP: Duration = Duration::from_secs(30);
+
+/// What was seen.
+#[derive(Default)]
+struct Seen {
+    tally: Tally,
+    supervisors: u32,
+    guards: u32,
+    /// From the start of a component that was killed until it was ready.
+    ready: Vec<Duration>,
+    /// From the death of rcdeploy until the network was up again.
+    up: Vec<Duration>,
+    /// The longest work of a component that calls another one in it.
+    longest_call: Duration,
+    hung: u32,
+    /// What took longer than it may, and when.
+    late: Vec<String>,
+}
+
+pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
+    println!("chaos: {minutes} minutes, seed {seed}");
+    let ground = Ground::new()?;
+    describe(&ground)?;
+    let mut seen = Seen::default();
+    let pause = pauses();
+    let end = Instant::now() + Duration::from_secs(60) * minutes;
+    let outcome = storm(&ground, &mut Dice(seed), end, &mut seen);
+    if let Err(error) = outcome.and_then(|()| ground.nothing_is_left()) {
+        let folder = ground.keep();
+        let (folder, kills) = (folder.display(), seen.tally.kills);
+        return Err(format!(
+            "seed {seed}, after {kills} kills: {error}\nits folder is kept: {folder}"
+        )
+        .into());
+    }
+    seen.report(Duration::from_micros(pause.load(Ordering::Relaxed)));
+    Ok(())
+}
+
+/// Begins to measure how long the machine lets a thread wait that wants to run, in µs: what nobody here can help.
+fn pauses() -> Arc<AtomicU64> {
+    let longest = Arc::new(AtomicU64::new(0));
+    let measured = Arc::clone(&longest);
+    std::thread::spawn(move || {
+        while Arc::strong_count(&measured) > 1 {
+            let start = Instant::now();
+            std::thread::sleep(NAP);
+            let more = start.elapsed().saturating_sub(NAP);
+            measured.fetch_max(more.as_micros() as u64, Ordering::Relaxed);
+        }
+    });
+    longest
+}
+
+/// Writes the network, and configurations for callers in a hurry.
+fn describe(ground: &Ground) -> Result<(), Failure> {
+    let components = root().canonicalize()?.join("components");
+    let file = ground.deployment();
+    let usual = std::fs::read_to_string(components.join("avoider/etc/config.toml"))?;
+    let quick = usual.replace("period = \"50ms\"", "period = \"20ms\"");
+    if quick == usual {
+        return Err("the period of the avoider is not where it was".into());
+    }
+    std::fs::write(file.with_file_name("quick.toml"), quick)?;
+    let mut text = Text::new(&components);
+    for robot in 0..ROBOTS {
+        text.component(&format!("simulator{robot}"), "simulator", "");
+        text.component(&format!("monitor{robot}"), "pose_monitor", "");
+        let config = "        config \"quick.toml\";\n";
+        text.component(&format!("avoider{robot}"), "avoider", config);
+        for (user, slot) in [
+            ("avoider", "Laser"),
+            ("avoider", "DifferentialRobot"),
+            ("monitor", "FullPoseEstimationPub"),
+        ] {
+            text.bind(
+                &format!("{user}{robot}.{slot}"),
+                &format!("simulator{robot}.{slot}"),
+            );
+        }
+    }
+    text.component("camera", "camera", "");
+    text.component("image_monitor", "image_monitor", "");
+    text.bind("image_monitor.Camera", "camera.Camera");
+    text.bind("image_monitor.CameraPub", "camera.CameraPub");
+    std::fs::write(file, text.end())?;
+    Ok(())
+}
+
+/// Names of the components; those of callers begin with `avoider`.
+fn names() -> Vec<String> {
+    let of = |robot| ["simulator", "monitor", "avoider"].map(|name| format!("{name}{robot}"));
+    let robots = (0..ROBOTS).flat_map(of);
+    robots
+        .chain(["camera", "image_monitor"].map(str::to_owned))
+        .collect()
+}
+
+fn storm(ground: &Ground, dice: &mut Dice, end: Instant, seen: &mut Seen) -> Result<(), Failure> {
+    let mut killed = None;
+    loop {
+        let mut network = Network::start(ground)?;
+        if killed.is_some() && dice.falls(20) {
+            // While it starts, which it has to bear as well.
+            let wait = dice.time(Duration::from_secs(1));
+            network.listen_for(wait, seen)?;
+            network.supervisor.kill()?;
+            seen.supervisors += 1;
+            killed = Some(Instant::now());
+            continue;
+        }
+        network.await_up(seen)?;
+        if let Some(killed) = killed.take() {
+            seen.up.push(Instant::now().duration_since(killed));
+        }
+        let life = (Instant::now() + LIFE).min(end);
+        while Instant::now() + BEAT < life {
+            network.beat(dice, seen)?;
+        }
+        if life == end {
+            return network.finish(seen);
+        }
+        if dice.falls(30) {
+            network.kill_guard(seen);
+        }
+        network.supervisor.kill()?;
+        seen.supervisors += 1;
+        killed = Some(Instant::now());
+    }
+}
+
+/// One life of rcdeploy, and what it has told.
+struct Network<'g> {
+    ground: &'g Ground,
+    supervisor: Supervisor,
+    events: Receiver<Value>,
+    is_up: bool,
+    /// When its guard was started.
+    guarded: Instant,
+    /// Those who have been started, and when, in milliseconds of the day.
+    starting: BTreeMap<String, (i64, Instant)>,
+}
+
+impl<'g> Network<'g> {
+    fn start(ground: &'g Ground) -> Result<Self, Failure> {
+        let mut supervisor = Supervisor::start_telling(ground, Stdio::piped())?;
+        let output = BufReader::new(supervisor.events().ok_or("no pipe")?);
+        let (sender, events) = channel();
+        std::thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                // A line of one that was killed may be half a line.
+                let Ok(event) = serde_json::from_str(&line) else {
+                    return;
+                };
+                if sender.send(event).is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self {
+            ground,
+            supervisor,
+            events,
+            is_up: false,
+            guarded: Instant::now(),
+            starting: BTreeMap::new(),
+        })
+    }
+
+    fn await_up(&mut self, seen: &mut Seen) -> Result<(), Failure> {
+        let end = Instant::now() + UP;
+        while !self.is_up {
+            if Instant::now() > end {
+                return Err(format!("{NETWORK} is not up within {UP:?}").into());
+            }
+            self.listen_for(Duration::from_millis(5), seen)?;
+        }
+        Ok(())
+    }
+
+    /// Takes what is told in this time.
+    fn listen_for(&mut self, time: Duration, seen: &mut Seen) -> Result<(), Failure> {
+        let end = Instant::now() + time;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            match self.events.recv_timeout(left) {
+                Ok(event) => self.take(&event, seen)?,
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err("rcdeploy has ended by itself".into());
+                }
+            }
+        }
+        let late = |(_, since): &&(i64, Instant)| since.elapsed() > READY * SLACK;
+        match self.starting.iter().find(|(_, start)| late(start)) {
+            Some((name, _)) => {
+                Err(format!("{name} is not ready {:?} after its start", READY * SLACK).into())
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn take(&mut self, event: &Value, seen: &mut Seen) -> Result<(), Failure> {
+        let text = |key: &str| event[key].as_str().unwrap_or_default();
+        let (name, message) = (text("component"), text("message"));
+        match text("code") {
+            "up" => self.is_up = true,
+            "starting" => {
+                let start = (milliseconds(text("time"))?, Instant::now());
+                self.starting.insert(name.to_owned(), start);
+            }
+            "ready" => {
+                if let Some((start, _)) = self.starting.remove(name)
+                    && self.is_up
+                {
+                    const DAY: i64 = 24 * 60 * 60 * 1000;
+                    let took = (milliseconds(text("time"))? - start).rem_euclid(DAY);
+                    let took = Duration::from_millis(took as u64);
+                    seen.ready.push(took);
+                    seen.tally.recovered(took);
+                    if took >= READY {
+                        let late = format!("{}: {name}: ready after {took:?}", text("time"));
+                        seen.late.push(late);
+                    }
+                }
+            }
+            "exited" if message.contains("SIGKILL") => {
+                self.starting.remove(name);
+            }
+            // Whoever was not killed lives, whoever else is dead.
+            "exited" | "gave-up" | "start-failed" | "not-ready" | "link-closed" | "refused"
+            | "guard-lost" | "not-written" => {
+                return Err(format!("{name}: {message}").into());
+            }
+            "hung" => {
+                seen.hung += 1;
+                seen.late
+                    .push(format!("{}: {name}: {message}", text("time")));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// One second: one component is killed, and perhaps once more when it starts again.
+    fn beat(&mut self, dice: &mut Dice, seen: &mut Seen) -> Result<(), Failure> {
+        let end = Instant::now() + BEAT;
+        let names = names();
+        // What callers have measured so far, some of them for the last time.
+        for name in names.iter().filter(|name| name.starts_with("avoider")) {
+            self.look_at(name, seen);
+        }
+        let name = &names[dice.below(names.len())];
+        let mut last = None;
+        loop {
+            let spread = quantile(&mut seen.ready, 0.5).max(Duration::from_millis(50));
+            let wait = last.map_or(Duration::ZERO, |_| dice.time(spread));
+            let (process, was_ready) = kill_one(self.ground, name, last, wait)?;
+            seen.tally.kill(!was_ready);
+            last = Some(process);
+            if !dice.falls(40) {
+                break;
+            }
+        }
+        // A guard that never lives long is given up after a while, as it has to be.
+        if dice.falls(12) && self.guarded.elapsed() > GUARDED {
+            self.guarded = Instant::now();
+            self.kill_guard(seen);
+        }
+        self.listen_for(end.saturating_duration_since(Instant::now()), seen)
+    }
+
+    fn look_at(&self, name: &str, seen: &mut Seen) {
+        let Ok(status) = self.ground.status(name) else {
+            return;
+        };
+        let work = &status["compute"];
+        let longest = Duration::from_micros(work["max_us"].as_u64().unwrap_or(0));
+        if longest > seen.longest_call {
+            seen.longest_call = longest;
+            if longest >= DEADLINE + BESIDE {
+                seen.late
+                    .push(format!("{name}: compute() with a query took {longest:?}"));
+            }
+        }
+    }
+
+    fn kill_guard(&self, seen: &mut Seen) {
+        let status = self.ground.status("rcdeploy").unwrap_or_default();
+        if let Some(guard) = pid(&status["guard"])
+            && self.ground.kill(guard)
+        {
+            seen.guards += 1;
+        }
+    }
+
+    /// All get ready once more, and then end in good order.
+    fn finish(mut self, seen: &mut Seen) -> Result<(), Failure> {
+        let end = Instant::now() + READY * SLACK;
+        loop {
+            self.listen_for(Duration::from_millis(20), seen)?;
+            let names = names();
+            let missing: Vec<&String> = names
+                .iter()
+                .filter(|name| !self.ground.is_ready(name))
+                .collect();
+            if missing.is_empty() {
+                break;
+            }
+            if Instant::now() > end {
+                return Err(format!("not ready in the end: {missing:?}").into());
+            }
+        }
+        for name in names() {
+            self.look_at(&name, seen);
+        }
+        if seen.longest_call > (DEADLINE + BESIDE) * SLACK {
+            let (longest, deadline) = (seen.longest_call, DEADLINE);
+            return Err(format!("a call with a deadline of {deadline:?} took {longest:?}").into());
+        }
+        self.supervisor.stop()
+    }
+}
+
+/// Milliseconds of the day out of a time of RFC 3339 in UTC.
+fn milliseconds(time: &str) -> Result<i64, Failure> {
+    let clock = time
+        .split_once('T')
+        .map(|(_, clock)| clock.trim_end_matches('Z'));
+    let clock = clock.ok_or_else(|| format!("{time} is no time"))?;
+    let mut total = 0.0;
+    for part in clock.split(':') {
+        total = total * 60.0 + part.parse::<f64>()?;
+    }
+    Ok((total * 1000.0).round() as i64)
+}
+
+impl Seen {
+    fn report(mut self, pause: Duration) {
+        let Tally {
+            kills,
+            during_start,
+            ..
+        } = self.tally;
+        println!(
+            "{kills} components were killed, {during_start} of them during start, rcdeploy {} times, its guard {} times",
+            self.supervisors, self.guards
+        );
+        let ms = |time: Duration| format!("{:.0} ms", time.as_secs_f64() * 1e3);
+        let three = |times: &mut [Duration]| {
+            let [p50, p99, most] = [0.5, 0.99, 1.0].map(|part| quantile(times, part));
+            (format!("{} / {} / {}", ms(p50), ms(p99), ms(most)), most)
+        };
+        let (ready, latest) = three(&mut self.ready);
+        let (up, _) = three(&mut self.up);
+        let met = table([
+            Figure {
+                what: "a component's new start until it is ready, p50 / p99 / longest",
+                goal: "< 2 s",
+                measured: format!("{ready} of {}", self.ready.len()),
+                met: latest < READY,
+            },
+            Figure {
+                what: "the longest `compute()` with a query whose deadline is 1 s",
+                goal: "< 1.1 s",
+                measured: ms(self.longest_call),
+                met: self.longest_call < DEADLINE + BESIDE,
+            },
+            Figure {
+                what: "death of rcdeploy until all are up again under the next one, p50 / p99 / longest",
+                goal: "they get up",
+                measured: format!("{up} of {}", self.up.len()),
+                met: true,
+            },
+            Figure {
+                what: "components that rcdeploy took for hung",
+                goal: "none",
+                measured: self.hung.to_string(),
+                met: self.hung == 0,
+            },
+        ]);
+        for late in self.late {
+            println!("late: {late}");
+        }
+        let longest = ms(pause);
+        println!(
+            "the machine itself let a thread that slept {NAP:?} wait for {longest} more, at the most"
+        );
+        println!("chaos: nobody else ended, everything started again, nothing is left");
+        if !met {
+            eprintln!("xtask: a goal was missed");
+        }
+    }
+}

@@ -1,0 +1,336 @@
+//! `cargo xtask bench deploy`: how soon many small programs run and have ended, and what watching them takes: rcdeploy
+//! beside supervisord, and a shell script as the floor. All three start the same executable with the same addresses.
+
+use crate::bench::{BUILD, machine};
+use crate::pair::quantile;
+use crate::programs::{END, Failure, LOOK, Running, cargo, finish, root, target};
+use crate::usage::memory;
+use rustix::process::{Pid, Signal, kill_process};
+use std::fmt::Write as _;
+use std::io::{BufRead as _, BufReader};
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// The smallest component that others can talk to: one interface, no period.
+const PROGRAM: &str = "speech_server";
+/// How many run at once.
+const SIZES: [usize; 2] = [20, 100];
+const ROUNDS: usize = 7;
+/// So many components are up in less than this, on two cores.
+const GOAL: (usize, Duration) = (100, Duration::from_secs(3));
+/// No start and no end of a network takes longer.
+const LIMIT: Duration = Duration::from_secs(60);
+/// What `PyPI` has of supervisord.
+const PACKAGE: &str = "supervisor==4.3.0";
+
+/// Who starts and stops programs.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Starter {
+    Rcdeploy,
+    Supervisord,
+    Shell,
+}
+
+/// One start and one end.
+struct Turn {
+    up: Duration,
+    down: Duration,
+    /// MB of the starter itself, without what it starts.
+    memory: f64,
+}
+
+/// Measures; `smoke` is one round of a few programs.
+pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
+    let words = "build --release -p speech_server -p rc-deploy";
+    finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
+    let supervisord = install();
+    println!("{}\n", machine());
+    let starters: &[Starter] = match &supervisord {
+        Ok(_) => &[Starter::Rcdeploy, Starter::Supervisord, Starter::Shell],
+        Err(error) => {
+            println!("skipped: supervisord: {error}\n");
+            &[Starter::Rcdeploy, Starter::Shell]
+        }
+    };
+    let (sizes, rounds) = if smoke {
+        (&[5][..], 1)
+    } else {
+        (&SIZES[..], ROUNDS)
+    };
+    println!(
+        "| programs | started by | all running, s | all ended, s | memory of the starter, MB | the same a program, kB |"
+    );
+    println!("|---|---|---|---|---|---|");
+    let mut met = true;
+    for &count in sizes {
+        let mut turns: Vec<Vec<Turn>> = starters.iter().map(|_| Vec::new()).collect();
+        // In turns, so that a slow minute of the machine slows all.
+        for _ in 0..rounds {
+            for (&starter, turns) in starters.iter().zip(&mut turns) {
+                let place = Place::new(count, supervisord.as_deref().ok())?;
+                turns.push(place.turn(starter)?);
+            }
+        }
+        for (&starter, turns) in starters.iter().zip(&turns) {
+            let [up, down] = [|turn: &Turn| turn.up, |turn: &Turn| turn.down]
+                .map(|of| quantile(&mut turns.iter().map(of).collect::<Vec<_>>(), 0.5));
+            let mut memory: Vec<f64> = turns.iter().map(|turn| turn.memory).collect();
+            let memory = quantile(&mut memory, 0.5);
+            println!(
+                "| {count} | {} | {} | {} | {memory:.1} | {:.0} |",
+                starter.name(),
+                spread(up, turns.iter().map(|turn| turn.up)),
+                spread(down, turns.iter().map(|turn| turn.down)),
+                memory * 1000.0 / count as f64,
+            );
+            if starter == Starter::Rcdeploy && count == GOAL.0 {
+                met = up < GOAL.1;
+            }
+        }
+    }
+    if !met {
+        eprintln!(
+            "xtask: {} components are not up within {:?}",
+            GOAL.0, GOAL.1
+        );
+    }
+    Ok(())
+}
+
+/// A median, and the shortest and the longest.
+fn spread(median: Duration, all: impl Iterator<Item = Duration> + Clone) -> String {
+    let seconds = |time: Option<Duration>| time.unwrap_or_default().as_secs_f64();
+    format!(
+        "{:.2} ({:.2}–{:.2})",
+        median.as_secs_f64(),
+        seconds(all.clone().min()),
+        seconds(all.max())
+    )
+}
+
+/// The program, in an environment below the target folder which is made once.
+fn install() -> Result<PathBuf, Failure> {
+    let folder = target()?.join(PACKAGE.replace("==", "-"));
+    let program = folder.join("bin/supervisord");
+    let works = || -> Result<(), Failure> {
+        let mut command = Command::new(&program);
+        command.arg("--version");
+        finish(command, BUILD).map(drop)
+    };
+    if works().is_err() {
+        let mut command = Command::new("python3");
+        command.args(["-m", "venv", "--clear"]).arg(&folder);
+        finish(command, BUILD)?;
+        let mut command = Command::new(folder.join("bin/python"));
+        let pip = "-m pip install --quiet --disable-pip-version-check --retries 1 --timeout 15";
+        command.args(pip.split(' ')).arg(PACKAGE);
+        finish(command, BUILD)?;
+        works()?;
+    }
+    Ok(program)
+}
+
+impl Starter {
+    fn name(self) -> String {
+        match self {
+            Self::Rcdeploy => "rcdeploy".to_owned(),
+            Self::Supervisord => PACKAGE.replace("supervisor==", "supervisord "),
+            Self::Shell => "sh".to_owned(),
+        }
+    }
+}
+
+/// A folder for a network that lives once.
+struct Place<'s> {
+    folder: TempDir,
+    count: usize,
+    supervisord: Option<&'s Path>,
+    /// Where programs tell that they are ready which nobody supervises by a link (`sd_notify`).
+    notified: UnixDatagram,
+}
+
+impl<'s> Place<'s> {
+    fn new(count: usize, supervisord: Option<&'s Path>) -> Result<Self, Failure> {
+        let folder = tempfile::Builder::new()
+            .prefix("rc-bench-")
+            .tempdir_in("/dev/shm")?;
+        for name in ["run", "state"] {
+            std::fs::create_dir(folder.path().join(name))?;
+        }
+        let notified = UnixDatagram::bind(folder.path().join("notify"))?;
+        Ok(Self {
+            folder,
+            count,
+            supervisord,
+            notified,
+        })
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Starts all, waits until all run, ends all.
+    fn turn(&self, starter: Starter) -> Result<Turn, Failure> {
+        let mut command = match starter {
+            Starter::Rcdeploy => self.rcdeploy()?,
+            Starter::Supervisord => self.supervisord()?,
+            Starter::Shell => self.shell()?,
+        };
+        let log = std::fs::File::create(self.path("starter.log"))?;
+        command
+            .env("CARGO_TARGET_DIR", target()?)
+            .env("XDG_RUNTIME_DIR", self.path("run"))
+            .env("XDG_STATE_HOME", self.path("state"))
+            .stdin(Stdio::null())
+            .stderr(log);
+        if starter == Starter::Rcdeploy {
+            command.stdout(Stdio::piped());
+        } else {
+            command
+                .stdout(Stdio::null())
+                .env("NOTIFY_SOCKET", self.path("notify"));
+        }
+        let start = Instant::now();
+        let mut child = Running(command.spawn()?);
+        let outcome = match starter {
+            Starter::Rcdeploy => told_up(&mut child.0),
+            _ => self.notified(),
+        };
+        let up = start.elapsed();
+        outcome.map_err(|error| {
+            let said = std::fs::read_to_string(self.path("starter.log")).unwrap_or_default();
+            format!("{}: {error}\n{said}", starter.name())
+        })?;
+        let pid = child.0.id();
+        let memory = memory_of(pid, starter)?;
+        let start = Instant::now();
+        kill_process(Pid::from_child(&child.0), Signal::TERM)?;
+        if !child.ended_within(LIMIT.max(END)) {
+            return Err(format!("{} does not end", starter.name()).into());
+        }
+        Ok(Turn {
+            up,
+            down: start.elapsed(),
+            memory,
+        })
+    }
+
+    fn program() -> Result<String, Failure> {
+        let program = target()?.join("release").join(PROGRAM);
+        Ok(program.canonicalize()?.display().to_string())
+    }
+
+    /// Names and addresses are those that rcdeploy gives.
+    fn arguments(number: usize) -> String {
+        format!("--network bench --name c{number} --bind Speech=bench/c{number}/Speech")
+    }
+
+    fn rcdeploy(&self) -> Result<Command, Failure> {
+        let folder = root().canonicalize()?.join("components").join(PROGRAM);
+        let cdsl = folder.join(PROGRAM).with_extension("cdsl");
+        let mut text = "Deployment bench\n{\n".to_owned();
+        for number in 0..self.count {
+            let cdsl = cdsl.display();
+            writeln!(text, "    Component c{number} {{ cdsl \"{cdsl}\"; }};")?;
+        }
+        let file = self.path("bench.ddsl");
+        std::fs::write(&file, text + "};\n")?;
+        let mut command = Command::new(target()?.join("release/rcdeploy"));
+        command.args(["up", "--format", "json"]).arg(file);
+        Ok(command)
+    }
+
+    fn supervisord(&self) -> Result<Command, Failure> {
+        let folder = self.folder.path().display();
+        let mut text = format!(
+            "[supervisord]\nnodaemon=true\nlogfile={folder}/supervisord.log\npidfile={folder}/pid\nchildlogdir={folder}\n"
+        );
+        let program = Self::program()?;
+        for number in 0..self.count {
+            let arguments = Self::arguments(number);
+            // It is running as soon as it is started: only who waits for more than that would have to wait.
+            writeln!(
+                text,
+                "[program:c{number}]\ncommand={program} {arguments}\nstartsecs=0\nredirect_stderr=true"
+            )?;
+        }
+        // It ends one group after the other, and each program is one, where they are not told to be of the same.
+        let all: Vec<String> = (0..self.count).map(|number| format!("c{number}")).collect();
+        writeln!(text, "[group:all]\nprograms={}", all.join(","))?;
+        let file = self.path("supervisord.conf");
+        std::fs::write(&file, text)?;
+        let mut command = Command::new(self.supervisord.ok_or("there is no supervisord")?);
+        command.arg("-c").arg(file);
+        Ok(command)
+    }
+
+    fn shell(&self) -> Result<Command, Failure> {
+        let folder = self.folder.path().display();
+        let program = Self::program()?;
+        let mut text = "trap 'kill $all' TERM\n".to_owned();
+        for number in 0..self.count {
+            let arguments = Self::arguments(number);
+            writeln!(
+                text,
+                "{program} {arguments} >{folder}/c{number}.log 2>&1 & all=\"$all $!\""
+            )?;
+        }
+        // The first one ends when the signal comes, the second one with the last program.
+        text += "wait\nwait\n";
+        let file = self.path("start.sh");
+        std::fs::write(&file, text)?;
+        let mut command = Command::new("sh");
+        command.arg(file);
+        Ok(command)
+    }
+
+    /// Waits until every program has told that it is ready.
+    fn notified(&self) -> Result<(), Failure> {
+        let end = Instant::now() + LIMIT;
+        let mut ready = 0;
+        while ready < self.count {
+            let left = end.saturating_duration_since(Instant::now()).max(LOOK);
+            self.notified.set_read_timeout(Some(left))?;
+            let mut said = [0; 256];
+            let length = self.notified.recv(&mut said).map_err(|error| {
+                format!("{ready} of {} programs are ready: {error}", self.count)
+            })?;
+            ready += usize::from(said[..length].starts_with(b"READY=1"));
+        }
+        Ok(())
+    }
+}
+
+/// Waits until rcdeploy says that the network is up; what it says afterwards is read on by a thread.
+fn told_up(child: &mut Child) -> Result<(), Failure> {
+    let output = BufReader::new(child.stdout.take().ok_or("no pipe")?);
+    let (sender, up) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        for line in output.lines().map_while(Result::ok) {
+            if line.contains("\"code\":\"up\"") && sender.send(()).is_err() {
+                return;
+            }
+        }
+    });
+    up.recv_timeout(LIMIT)
+        .map_err(|_| "the network does not get up".into())
+}
+
+/// Proportional memory of whoever watches: rcdeploy has a guard.
+fn memory_of(pid: u32, starter: Starter) -> Result<f64, Failure> {
+    let mut total = memory(pid)?.0;
+    if starter == Starter::Rcdeploy {
+        let children = std::fs::read_to_string(format!("/proc/{pid}/task/{pid}/children"))?;
+        for child in children.split_whitespace() {
+            let name = std::fs::read_to_string(format!("/proc/{child}/comm"))?;
+            if name.trim() == "rcdeploy" {
+                total += memory(child.parse()?)?.0;
+            }
+        }
+    }
+    Ok(total)
+}

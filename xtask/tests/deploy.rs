@@ -1,0 +1,33 @@
+//! A short run of `cargo xtask bench deploy`: all starters start, are measured, and end.
+
+use std::process::Command;
+
+#[test]
+fn everybody_starts_and_ends_a_few_programs() {
+    let run = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(["bench", "deploy", "--smoke"])
+        .output()
+        .expect("to run xtask");
+    let said = String::from_utf8_lossy(&run.stdout);
+    let errors = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(0), "{said}{errors}");
+    for row in ["| 5 | rcdeploy | ", "| 5 | sh | "] {
+        assert!(said.contains(row), "{said}");
+    }
+    let skipped = said.lines().find(|line| line.starts_with("skipped: "));
+    assert!(
+        said.contains("| 5 | supervisord ") != skipped.is_some(),
+        "{said}"
+    );
+    if let (Some(line), Some(list)) = (skipped, std::env::var_os("RC_TEST_SKIPPED")) {
+        let list = std::fs::File::options()
+            .append(true)
+            .create(true)
+            .open(list);
+        std::io::Write::write_all(
+            &mut list.expect("the list of skipped tests"),
+            format!("{line}\n").as_bytes(),
+        )
+        .expect("written");
+    }
+}
