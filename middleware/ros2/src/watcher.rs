@@ -452,10 +452,10 @@ impl Watcher {
                     local_reader,
                     remote_writer,
                 } => self.matched(wire::guid(local_reader), wire::guid(remote_writer)),
-                Status::ReaderDetected { reader: end } | Status::WriterDetected { writer: end } => {
-                    if self.types.len() < MOST_TYPES {
-                        self.types.insert(wire::guid(end.guid), end.type_name);
-                    }
+                Status::ReaderDetected { reader: end } | Status::WriterDetected { writer: end }
+                    if self.types.len() < MOST_TYPES =>
+                {
+                    self.types.insert(wire::guid(end.guid), end.type_name);
                 }
                 Status::ReaderLost { guid, .. } | Status::WriterLost { guid, .. } => {
                     let guid = wire::guid(guid);
