@@ -341,7 +341,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
             .take(|echo| echoed.push(echo[4..].to_vec()))
             .expect("to take");
     }
-    assert_eq!(echoed, [report.clone()]);
+    assert_eq!(echoed, std::slice::from_ref(report));
     let slot = domain.slot("Reports");
     let handlers = &slot["handlers"];
     let (count, errors) = (handlers["count"].as_u64(), handlers["errors"].as_u64());
