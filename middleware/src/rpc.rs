@@ -158,11 +158,12 @@ mod tests {
         let (mut request, mut reply) = (Writer::default(), Writer::default());
         begin_request(&mut request, RequestId::default(), 3);
         begin_reply(&mut reply, RequestId::default(), 3, 0);
-        for mut writer in [request, reply] {
-            begin_body(&mut writer, Profile::Ros);
+        for writer in [&mut request, &mut reply] {
+            begin_body(writer, Profile::Ros);
             assert_eq!(writer.len(), ENVELOPE);
         }
-        let mut reader = Reader::new(&[0; ENVELOPE]);
+        let bytes = request.into_bytes();
+        let mut reader = Reader::new(&bytes);
         open_request(&mut reader).expect("an envelope");
         open_body(&mut reader, Profile::Ros);
         assert!(reader.rest().is_empty());
