@@ -27,11 +27,22 @@ pub(crate) fn width(layers: &Layers, gap: usize) -> i32 {
     (furthest + ROOM).max(if outer { 2 * ROOM } else { LEAST })
 }
 
+/// How often what lies upon each other is moved.
+const ROUNDS: usize = 4;
+/// How far a line is moved that would lie upon another one.
+const FURTHEST: i32 = 14;
+
 /// Gives each wire its track, and moves what would lie upon each other.
 pub(crate) fn assign(layers: &mut Layers) {
+    // What is moved in one gap may come upon something in the one before.
+    for _ in 0..ROUNDS {
+        for gap in 0..layers.gaps.len() {
+            let order = sorted(layers, gap);
+            separate(layers, gap, &order);
+        }
+    }
     for gap in 0..layers.gaps.len() {
         let order = sorted(layers, gap);
-        separate(layers, gap, &order);
         let mut xs: Vec<(usize, i32)> = Vec::new();
         for wire in order {
             let (low, high) = span(layers, &layers.gaps[gap][wire]);
@@ -123,28 +134,57 @@ fn sorted(layers: &Layers, gap: usize) -> Vec<usize> {
     order
 }
 
-/// Where a line to the right lies upon one from the left that turns further right, it is moved a little.
+/// Where a line to the right lies upon one from the left that turns further right, one of them is moved a little.
 fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
     for (at, first) in order.iter().enumerate() {
         for number in 0..layers.gaps[gap][*first].right.len() {
-            let touch = layers.gaps[gap][*first].right[number];
-            let y = layers.y(touch, false);
-            let taken = |layers: &Layers, y: i32| {
-                let later = order[at + 1..].iter().map(|w| &layers.gaps[gap][*w]);
-                let mut later = later.flat_map(|w| &w.left).map(|t| layers.y(*t, true));
-                later.any(|other| (other - y).abs() < NEAR)
-            };
-            if !taken(layers, y) {
-                continue;
-            }
-            let step = [4, -4, 5, -5, 6, -6]
-                .into_iter()
-                .find(|s| !taken(layers, y + s));
-            if let Some(step) = step {
-                shift(layers, touch, step);
+            let right = layers.gaps[gap][*first].right[number];
+            let y = layers.y(right, false);
+            for second in &order[at + 1..] {
+                for number in 0..layers.gaps[gap][*second].left.len() {
+                    let left = layers.gaps[gap][*second].left[number];
+                    if (layers.y(left, true) - layers.y(right, false)).abs() >= NEAR {
+                        continue;
+                    }
+                    if moves(layers, right) {
+                        let step = step(layers, gap, right, false, y);
+                        shift(layers, right, step);
+                    } else if is_lane(layers, left) {
+                        let step = step(layers, gap, left, true, layers.y(left, true));
+                        shift(layers, left, step);
+                    }
+                }
             }
         }
     }
+}
+
+/// Whether a line passes through a column.
+fn is_lane(layers: &Layers, touch: Touch) -> bool {
+    matches!(layers.elements[touch.element].what, What::Lane { .. })
+}
+
+/// Whether a line can be moved where it touches the element behind a gap.
+fn moves(layers: &Layers, touch: Touch) -> bool {
+    match layers.elements[touch.element].what {
+        What::Lane { .. } => true,
+        What::Item(item) => !layers.items[item].rigid,
+    }
+}
+
+/// How far a line is best moved: a little, and upon no other one of its gap.
+fn step(layers: &Layers, gap: usize, touch: Touch, is_left: bool, y: i32) -> i32 {
+    let taken = |y: i32| {
+        let wires = &layers.gaps[gap];
+        let left = wires.iter().flat_map(|w| &w.left).map(|t| (t, true));
+        let right = wires.iter().flat_map(|w| &w.right).map(|t| (t, false));
+        let mut others = left
+            .chain(right)
+            .filter(|(t, l)| !(**t == touch && *l == is_left));
+        others.any(|(t, l)| (layers.y(*t, l) - y).abs() < NEAR)
+    };
+    let mut steps = (NEAR..=FURTHEST).flat_map(|by| [by, -by]);
+    steps.find(|by| !taken(y + by)).unwrap_or(0)
 }
 
 /// Moves a lane, or a port of an item.
