@@ -1,8 +1,65 @@
-//! How requests and replies are told apart, in both mappings of services.
+//! The services of an interface, and how requests and replies are told apart in both mappings of services.
 
 use crate::config::Mapping;
+use crate::ear::{Group, Inbox};
+use crate::names;
+use crate::qos;
+use crate::session::{Port, Session, Wanted};
 use crate::wire::{CYCLONE_HEADER, Sample};
-use rc_network::Guid;
+use rc_middleware::{Endpoint, Interrupt, OpenError};
+use rc_network::{Guid, Role};
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// One operation of a client or a server.
+pub(crate) struct Service {
+    /// Its number in the envelope of a call.
+    pub(crate) id: i32,
+    pub(crate) requests: Port,
+    pub(crate) replies: Port,
+}
+
+/// Opens the services of an interface, in the order of its operations. What they hear goes into `inbox`, in the order in
+/// which it comes.
+pub(crate) fn services(
+    session: &Rc<Session>,
+    endpoint: &Endpoint,
+    role: Role,
+    signal: &Interrupt,
+    inbox: &Arc<dyn Inbox>,
+) -> Result<Vec<Service>, OpenError> {
+    let address = endpoint.address.to_string();
+    let group = Group::default();
+    let mut wanted = Vec::new();
+    for (place, foreign) in endpoint.foreign.iter().enumerate() {
+        let [request, reply] = names::service(endpoint, foreign, session.rules())?;
+        let asks = role == Role::Client;
+        // The end of replies comes first, so that whoever finds that of requests soon finds it, too.
+        for (topic, sends) in [(reply, !asks), (request, asks)] {
+            wanted.push(Wanted {
+                address: &address,
+                topic,
+                role,
+                types: &endpoint.types,
+                sends,
+                qos: qos::call(),
+                signal: signal.clone(),
+                inbox: Arc::clone(inbox),
+                group: (Arc::clone(&group), place),
+            });
+        }
+    }
+    let mut ports = session.ports(wanted)?.into_iter();
+    let services = endpoint.foreign.iter().map_while(|foreign| {
+        let (replies, requests) = (ports.next()?, ports.next()?);
+        Some(Service {
+            id: foreign.id,
+            requests,
+            replies,
+        })
+    });
+    Ok(services.collect())
+}
 
 /// What stands before a body, and what beside it.
 pub(crate) struct Mark {
@@ -52,6 +109,19 @@ pub(crate) fn read(
     sample: &Sample,
     client: Option<&Guid>,
 ) -> Result<(Id, usize), String> {
+    let read = told_apart(mapping, sample, client)?;
+    match read {
+        // The sign of a number has a meaning of its own, and this one cannot have another sign.
+        ((_, i64::MIN), _) => Err("a sample has a number that no request has".to_owned()),
+        read => Ok(read),
+    }
+}
+
+fn told_apart(
+    mapping: Mapping,
+    sample: &Sample,
+    client: Option<&Guid>,
+) -> Result<(Id, usize), String> {
     let body = sample.taken.body()?;
     match mapping {
         Mapping::Enhanced => {
@@ -80,4 +150,42 @@ fn in_header(body: &[u8], client: &Guid) -> Result<(Id, usize), String> {
     id[8..].copy_from_slice(&header[..8]);
     number.copy_from_slice(&header[8..]);
     Ok(((id, i64::from_le_bytes(number)), CYCLONE_HEADER))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::Copying;
+    use rustdds::RepresentationIdentifier;
+    use rustdds::no_key::Decode;
+
+    fn sample(body: &[u8], related: Option<Id>) -> Sample {
+        let Ok(taken) = Copying.decode_bytes(body, RepresentationIdentifier::CDR_LE);
+        Sample {
+            taken,
+            writer: [1; 16],
+            sequence: 7,
+            stamp: 0,
+            received: 0,
+            related,
+            place: 0,
+        }
+    }
+
+    #[test]
+    fn a_number_without_a_counterpart_is_refused() {
+        let client = [2; 16];
+        for number in [1, -1, i64::MAX, -i64::MAX, i64::MIN] {
+            let reply = sample(&[], Some((client, number)));
+            let header = mark(Mapping::Cyclone, (client, number), true).header;
+            let is_right = number != i64::MIN;
+            let read = read(Mapping::Enhanced, &reply, Some(&client));
+            assert_eq!(read.is_ok(), is_right, "{number}");
+            for whose in [Some(&client), None] {
+                let read = super::read(Mapping::Cyclone, &sample(&header, None), whose);
+                assert_eq!(read.is_ok(), is_right, "{number}");
+            }
+        }
+        assert!(super::read(Mapping::Cyclone, &sample(&[0; 15], None), None).is_err());
+    }
 }

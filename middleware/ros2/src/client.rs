@@ -1,11 +1,9 @@
 //! The calling end of a connection: for each operation a service, a writer of requests and a reader of replies.
 
-use crate::calls;
+use crate::calls::{self, Service};
 use crate::config::Mapping;
-use crate::ear::{Group, Inbox, Peer};
-use crate::names;
-use crate::qos;
-use crate::session::{Port, Session, Unsent, Wanted, signal};
+use crate::ear::{Inbox, Peer};
+use crate::session::{Session, Unsent, signal};
 use crate::wire::{Body, Member, Sample};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, Outcome, RequestId};
@@ -99,13 +97,6 @@ impl Inbox for Answers {
     }
 }
 
-/// One operation.
-struct Service {
-    id: i32,
-    requests: Port,
-    replies: Port,
-}
-
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClient, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
@@ -117,36 +108,10 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClie
         samples: Mutex::default(),
         seldom: Seldom::default(),
     });
-    let group = Group::default();
-    let mut wanted = Vec::new();
-    for (place, foreign) in endpoint.foreign.iter().enumerate() {
-        let named = names::service(endpoint, foreign, session.rules())?;
-        // The reader comes first, so that a server that finds the writer soon finds it, too.
-        for (topic, sends) in named.topics.into_iter().zip([true, false]).rev() {
-            wanted.push(Wanted {
-                address: &address,
-                topic,
-                role: Role::Client,
-                types: &endpoint.types,
-                sends,
-                qos: qos::call(),
-                signal: signal.clone(),
-                inbox: Arc::clone(&answers) as _,
-                group: (Arc::clone(&group), place),
-            });
-        }
-    }
-    let mut ports = session.ports(wanted)?.into_iter();
-    let mut services = Vec::new();
-    for foreign in &endpoint.foreign {
-        if let (Some(replies), Some(requests)) = (ports.next(), ports.next()) {
-            answers.of(services.len(), requests.guid);
-            services.push(Service {
-                id: foreign.id,
-                requests,
-                replies,
-            });
-        }
+    let inbox: Arc<dyn Inbox> = Arc::clone(&answers) as _;
+    let services = calls::services(session, endpoint, Role::Client, &signal, &inbox)?;
+    for (operation, service) in services.iter().enumerate() {
+        answers.of(operation, service.requests.guid);
     }
     let client = RosClient {
         address,

@@ -3,7 +3,7 @@
 use crate::wire::{Member, Reader, Sample, Writer, member};
 use rc_middleware::{Interrupt, TypeIdentity};
 use rc_network::{Board, Guid, Hello, Posted, Promise, Role, Seldom, lock};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 
@@ -27,6 +27,28 @@ pub(crate) trait Inbox: Send + Sync {
     /// Whether something in it may be read now that the other ends have changed.
     fn waits(&self) -> bool {
         false
+    }
+}
+
+/// How many reasons are kept why something could not be read; each of them is counted as an error.
+const MOST_REASONS: usize = 64;
+
+/// Why something could not be read.
+#[derive(Default)]
+pub(crate) struct Reasons(Mutex<VecDeque<String>>);
+
+impl Reasons {
+    /// Keeps one, where there is room.
+    pub(crate) fn put(&self, reason: String) {
+        let mut reasons = lock(&self.0);
+        if reasons.len() < MOST_REASONS {
+            reasons.push_back(reason);
+        }
+    }
+
+    /// Takes the oldest one.
+    pub(crate) fn next(&self) -> Option<String> {
+        lock(&self.0).pop_front()
     }
 }
 

@@ -56,39 +56,30 @@ impl Rule {
     }
 }
 
-/// An operation of an end, as ROS and DDS know it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Named {
-    /// In ROS.
-    pub(crate) name: String,
-    /// Its topics in DDS and their types: one, or that of requests and that of replies.
-    pub(crate) topics: Vec<(String, String)>,
-}
+/// A topic of DDS, and its type.
+pub(crate) type Topic = (String, String);
 
 /// The topic of a publisher or subscriber; its address has the operation.
-pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Named, OpenError> {
+pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Topic, OpenError> {
     let foreign = endpoint
         .foreign
         .first()
         .ok_or_else(|| not_generated(endpoint))?;
     let name = renamed(of(endpoint.address.as_str()), foreign, rules);
-    let (package, _, own) = parts(endpoint, foreign)?;
+    let (package, own) = parts(endpoint, foreign)?;
     let type_name = MessageTypeName::new(package, own).dds_msg_type();
-    Ok(Named {
-        topics: vec![(format!("rt{name}"), type_name)],
-        name,
-    })
+    Ok((format!("rt{name}"), type_name))
 }
 
-/// The service of an operation of a client or server.
+/// The topics of requests and of replies of an operation of a client or server.
 pub(crate) fn service(
     endpoint: &Endpoint,
     foreign: &Foreign,
     rules: &[Rule],
-) -> Result<Named, OpenError> {
+) -> Result<[Topic; 2], OpenError> {
     let usual = format!("{}/{}", endpoint.address, foreign.operation);
     let name = renamed(of(&usual), foreign, rules);
-    let (package, _, own) = parts(endpoint, foreign)?;
+    let (package, own) = parts(endpoint, foreign)?;
     let types = ServiceTypeName::new(package, own);
     let dds = |part: &str| {
         format!(
@@ -97,13 +88,10 @@ pub(crate) fn service(
             types.type_name()
         )
     };
-    Ok(Named {
-        topics: vec![
-            (format!("rq{name}Request"), dds("Request")),
-            (format!("rr{name}Reply"), dds("Response")),
-        ],
-        name,
-    })
+    Ok([
+        (format!("rq{name}Request"), dds("Request")),
+        (format!("rr{name}Reply"), dds("Response")),
+    ])
 }
 
 fn not_generated(endpoint: &Endpoint) -> OpenError {
@@ -114,14 +102,11 @@ fn not_generated(endpoint: &Endpoint) -> OpenError {
     }
 }
 
-/// The package, the kind and the name of a type.
-fn parts<'a>(
-    endpoint: &Endpoint,
-    foreign: &'a Foreign,
-) -> Result<(&'a str, &'a str, &'a str), OpenError> {
+/// The package and the name of a type.
+fn parts<'a>(endpoint: &Endpoint, foreign: &'a Foreign) -> Result<(&'a str, &'a str), OpenError> {
     let mut parts = foreign.type_name.split('/');
     match (parts.next(), parts.next(), parts.next(), parts.next()) {
-        (Some(package), Some(kind), Some(name), None) => Ok((package, kind, name)),
+        (Some(package), Some("msg" | "srv"), Some(name), None) => Ok((package, name)),
         _ => Err(OpenError::Backend {
             address: endpoint.address.to_string(),
             reason: format!("`{}` is no type of ROS 2", foreign.type_name),
@@ -175,10 +160,9 @@ mod tests {
     #[test]
     fn a_service_has_two_topics() {
         let end = endpoint("default/Laser", "robocomp_laser_msgs/srv/LaserGetLaserData");
-        let named = service(&end, &end.foreign[0], &[]).expect("a service");
-        assert_eq!(named.name, "/default/Laser/getLaserData");
+        let topics = service(&end, &end.foreign[0], &[]).expect("a service");
         assert_eq!(
-            named.topics,
+            topics,
             [
                 (
                     "rq/default/Laser/getLaserDataRequest".to_owned(),
@@ -198,7 +182,8 @@ mod tests {
         let node = node("/robot", "lidar").expect("a node");
         let with = |rule: &str| {
             let rule = Rule::parse(rule, &node).expect("a rule");
-            topic(&end, &[rule]).expect("a topic").name
+            let (topic, _) = topic(&end, &[rule]).expect("a topic");
+            topic.strip_prefix("rt").expect("a topic of ROS").to_owned()
         };
         assert_eq!(with("Laser1/getLaserData:=/scan"), "/scan");
         assert_eq!(with("Laser1:=/front"), "/front/getLaserData");

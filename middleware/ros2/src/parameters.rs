@@ -190,6 +190,7 @@ fn reply(to: &Replies, mapping: Mapping, asked: &Asked, answer: &[u8]) -> Result
     let ready = |peer: &Peer| peer.member() == member && peer.is_ready();
     let begin = Instant::now();
     while !to.ear.has(ready) && begin.elapsed() < HOLD {
+        to.ear.look();
         to.ear.wait(LOOK);
     }
     let mark = calls::mark(mapping, asked.id, true);

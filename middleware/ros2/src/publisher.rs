@@ -11,24 +11,16 @@ use std::sync::Arc;
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosPublisher, OpenError> {
     let address = endpoint.address.to_string();
-    let named = names::topic(endpoint, session.rules())?;
-    let wanted = named.topics.into_iter().map(|topic| {
-        Ok(Wanted {
-            address: &address,
-            topic,
-            role: Role::Publisher,
-            types: &endpoint.types,
-            sends: true,
-            qos: qos::topic(&endpoint.qos),
-            signal: signal(&address)?,
-            inbox: Arc::new(()),
-            group: Default::default(),
-        })
-    });
-    let ports = session.ports(wanted.collect::<Result<_, OpenError>>()?)?;
-    let port = ports.into_iter().next().ok_or_else(|| OpenError::Backend {
-        address: address.clone(),
-        reason: "an end is missing".to_owned(),
+    let port = session.end(Wanted {
+        address: &address,
+        topic: names::topic(endpoint, session.rules())?,
+        role: Role::Publisher,
+        types: &endpoint.types,
+        sends: true,
+        qos: qos::topic(&endpoint.qos),
+        signal: signal(&address)?,
+        inbox: Arc::new(()),
+        group: Default::default(),
     })?;
     Ok(RosPublisher { port, address })
 }

@@ -1,11 +1,9 @@
 //! The answering end of a connection: for each operation a service, a reader of requests and a writer of replies.
 
-use crate::calls::{self, Id};
+use crate::calls::{self, Id, Service};
 use crate::config::Mapping;
-use crate::ear::{Group, Inbox, Peer};
-use crate::names;
-use crate::qos;
-use crate::session::{Port, Session, Unsent, Wanted, signal};
+use crate::ear::{Inbox, Peer, Reasons};
+use crate::session::{Session, Unsent, signal};
 use crate::watcher::Shared;
 use crate::wire::{Body, Sample};
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
@@ -21,8 +19,8 @@ use std::time::Duration;
 
 /// How long a request waits until its client can be answered. A client whose reader was not found by then has none.
 const HOLD: Duration = Duration::from_millis(200);
-/// How many reasons are kept why something could not be read, and how many requests that found no place.
-const MOST_REASONS: usize = 64;
+/// How many requests are kept that found no place, to be refused.
+const MOST_REFUSED: usize = 64;
 
 /// A request that was told apart.
 struct Asked {
@@ -39,7 +37,7 @@ struct Queue {
     requests: Requests<Guid, Asked>,
     /// What found no place.
     refused: Mutex<VecDeque<(usize, Guid, Id)>>,
-    reasons: Mutex<VecDeque<String>>,
+    reasons: Reasons,
 }
 
 impl Inbox for Queue {
@@ -56,7 +54,7 @@ impl Inbox for Queue {
             let size = sample.taken.len();
             let refuse = |asked: &Asked| {
                 let mut refused = lock(&self.refused);
-                if refused.len() < MOST_REASONS {
+                if refused.len() < MOST_REFUSED {
                     refused.push_back((asked.sample.place, asked.sample.writer, asked.id));
                 }
                 None
@@ -71,22 +69,12 @@ impl Inbox for Queue {
     }
 
     fn unreadable(&self, reason: String) {
-        let mut reasons = lock(&self.reasons);
-        if reasons.len() < MOST_REASONS {
-            reasons.push_back(reason);
-        }
+        self.reasons.put(reason);
     }
 
     fn waits(&self) -> bool {
         self.requests.waits()
     }
-}
-
-/// One operation.
-struct Service {
-    id: i32,
-    requests: Port,
-    replies: Port,
 }
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServer, OpenError> {
@@ -98,37 +86,10 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServ
         shared: Arc::clone(&session.shared),
         requests: Requests::default(),
         refused: Mutex::default(),
-        reasons: Mutex::default(),
+        reasons: Reasons::default(),
     });
-    let group = Group::default();
-    let mut wanted = Vec::new();
-    for (place, foreign) in endpoint.foreign.iter().enumerate() {
-        let named = names::service(endpoint, foreign, session.rules())?;
-        for (topic, sends) in named.topics.into_iter().zip([false, true]).rev() {
-            wanted.push(Wanted {
-                address: &address,
-                topic,
-                role: Role::Server,
-                types: &endpoint.types,
-                sends,
-                qos: qos::call(),
-                signal: signal.clone(),
-                inbox: Arc::clone(&queue) as _,
-                group: (Arc::clone(&group), place),
-            });
-        }
-    }
-    let mut ports = session.ports(wanted)?.into_iter();
-    let mut services = Vec::new();
-    for foreign in &endpoint.foreign {
-        if let (Some(replies), Some(requests)) = (ports.next(), ports.next()) {
-            services.push(Service {
-                id: foreign.id,
-                requests,
-                replies,
-            });
-        }
-    }
+    let inbox: Arc<dyn Inbox> = Arc::clone(&queue) as _;
+    let services = calls::services(session, endpoint, Role::Server, &signal, &inbox)?;
     Ok(RosServer {
         address,
         services,
@@ -274,8 +235,7 @@ impl Server for RosServer {
         &mut self,
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
-        let reason = lock(&self.queue.reasons).pop_front();
-        if let Some(reason) = reason {
+        if let Some(reason) = self.queue.reasons.next() {
             return Err(self.failed(reason));
         }
         let refused = lock(&self.queue.refused).pop_front();

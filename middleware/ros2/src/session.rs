@@ -197,6 +197,16 @@ impl Session {
         Ok(ports)
     }
 
+    /// Opens one end, see [`Session::ports`].
+    pub(crate) fn end(self: &Rc<Self>, wanted: Wanted<'_>) -> Result<Port, OpenError> {
+        let address = wanted.address.to_owned();
+        let port = self.ports(vec![wanted])?.pop();
+        port.ok_or_else(|| OpenError::Backend {
+            address,
+            reason: "an end is missing".to_owned(),
+        })
+    }
+
     fn port(
         self: &Rc<Self>,
         wanted: Wanted<'_>,
@@ -286,8 +296,8 @@ impl Session {
         Ok(Entity::Reader(reader))
     }
 
-    /// Waits until new ends and those on this machine have found each other. Who cannot be reached costs a component a
-    /// few seconds once.
+    /// Waits until new ends and those on this machine have found each other. Who cannot be reached costs a component
+    /// its patience once.
     fn meet(&self, ports: &[Port]) {
         let begin = Instant::now();
         for port in ports {
@@ -420,8 +430,9 @@ impl Port {
                 "somebody who hears `{topic}` confirms nothing any more and is left behind ({count} times)"
             );
         }
-        self.leave();
+        self.ear.withdraw();
         self.ear.forget();
+        // Where there is no other one, the old one stays, and the next thing that is sent tries again.
         let entity = self
             .session
             .entity(&self.topic, &self.qos, true, self.number, &self.ear)?;

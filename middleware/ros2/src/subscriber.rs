@@ -1,24 +1,20 @@
 //! The receiving end of a topic.
 
-use crate::ear::Inbox;
+use crate::ear::{Inbox, Reasons};
 use crate::names;
 use crate::qos;
 use crate::session::{Port, Session, Wanted, signal};
 use crate::wire::Sample;
 use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
-use rc_network::{Heard, Role, Values, lock};
-use std::collections::VecDeque;
+use rc_network::{Heard, Role, Values};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
-use std::sync::{Arc, Mutex};
-
-/// How many reasons are kept why something could not be read.
-const MOST_REASONS: usize = 64;
+use std::sync::Arc;
 
 /// The values of a topic, and what could not be read.
 struct Heap {
     values: Values<Sample>,
-    reasons: Mutex<VecDeque<String>>,
+    reasons: Reasons,
 }
 
 impl Inbox for Heap {
@@ -29,10 +25,7 @@ impl Inbox for Heap {
     }
 
     fn unreadable(&self, reason: String) {
-        let mut reasons = lock(&self.reasons);
-        if reasons.len() < MOST_REASONS {
-            reasons.push_back(reason);
-        }
+        self.reasons.put(reason);
     }
 }
 
@@ -40,26 +33,18 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubs
     let address = endpoint.address.to_string();
     let heap = Arc::new(Heap {
         values: Values::new(endpoint.qos.depth),
-        reasons: Mutex::default(),
+        reasons: Reasons::default(),
     });
-    let named = names::topic(endpoint, session.rules())?;
-    let wanted = named.topics.into_iter().map(|topic| {
-        Ok(Wanted {
-            address: &address,
-            topic,
-            role: Role::Subscriber,
-            types: &endpoint.types,
-            sends: false,
-            qos: qos::topic(&endpoint.qos),
-            signal: signal(&address)?,
-            inbox: Arc::clone(&heap) as _,
-            group: Default::default(),
-        })
-    });
-    let ports = session.ports(wanted.collect::<Result<_, OpenError>>()?)?;
-    let port = ports.into_iter().next().ok_or_else(|| OpenError::Backend {
-        address: address.clone(),
-        reason: "an end is missing".to_owned(),
+    let port = session.end(Wanted {
+        address: &address,
+        topic: names::topic(endpoint, session.rules())?,
+        role: Role::Subscriber,
+        types: &endpoint.types,
+        sends: false,
+        qos: qos::topic(&endpoint.qos),
+        signal: signal(&address)?,
+        inbox: Arc::clone(&heap) as _,
+        group: Default::default(),
     })?;
     Ok(RosSubscriber {
         port,
@@ -97,8 +82,7 @@ impl Subscriber for RosSubscriber {
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        let reason = lock(&self.heap.reasons).pop_front();
-        if let Some(reason) = reason {
+        if let Some(reason) = self.heap.reasons.next() {
             return Err(self.failed(reason));
         }
         while let Some(sample) = self.heap.values.next() {

@@ -33,6 +33,8 @@ const BUILT_IN: u8 = 0xc0;
 const MOST_TYPES: usize = 65_536;
 /// Shortest time between two messages of what has changed; the first one is told at once.
 const PAUSE: Duration = Duration::from_millis(5);
+/// How long an end may take to be known after others have found it.
+const OPENING: Duration = Duration::from_secs(1);
 /// How many ends are remembered that were found before they were known.
 const MOST_EARLY: usize = 1024;
 /// How often a component says in one lease that it lives.
@@ -53,13 +55,20 @@ pub(crate) struct Shared {
     waker: Waker,
     next: AtomicUsize,
     /// Ends of ours and of others that have found each other before ours was known here.
-    early: Mutex<Vec<(Guid, Guid)>>,
+    early: Mutex<Vec<Early>>,
     /// Whether ends have come or gone, of which others and ROS have to be told.
     is_new: AtomicBool,
     /// Whether ends have found others.
     has_found: AtomicBool,
     stops: AtomicBool,
     pub(crate) mismatches: Mismatches,
+}
+
+/// An end of ours and one of others that have found each other, and when.
+struct Early {
+    own: Guid,
+    other: Guid,
+    since: Instant,
 }
 
 /// Another component of ours, or this one.
@@ -290,13 +299,14 @@ impl Watcher {
 
     /// What has found each other before the end of ours was known.
     fn look_at_early(&self) {
-        let known = |own: &Guid| self.shared.by_guid(own).is_some();
+        let known = |early: &Early| self.shared.by_guid(&early.own).is_some();
         let mut early = lock(&self.shared.early);
-        let (now, later) = early.drain(..).partition(|(own, _)| known(own));
+        // One that has gone by now is never known.
+        early.retain(|early| early.since.elapsed() < OPENING);
+        let (now, later): (Vec<Early>, _) = early.drain(..).partition(known);
         *early = later;
         drop(early);
-        let now: Vec<(Guid, Guid)> = now;
-        for (own, other) in now {
+        for Early { own, other, .. } in now {
             self.matched(own, other);
         }
     }
@@ -468,6 +478,7 @@ impl Watcher {
                         ..GUID::GUID_UNKNOWN
                     }));
                     lock(&self.shared.members).remove(&member);
+                    self.types.retain(|guid, _| wire::member(guid) != member);
                     self.lost(|other| wire::member(other) == member);
                 }
                 Status::RemoteReaderQosIncompatible {
@@ -508,7 +519,8 @@ impl Watcher {
             // It is just being opened.
             let mut early = lock(&self.shared.early);
             if early.len() < MOST_EARLY && own[15] & BUILT_IN == 0 && !self.is_of_this(&own) {
-                early.push((own, other));
+                let since = Instant::now();
+                early.push(Early { own, other, since });
             }
             return;
         };
