@@ -62,6 +62,11 @@ pub trait Subject: Sync {
         MAX_READERS
     }
 
+    /// How large a value is, at most, that does not depend on what the receiver's computer does meanwhile.
+    fn largest(&self) -> usize {
+        usize::MAX
+    }
+
     /// Whether zeros may come behind a body that was sent without them.
     fn pads(&self) -> bool {
         false

@@ -11,9 +11,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// No test waits longer for anything. (`rustdds` sends again 200 KB a second at most: a sample of 8 MiB that comes when its
-/// reader has no processor may take most of this.)
-pub const LIMIT: Duration = Duration::from_secs(60);
+/// No test waits longer for anything.
+pub const LIMIT: Duration = Duration::from_secs(30);
 /// After this a waiting end looks into its queue all the same, as the runtime does.
 pub(crate) const CYCLE: Duration = Duration::from_millis(50);
 

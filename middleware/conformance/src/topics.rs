@@ -142,7 +142,8 @@ pub fn every_size_travels(subject: &dyn Subject) {
     let (camera, viewer) = (network.join("camera"), network.join("viewer"));
     let mut subscriber = viewer.subscriber(&topic).expect("a subscriber");
     let mut publisher = camera.publisher(&topic).expect("a publisher");
-    let sizes = SIZES.iter().chain(SIZES.iter().rev()).copied();
+    let sizes = SIZES.map(|size| size.min(subject.largest()));
+    let sizes = sizes.iter().chain(sizes.iter().rev()).copied();
     for (size, sequence) in sizes.zip(1..) {
         let sent = (header(sequence), pattern(size));
         publisher.publish(sent.0, &sent.1).expect("to publish");

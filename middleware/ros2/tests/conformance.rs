@@ -45,6 +45,12 @@ impl rc_conformance::Subject for Ros2 {
         16
     }
 
+    /// What does not fit into the buffer of a receiver that has no processor is lost, and `rustdds` sends it again at 200 KB a
+    /// second.
+    fn largest(&self) -> usize {
+        2 << 20
+    }
+
     /// What is sent is a multiple of four bytes long.
     fn pads(&self) -> bool {
         true
