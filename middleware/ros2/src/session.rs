@@ -2,12 +2,12 @@
 
 use crate::config::{self, Config};
 use crate::ear::{Ear, Entity, Group, Inbox, Listening};
-use crate::names::Rule;
 use crate::qos::Ends;
 use crate::watcher::{Shared, Watcher};
 use crate::wire::{self, Body, Reader, Writer};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
 use rc_network::{Board, Guid, Hello, Promise, Role};
+use rc_settings::ros::Rule;
 use rustdds::rpc::SampleIdentity;
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, RTPSEntity, SequenceNumber, Topic,
