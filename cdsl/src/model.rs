@@ -103,7 +103,7 @@ impl Role {
 }
 
 /// A middleware that a connection can be bound to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Backend {
     /// Shared memory on one machine.
     Iceoryx2,

@@ -1,8 +1,10 @@
-//! What tools find in an executable without running it: which component it is, of which model, for which
-//! middleware.
+//! What tools find in an executable without running it, and in generated code without building it: which component it
+//! is, of which model, for which middleware.
 //!
-//! The note is read-only data: [`MAGIC`], a JSON object, a zero byte.
+//! The note is read-only data: [`MAGIC`], a JSON object, a zero byte; in generated code it is a byte string of this.
 
+use crate::files::GENERATED;
+use crate::load;
 use memchr::memmem;
 use object::{Object, ObjectSection, ReadCache};
 use serde::{Deserialize, Serialize};
@@ -12,6 +14,9 @@ use std::path::Path;
 pub const MAGIC: &[u8] = b"\x02rc-note\x03\x1e\x1f";
 /// The same in a Rust byte string.
 const MAGIC_TEXT: &str = "\\x02rc-note\\x03\\x1e\\x1f";
+
+/// The file in `generated/` that has the note.
+const SOURCE: &str = "src/backend.rs";
 
 /// What a note says.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,6 +36,16 @@ impl Note {
             .unwrap_or_default()
             .replace('"', "\\\"");
         format!("{MAGIC_TEXT}{json}\\0")
+    }
+
+    /// The note of what was generated into a component's folder; none where the file that should have it has none. The
+    /// error is that of the file, which is not there before the first generation.
+    pub fn of_generated(folder: &Path) -> std::io::Result<Option<Self>> {
+        let text = load::read(&folder.join(GENERATED).join(SOURCE))?;
+        Ok(text.split(MAGIC_TEXT).skip(1).find_map(|rest| {
+            let (json, _) = rest.split_once("\\0")?;
+            serde_json::from_str(&json.replace("\\\"", "\"")).ok()
+        }))
     }
 
     /// The note of an executable; none where it has none, so that it is no component.
@@ -59,6 +74,34 @@ fn find(bytes: &[u8]) -> Option<Note> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_note_is_read_from_the_file_that_it_is_generated_into() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join(GENERATED).join(SOURCE);
+        let read = || Note::of_generated(folder.path());
+        let missing = read().expect_err("nothing is generated");
+        assert_eq!(missing.kind(), std::io::ErrorKind::NotFound);
+        std::fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+        let note = Note {
+            component: "a".to_owned(),
+            model: "0".repeat(16),
+            middleware: "ros2".to_owned(),
+        };
+        let text = note.to_byte_string();
+        for (text, wanted) in [
+            (
+                format!("const NOTE: &[u8] =\n    b\"{text}\";\n"),
+                Some(note),
+            ),
+            (text[..text.len() - 2].to_owned(), None),
+            (text.replace("model", "mode"), None),
+            (String::new(), None),
+        ] {
+            std::fs::write(&file, &text).expect("to write");
+            assert_eq!(read().expect("a file"), wanted, "{text}");
+        }
+    }
 
     #[test]
     fn a_note_is_found_among_other_bytes() {

@@ -3,6 +3,7 @@
 mod folders;
 
 use folders::{changed, files, rcgen};
+use rc_codegen::note::Note;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -67,9 +68,16 @@ fn what_is_yours_stays_over_a_change_of_middleware() {
     std::fs::write(folder.join("Cargo.toml"), "# mine").expect("a file");
     std::fs::write(folder.join("etc/config.toml"), "").expect("a file");
     let before = files(folder);
+    let noted = || {
+        let note = Note::of_generated(folder).expect("generated code");
+        note.map(|note| (note.component, note.middleware))
+    };
+    let note = |middleware: &str| Some(("c".to_owned(), middleware.to_owned()));
+    assert_eq!(noted(), note("iceoryx2"));
     assert_eq!(succeeds(folder, &["c.cdsl"]), "");
     assert_eq!(changed(&before, &files(folder)), [""; 0]);
     succeeds(folder, &["c.cdsl", "--middleware", "local"]);
+    assert_eq!(noted(), note("local"));
     let differing = changed(&before, &files(folder));
     assert_eq!(
         differing,

@@ -52,6 +52,7 @@ pub mod params;
 pub mod plan;
 pub mod preview;
 pub mod process;
+pub mod programs;
 mod realtime;
 mod relay;
 mod remote;

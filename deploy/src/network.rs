@@ -2,17 +2,14 @@
 
 use crate::addresses::process_name;
 use crate::configuration::{config, configurations, named_files, settings};
-use crate::error::Error;
 use crate::plan::{self, Component, Plan, Policy, Restart};
-use crate::variant;
+use crate::programs::variants;
 use rc_cdsl::model::Backend;
-use rc_codegen::note::Note;
-use rc_codegen::{FileLoader, Project, names};
-use rc_ddsl::model::{Deployment, Instance, Setting};
+use rc_codegen::{FileLoader, Project};
+use rc_ddsl::model::{Deployment, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
-use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::ffi::OsString;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use std::collections::{BTreeSet, HashMap};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -28,8 +25,11 @@ pub struct Network {
     pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
-    /// The middleware that all components are to be variants for; none where they are as they were generated.
-    pub variant: Option<Backend>,
+    /// The middleware that all components were loaded for, whatever the files say.
+    pub(crate) middleware: Option<Backend>,
+    /// The middleware that each instance is a variant for; none where its program is made of the code in its folder, or
+    /// is named.
+    pub(crate) variants: Vec<Option<Backend>>,
     /// What each instance has to be told of middlewares: what its configuration does not say itself.
     handed: Vec<Vec<Setting>>,
     /// For each file that components are made of, these components.
@@ -105,12 +105,14 @@ pub fn load(
         .collect();
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
+    let variants = variants(&deployment, &projects, middleware);
     let network = Network {
         path: path.to_path_buf(),
         deployment,
         projects,
         connections,
-        variant: middleware,
+        middleware,
+        variants,
         handed,
         texts,
     };
@@ -164,78 +166,6 @@ fn projects(
         .collect()
 }
 
-/// Checks one executable by the note that was read from it.
-fn check_executable(
-    path: &Path,
-    note: &io::Result<Option<Note>>,
-    place: Span,
-    instance: &Instance,
-    project: &Project,
-    build: &str,
-    found: &mut Diagnostics,
-) {
-    let name = &instance.path;
-    let (code, message) = match note {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => (
-            "missing-executable",
-            format!(
-                "the executable of `{name}`, {}, does not exist",
-                path.display()
-            ),
-        ),
-        Err(error) => (
-            "missing-executable",
-            format!("{} cannot be read: {error}", path.display()),
-        ),
-        Ok(None) => (
-            "not-a-component",
-            format!(
-                "{} is not a component: it has no note of its model",
-                path.display()
-            ),
-        ),
-        Ok(Some(note)) if note.component != project.component.name.text => (
-            "other-component",
-            format!(
-                "{} is the component `{}`, not `{}`",
-                path.display(),
-                note.component,
-                project.component.name.text
-            ),
-        ),
-        Ok(Some(note)) if note.model != format!("{:016x}", project.hash) => (
-            "stale-executable",
-            format!(
-                "the executable of `{name}` was generated from another version of {}",
-                project.path.display()
-            ),
-        ),
-        Ok(Some(note)) if note.middleware != instance.middleware.word() => (
-            "middleware-mismatch",
-            format!(
-                "the executable of `{name}` uses {}, the network {}",
-                note.middleware,
-                instance.middleware.word()
-            ),
-        ),
-        Ok(Some(_)) if may_run(path) => return,
-        Ok(Some(_)) => {
-            let message = format!("{} may not be executed by anybody", path.display());
-            let error = Diagnostic::error("not-executable", place, message);
-            found.push(error.help(format!("`chmod +x {}`", path.display())));
-            return;
-        }
-    };
-    found.push(Diagnostic::error(code, place, message).help(build));
-}
-
-/// Whether a file is one that somebody may execute.
-fn may_run(path: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt;
-    let mode = |file: std::fs::Metadata| file.permissions().mode();
-    path.metadata().is_ok_and(|file| mode(file) & 0o111 != 0)
-}
-
 impl Network {
     /// The name of the network.
     pub fn name(&self) -> &str {
@@ -251,123 +181,6 @@ impl Network {
             let mut chosen = slots.iter().filter_map(|slot| slot.backend);
             set.middleware == default || chosen.any(|backend| backend == set.middleware)
         })
-    }
-
-    /// The program of an instance.
-    pub fn executable(&self, at: usize, profile: Profile) -> Option<PathBuf> {
-        let instance = &self.deployment.instances[at];
-        if let Some(executable) = &instance.executable {
-            return Some(instance.folder.join(&executable.text));
-        }
-        let project = self.projects.get(at)?.as_ref()?;
-        let package = names::package(&project.component.name.text);
-        let program = match self.variant {
-            Some(middleware) => variant::program(&package, middleware),
-            None => package,
-        };
-        let target = variant::target(&workspace(project.folder())?);
-        Some(target.join(profile.folder()).join(program))
-    }
-
-    /// Checks that code can be generated for the variants, and that there is something to join it with.
-    fn check_variants(&self, middleware: Backend, found: &mut Diagnostics) {
-        let mut seen: Vec<&Path> = Vec::new();
-        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
-            let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
-                continue;
-            };
-            if seen.contains(&project.path.as_path()) {
-                continue;
-            }
-            seen.push(&project.path);
-            // A template that does not fit is told where it is written.
-            if let Ok((_, more)) = rc_codegen::generate::generate(project, middleware) {
-                let errors = more.iter().filter(|d| d.severity == Severity::Error);
-                found.extend(errors.cloned());
-            }
-            if !project.folder().join("Cargo.toml").exists() {
-                let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
-                let message = format!("`{}` has no code yet", instance.path);
-                let generate = format!("generate it: `rcgen {}`", project.path.display());
-                let error = Diagnostic::error("missing-generated", named.span, message);
-                found.push(error.help(generate));
-            }
-        }
-    }
-
-    /// Checks that generated code is of the present model, where it is to be built.
-    pub fn check_generated(&self, found: &mut Diagnostics) {
-        if let Some(middleware) = self.variant {
-            return self.check_variants(middleware, found);
-        }
-        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
-            let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
-                continue;
-            };
-            let place = instance
-                .cdsl
-                .as_ref()
-                .map_or(instance.name.span, |c| c.span);
-            let description = project.folder().join("generated/src/description.rs");
-            let generate = format!("generate it: `rcgen {}`", project.path.display());
-            let wanted = format!("model_hash: 0x{:016x},", project.hash);
-            match std::fs::read_to_string(&description) {
-                Ok(text) if text.contains(&wanted) => {}
-                Ok(_) => {
-                    let message = format!(
-                        "the generated code of `{}` is of an older model",
-                        instance.path
-                    );
-                    found.push(Diagnostic::error("stale-generated", place, message).help(generate));
-                }
-                Err(_) => {
-                    let message = format!("`{}` has no generated code", instance.path);
-                    found.push(
-                        Diagnostic::error("missing-generated", place, message).help(generate),
-                    );
-                }
-            }
-        }
-    }
-
-    /// What to type where a program is not what it has to be.
-    fn how_to_build(&self, instance: &Instance) -> String {
-        match self.variant {
-            Some(middleware) if instance.executable.is_some() => format!(
-                "leave `executable` out, or let it name a program that was generated for {}",
-                middleware.word()
-            ),
-            Some(middleware) => format!(
-                "build it: `rcdeploy up --build --middleware {} {}`",
-                middleware.word(),
-                self.path.display()
-            ),
-            None => "build it: `rcdeploy up --build`".to_owned(),
-        }
-    }
-
-    /// Checks that every executable is there, and of the present model and middleware.
-    pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
-        // Executables are large, and instances of one component share one.
-        let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
-        for (at, instance) in self.deployment.instances.iter().enumerate() {
-            let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
-                continue;
-            };
-            let named = instance.executable.as_ref().or(instance.cdsl.as_ref());
-            let place = named.map_or(instance.name.span, |n| n.span);
-            let Some(path) = self.executable(at, profile) else {
-                let message = format!("{} is in no cargo workspace", project.path.display());
-                let help = "make one with `rcgen init`, or name the program with `executable`";
-                found.push(Diagnostic::error("missing-executable", place, message).help(help));
-                continue;
-            };
-            let note = notes
-                .entry(path.clone())
-                .or_insert_with(|| Note::read(&path));
-            let build = self.how_to_build(instance);
-            check_executable(&path, note, place, instance, project, &build, found);
-        }
     }
 
     /// What is to be started, where no diagnostic is an error. Paths are absolute.
@@ -451,57 +264,6 @@ impl Network {
             components: out,
         })
     }
-
-    /// What has to be built, a command of cargo for each workspace. Variants are generated first.
-    pub fn builds(&self, profile: Profile) -> Result<Vec<Build>, Error> {
-        let mut workspaces: BTreeMap<PathBuf, BTreeMap<String, &Project>> = BTreeMap::new();
-        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
-            let Some(project) = project.as_ref().filter(|_| instance.executable.is_none()) else {
-                continue;
-            };
-            if let Some(root) = workspace(project.folder()) {
-                let package = names::package(&project.component.name.text);
-                let packages = workspaces.entry(root).or_default();
-                packages.entry(package).or_insert(project);
-            }
-        }
-        let builds = workspaces.into_iter().map(|(root, projects)| {
-            let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
-                .map(Into::into)
-                .to_vec();
-            let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
-            for package in projects.keys() {
-                option("--package", package.into());
-            }
-            if let Some(middleware) = self.variant {
-                for package in projects.keys() {
-                    option("--bin", variant::program(package, middleware).into());
-                }
-                let staged: Vec<&Project> = projects.values().copied().collect();
-                let manifest = variant::stage(&root, &staged, middleware)?;
-                option("--manifest-path", manifest.into());
-                option("--target-dir", variant::target(&root).into());
-            }
-            let packages = projects.into_keys().collect();
-            Ok(Build {
-                root,
-                args,
-                packages,
-            })
-        });
-        builds.collect()
-    }
-}
-
-/// One command of cargo.
-#[derive(Debug)]
-pub struct Build {
-    /// The user's workspace, where it runs.
-    pub root: PathBuf,
-    /// Its arguments.
-    pub args: Vec<OsString>,
-    /// What it builds, for people.
-    pub packages: Vec<String>,
 }
 
 fn restart(described: rc_ddsl::model::Restart) -> Restart {
@@ -515,14 +277,4 @@ fn restart(described: rc_ddsl::model::Restart) -> Restart {
         limit: described.limit,
         backoff: described.backoff,
     }
-}
-
-/// The nearest folder above whose `Cargo.toml` is that of a workspace.
-fn workspace(folder: &Path) -> Option<PathBuf> {
-    let folder = folder.canonicalize().ok()?;
-    let is_root = |dir: &&Path| {
-        let manifest = std::fs::read_to_string(dir.join("Cargo.toml")).unwrap_or_default();
-        manifest.lines().any(|line| line.trim() == "[workspace]")
-    };
-    folder.ancestors().find(is_root).map(Path::to_path_buf)
 }

@@ -6,13 +6,17 @@
 //! to all other files of the component. Cargo builds into the user's target folder, so that nothing that both need is
 //! built twice.
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, OrCannot, complain};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Files, GENERATED, Owner};
 use rc_codegen::{Project, generate, names};
+use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
 use std::ffi::OsStr;
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, value};
 
 /// What the manifest of a workspace says for all that is in it.
@@ -20,6 +24,9 @@ const SHARED: [&str; 4] = ["workspace", "patch", "replace", "profile"];
 /// What of a component's folder is not the user's, or not the variant's.
 const OWN: [&str; 4] = ["Cargo.toml", "Cargo.lock", GENERATED, "target"];
 const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-dependencies"];
+
+/// How long a build waits for another one; a first one compiles a middleware.
+const PATIENCE: Duration = Duration::from_secs(30 * 60);
 
 /// The program of a variant; it lies beside the one that the user builds.
 pub(crate) fn program(package: &str, middleware: Backend) -> String {
@@ -35,13 +42,28 @@ pub(crate) fn target(root: &Path) -> PathBuf {
     }
 }
 
-/// Makes or renews the variants of components of the workspace `root`; gives the manifest of their workspace.
+/// Variants that are there to be built. As long as this lives, nobody else changes which they are.
+#[derive(Debug)]
+pub(crate) struct Staged {
+    folder: PathBuf,
+    _held: File,
+}
+
+impl Staged {
+    /// The manifest of their workspace.
+    pub(crate) fn manifest(&self) -> PathBuf {
+        self.folder.join("Cargo.toml")
+    }
+}
+
+/// Makes or renews the variants of components of the workspace `root`.
 pub(crate) fn stage(
     root: &Path,
     projects: &[&Project],
     middleware: Backend,
-) -> Result<PathBuf, Error> {
+) -> Result<Staged, Error> {
     let folder = target(root).join("rc").join(middleware.word());
+    let held = lock_folder(&folder, PATIENCE)?;
     let mut members: Vec<String> = Vec::new();
     let mut shared = shared(root)?;
     for project in projects {
@@ -63,7 +85,40 @@ pub(crate) fn stage(
     files.add("Cargo.toml", Owner::Generic, shared.to_string());
     write(&files, &folder)?;
     lock(root, &folder, &members)?;
-    Ok(folder.join("Cargo.toml"))
+    Ok(Staged {
+        folder,
+        _held: held,
+    })
+}
+
+/// Holds the folder of variants. Networks of one target folder have different ones in it, and cargo reads there until it
+/// is done.
+fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
+    std::fs::create_dir_all(folder).or_cannot(format!("make {}", folder.display()))?;
+    let path = folder.join(".lock");
+    let file = File::create(&path).or_cannot(format!("open {}", path.display()))?;
+    let deadline = Instant::now() + patience;
+    let mut told = false;
+    loop {
+        let error = match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => return Ok(file),
+            Err(Errno::WOULDBLOCK) if Instant::now() < deadline => {
+                if !std::mem::replace(&mut told, true) {
+                    let folder = folder.display();
+                    complain(format_args!(
+                        "rcdeploy: waiting for another build in {folder}"
+                    ));
+                }
+                std::thread::sleep(Duration::from_millis(50));
+                continue;
+            }
+            Err(Errno::WOULDBLOCK) => {
+                io::Error::new(io::ErrorKind::TimedOut, "another build holds it")
+            }
+            Err(error) => error.into(),
+        };
+        return Err(error).or_cannot(format!("lock {}", path.display()));
+    }
 }
 
 fn write(files: &Files, folder: &Path) -> Result<(), Error> {
@@ -358,6 +413,22 @@ mod tests {
         for part in ["[package]", "exclude", "\n[dependencies]"] {
             assert!(!manifest.contains(part), "{part}\n{manifest}");
         }
+    }
+
+    #[test]
+    fn a_folder_is_of_one_build_at_a_time() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join("dds");
+        let lock = |patience| lock_folder(&folder, patience);
+        let first = lock(Duration::ZERO).expect("a free folder");
+        let busy = lock(Duration::from_millis(1)).expect_err("another one has it");
+        assert!(busy.to_string().contains("another build"), "{busy}");
+        let next = std::thread::scope(|scope| {
+            let next = scope.spawn(|| lock(PATIENCE));
+            drop(first);
+            next.join().expect("a thread")
+        });
+        assert!(next.is_ok());
     }
 
     #[test]

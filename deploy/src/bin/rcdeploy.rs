@@ -76,7 +76,8 @@ enum Command {
     Up {
         #[command(flatten)]
         input: Input,
-        /// Builds its components first, with cargo.
+        /// Builds its components first, with cargo. Those whose generated/ is for another middleware than the network
+        /// says are built for that one below target/rc; what is in their folders stays as it is.
         #[arg(long)]
         build: bool,
         /// Leaves it running in the background; `rcdeploy down` ends it.
@@ -272,8 +273,8 @@ struct Input {
     /// Which executables cargo has built: release or dev.
     #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>())]
     profile: Profile,
-    /// Takes all components for this middleware, whatever they were generated for: iceoryx2 or dds. They are built
-    /// below target/rc, by `up --build`; what is in their folders stays as it is.
+    /// Takes all components for this middleware, whatever the files say: iceoryx2, dds or ros2. They are built below
+    /// target/rc, by `up --build`; what is in their folders stays as it is.
     #[arg(long, value_parser = middleware)]
     middleware: Option<Backend>,
 }
@@ -803,7 +804,8 @@ fn export(
 }
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
-    for build in network.builds(profile)? {
+    for build in network.builds(profile) {
+        let build = build?;
         let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         let status = cargo
             .current_dir(&build.root)

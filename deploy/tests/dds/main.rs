@@ -1,4 +1,5 @@
-//! The components of this repository over DDS: their networks unchanged, and on two hosts.
+//! The components of this repository on other middlewares than they were generated for: their networks unchanged over
+//! DDS, also on two hosts, and one that says so itself of one component.
 //!
 //! They are built here, as a user has them built: a program of its own for these tests, so that none that has to do with
 //! time runs beside the compiler.
@@ -12,6 +13,7 @@ mod site;
 mod python;
 
 mod hosts;
+mod mixed;
 mod patrol;
 mod remote;
 
@@ -24,9 +26,17 @@ use std::sync::OnceLock;
 /// A place with a network whose components were built for DDS. `network` is the text of `patrol.ddsl`, which is imported
 /// by the file of this place, that has its own name and domain.
 fn place(name: &str, domain: u32, network: &str) -> Site {
-    static BUILT: OnceLock<()> = OnceLock::new();
-    BUILT.get_or_init(build);
+    built();
     unbuilt(name, domain, network)
+}
+
+/// Returns when all that tests start is built; while the compiler runs, none of them does.
+fn built() {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        build();
+        mixed::build();
+    });
 }
 
 fn unbuilt(name: &str, domain: u32, network: &str) -> Site {

@@ -9,7 +9,6 @@ mod dds_strangers;
 mod groups;
 mod joints;
 mod late;
-mod mixed;
 mod params;
 mod patrol;
 mod pictures;

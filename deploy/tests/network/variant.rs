@@ -5,6 +5,7 @@ use rc_cdsl::model::Backend;
 use rc_codegen::workspace::{self, Framework};
 use rc_codegen::{FileLoader, Project, generate};
 use rc_diagnostics::SourceMap;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -114,7 +115,7 @@ fn a_network_runs_on_another_middleware_and_nothing_of_its_user_changes() {
     let ran = check();
     assert_eq!(ran.code, 1, "{ran:?}");
     let hint = format!(
-        "rcdeploy up --build --middleware iceoryx2 {}",
+        "rcdeploy up --build --profile dev --middleware iceoryx2 {}",
         ddsl.display()
     );
     assert!(ran.stderr.contains("error[missing-executable]"), "{ran:?}");
@@ -161,4 +162,150 @@ fn a_network_runs_on_another_middleware_and_nothing_of_its_user_changes() {
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(ran.stderr.contains("rc-iceoryx2 = { path = "), "{ran:?}");
     assert!(ran.stderr.contains("/middleware/iceoryx2\""), "{ran:?}");
+}
+
+/// Two instances of one component, one of them over ROS 2; `NAMED` is what a third one says of its program.
+const TWO: &str = r#"
+Deployment patrol
+{
+    Component voice { cdsl "../speech_server/speech_server.cdsl"; };
+    Component near { cdsl "../pose_listener/pose_listener.cdsl"; };
+    Group far
+    {
+        middleware ros2;
+        Component listener { cdsl "../pose_listener/pose_listener.cdsl"; };
+        Component named { cdsl "../pose_listener/pose_listener.cdsl"; executable "NAMED"; };
+    };
+};
+"#;
+
+/// Runs rcdeploy with the network of a place, for a target folder in which nothing was built; gives what it printed.
+fn unbuilt(site: &Site, args: &[&str]) -> (String, Vec<Value>) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    command.args(args).arg(site.ddsl());
+    site.place(&mut command);
+    command.env("CARGO_TARGET_DIR", site.path("target"));
+    let output = command.output().expect("rcdeploy");
+    let findings = String::from_utf8_lossy(&output.stderr);
+    let findings = findings
+        .lines()
+        .filter_map(|line| serde_json::from_str(line).ok());
+    let findings = findings.collect();
+    (String::from_utf8_lossy(&output.stdout).into(), findings)
+}
+
+/// What is wrong: the code, the end of the message, the help.
+fn errors(site: &Site, args: &[&str]) -> Vec<[String; 3]> {
+    let args = [&["check", "--format", "json"], args].concat();
+    let (_, findings) = unbuilt(site, &args);
+    let errors = findings
+        .into_iter()
+        .filter(|f| f["severity"] == "error")
+        .map(|f| ["code", "message", "help"].map(|key| f[key].as_str().unwrap_or_default().into()));
+    errors.collect()
+}
+
+#[test]
+fn a_network_says_which_of_its_components_are_variants() {
+    let site = Site::new("chosen");
+    let named = Site::executable("pose_listener");
+    site.write_ddsl(&TWO.replace("NAMED", &named.to_string_lossy()));
+    let missing = |name: &str, program: &str, command: &str| {
+        let program = site.path("target").join(program);
+        let program = program.display();
+        [
+            "missing-executable".to_owned(),
+            format!("the executable of `{name}`, {program}, does not exist"),
+            format!(
+                "build it: `rcdeploy up --build{command} {}`",
+                site.ddsl().display()
+            ),
+        ]
+    };
+    let mismatch = |middleware: &str, command: &str| {
+        [
+            "middleware-mismatch".to_owned(),
+            format!("the executable of `far.named` uses iceoryx2, the network {middleware}"),
+            format!(
+                "leave `executable` out, so that `rcdeploy up --build{command} {}` builds it, or let it name a program that was generated for {middleware}",
+                site.ddsl().display()
+            ),
+        ]
+    };
+    let found = errors(&site, &[]);
+    let expected = [
+        missing("voice", "release/speech_server", ""),
+        missing("near", "release/pose_listener", ""),
+        missing("far.listener", "release/pose_listener-ros2", ""),
+        mismatch("ros2", ""),
+    ];
+    assert_eq!(found, expected);
+    // The command line chooses for all, also where it chooses what was generated.
+    let found = errors(&site, &["--profile", "dev", "--middleware", "dds"]);
+    let command = " --profile dev --middleware dds";
+    let expected = [
+        missing("voice", "debug/speech_server-dds", command),
+        missing("near", "debug/pose_listener-dds", command),
+        missing("far.listener", "debug/pose_listener-dds", command),
+        mismatch("dds", command),
+    ];
+    assert_eq!(found, expected);
+    let found = errors(&site, &["--middleware", "iceoryx2"]);
+    let command = " --middleware iceoryx2";
+    let expected = [
+        missing("voice", "release/speech_server-iceoryx2", command),
+        missing("near", "release/pose_listener-iceoryx2", command),
+        missing("far.listener", "release/pose_listener-iceoryx2", command),
+    ];
+    assert_eq!(found, expected);
+
+    let (plan, _) = unbuilt(&site, &["plan", "--unbuilt", "--format", "json"]);
+    let plan: Value = serde_json::from_str(&plan).expect("one document");
+    let components = plan["components"].as_array().expect("a list").iter();
+    let parts = components.map(|component| {
+        ["name", "middleware", "executable"].map(|key| component[key].as_str().unwrap_or_default())
+    });
+    let target = site.path("target/release");
+    let program = |name: &str| target.join(name).display().to_string();
+    let expected = [
+        ["voice", "iceoryx2", &program("speech_server")],
+        ["near", "iceoryx2", &program("pose_listener")],
+        ["far.listener", "ros2", &program("pose_listener-ros2")],
+        ["far.named", "ros2", &named.to_string_lossy()],
+    ];
+    assert_eq!(parts.collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn what_lies_in_the_folder_counts_where_it_is_to_be_built() {
+    let site = Site::new("folder");
+    site.copy_component("pose_listener");
+    let network = |middleware: &str| {
+        site.write_ddsl(&format!(
+            "Deployment patrol {{ middleware {middleware}; Component listener {{ cdsl \"pose_listener/pose_listener.cdsl\"; }}; }};"
+        ));
+        let found = errors(&site, &[]);
+        let codes = found.into_iter().map(|[code, ..]| code);
+        // The copy is in no workspace.
+        let mut codes: Vec<_> = codes.filter(|code| code != "missing-executable").collect();
+        codes.sort();
+        codes
+    };
+    // Nothing was generated.
+    assert_eq!(network("iceoryx2"), ["missing-generated"]);
+    assert_eq!(network("ros2"), ["missing-generated"]);
+    let source = "pose_listener/generated/src/backend.rs";
+    let generated = std::fs::read_to_string(Site::components().join(source)).expect("a file");
+    write(&site.path("networks").join(source), &generated);
+    assert_eq!(network("iceoryx2"), [""; 0]);
+    assert_eq!(network("ros2"), [""; 0]);
+    // What is of an older model is of no use where it is built, and not looked at where it is not.
+    site.edit("pose_listener/pose_listener.cdsl", |text| {
+        text.replace("period 1s", "period 2s")
+    });
+    assert_eq!(network("iceoryx2"), ["stale-generated"]);
+    assert_eq!(network("ros2"), [""; 0]);
+    // It does not tell what it is for.
+    site.edit(source, |text| text.replace("rc-note", "note"));
+    assert_eq!(network("ros2"), ["stale-generated"]);
 }
