@@ -161,7 +161,7 @@ mod tests {
     use rustdds::no_key::Decode;
 
     fn sample(body: &[u8], related: Option<Id>) -> Sample {
-        let Ok(taken) = Copying.decode_bytes(body, RepresentationIdentifier::CDR_LE);
+        let Ok(taken) = Copying::default().decode_bytes(body, RepresentationIdentifier::CDR_LE);
         Sample {
             taken,
             writer: [1; 16],

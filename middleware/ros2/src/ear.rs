@@ -1,12 +1,13 @@
 //! What an end of ours knows of the other ends, and what it has heard.
 
-use crate::wire::{Member, Reader, Sample, Writer, member};
+use crate::wire::{Copying, Member, Reader, Sample, Spare, Writer, member};
 use rc_middleware::{Interrupt, TypeIdentity};
 use rc_network::{Board, Guid, Hello, Posted, Promise, Role, Seldom, lock};
 use rustdds::mio1;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
-use std::task::{Wake, Waker};
+use std::task::Wake;
 use std::time::{Duration, Instant};
 
 /// How many ends that have gone are remembered, because what they sent may still be unread; and how many that do not fit,
@@ -18,6 +19,9 @@ const SETTLE: Duration = Duration::from_millis(100);
 /// that is looked at.
 const KNOWN: Duration = Duration::from_millis(20);
 const LOOK: Duration = Duration::from_millis(2);
+/// How often readers are looked at until all that has come is there.
+const MOST_LOOKS: usize = 64;
+
 /// How long a publisher that was found may send what it has kept.
 const CATCH_UP: Duration = Duration::from_secs(2);
 
@@ -62,12 +66,19 @@ impl Inbox for () {
     fn put(&self, _samples: Vec<Sample>) {}
 }
 
-/// Who is told that something has come. The library does so on its own thread, and once for every look.
-pub(crate) enum Bell {
+/// Who is told that something has come.
+#[derive(Clone)]
+pub(crate) enum Listener {
     /// Who owns the end, and takes it.
     Owner(Interrupt),
     /// The thread that listens, which puts it into the inbox.
     Watcher(Arc<mio1::Waker>),
+}
+
+/// What the library rings, on a thread of its own, when something has come for a reader; once, until it is hung up again.
+struct Bell {
+    has_rung: AtomicBool,
+    listener: Listener,
 }
 
 impl Wake for Bell {
@@ -76,10 +87,11 @@ impl Wake for Bell {
     }
 
     fn wake_by_ref(self: &Arc<Self>) {
-        match &**self {
-            Self::Owner(signal) => signal.wake(),
+        self.has_rung.store(true, Ordering::SeqCst);
+        match &self.listener {
+            Listener::Owner(signal) => signal.wake(),
             // A thread that cannot be woken looks at its next beat.
-            Self::Watcher(waker) => drop(waker.wake()),
+            Listener::Watcher(waker) => drop(waker.wake()),
         }
     }
 }
@@ -138,9 +150,7 @@ pub(crate) struct Ear {
     opened: i64,
     /// Rings when something has come or the other ends have changed.
     pub(crate) signal: Interrupt,
-    bell: Waker,
-    /// Whether the thread that listens fills the inbox, and not who owns the end.
-    pub(crate) is_watched: bool,
+    listener: Listener,
     inbox: Arc<dyn Inbox>,
     group: Group,
     /// The number of this end in its group.
@@ -172,9 +182,24 @@ impl Peers {
     }
 }
 
-/// Readers whose samples are put into one inbox in the order in which they came, each with its number. Who takes has all
-/// of them for that time.
-pub(crate) type Group = Arc<Mutex<Vec<(usize, Arc<Reader>)>>>;
+/// Readers whose samples are put into one inbox in the order in which they came. Who takes has all of them for that time.
+pub(crate) type Group = Arc<Mutex<Vec<Heard>>>;
+
+/// A reader of a group.
+pub(crate) struct Heard {
+    /// Its number there.
+    place: usize,
+    reader: Arc<Reader>,
+    bell: Arc<Bell>,
+    spare: Arc<Spare>,
+}
+
+impl Heard {
+    /// Whether something may have come since this was asked last.
+    fn has_rung(&self) -> bool {
+        self.bell.has_rung.swap(false, Ordering::SeqCst)
+    }
+}
 
 /// What a new ear has to know.
 pub(crate) struct Listening {
@@ -187,7 +212,7 @@ pub(crate) struct Listening {
     pub(crate) sends: bool,
     pub(crate) promise: Promise,
     pub(crate) signal: Interrupt,
-    pub(crate) bell: Bell,
+    pub(crate) listener: Listener,
     pub(crate) inbox: Arc<dyn Inbox>,
     pub(crate) group: Group,
     pub(crate) place: usize,
@@ -207,8 +232,7 @@ impl Ear {
             promise: listening.promise,
             opened: rc_network::stamp(0),
             signal: listening.signal,
-            is_watched: matches!(listening.bell, Bell::Watcher(_)),
-            bell: Arc::new(listening.bell).into(),
+            listener: listening.listener,
             inbox: listening.inbox,
             group: listening.group,
             place: listening.place,
@@ -222,20 +246,35 @@ impl Ear {
 
     /// From now on samples of this reader are heard.
     pub(crate) fn attach(&self, reader: &Arc<Reader>) {
-        lock(&self.group).push((self.place, Arc::clone(reader)));
+        let bell = Bell {
+            has_rung: AtomicBool::default(),
+            listener: self.listener.clone(),
+        };
+        lock(&self.group).push(Heard {
+            place: self.place,
+            reader: Arc::clone(reader),
+            bell: Arc::new(bell),
+            spare: Arc::default(),
+        });
         self.listen();
     }
 
     /// From now on they are not.
     pub(crate) fn detach(&self, reader: &Arc<Reader>) {
-        lock(&self.group).retain(|(_, other)| !Arc::ptr_eq(other, reader));
+        lock(&self.group).retain(|heard| !Arc::ptr_eq(&heard.reader, reader));
     }
 
-    /// Puts what has come into the inbox, and rings for whoever owns the end.
+    /// Whether the thread that listens fills the inbox, and not who owns the end.
+    pub(crate) fn is_watched(&self) -> bool {
+        matches!(self.listener, Listener::Watcher(_))
+    }
+
+    /// Puts what has come into the inbox, whether it has rung or not, and rings for whoever owns the end.
     pub(crate) fn listen(&self) {
-        // What the library writes beside the bell, for those who poll.
-        for (_, reader) in &*lock(&self.group) {
-            reader.drain_read_notifications();
+        for heard in &*lock(&self.group) {
+            // What the library writes beside the bell, for those who poll.
+            heard.reader.drain_read_notifications();
+            heard.bell.has_rung.store(true, Ordering::SeqCst);
         }
         if self.hear() {
             self.signal.wake();
@@ -246,29 +285,43 @@ impl Ear {
     pub(crate) fn hear(&self) -> bool {
         let group = lock(&self.group);
         let mut samples = Vec::new();
-        let mut heard = false;
-        for (place, reader) in &*group {
-            // Before the look, so that nothing comes between.
-            reader.set_waker(Some(self.bell.clone()));
-            loop {
-                match reader.try_take_one() {
-                    Ok(Some(change)) => samples.push(Sample::of(change, *place)),
-                    Ok(None) => break,
-                    Err(error) => {
-                        heard = true;
-                        self.inbox.unreadable(error.to_string());
-                    }
-                }
+        let mut is_any = false;
+        // What came to one reader before something else came to another one is there when that is seen: all are looked at again
+        // until nothing is new. That takes less time than the next sample.
+        for _ in 0..MOST_LOOKS {
+            let rung = group.iter().filter(|heard| heard.has_rung());
+            let taken = rung.map(|heard| self.take(heard, &mut samples)).max();
+            is_any |= taken == Some(true);
+            if taken != Some(true) || group.len() == 1 {
+                break;
             }
         }
-        if samples.is_empty() {
-            return heard;
-        }
-        if group.len() > 1 {
+        if !samples.is_empty() {
             samples.sort_by_key(|sample| sample.received);
+            self.inbox.put(samples);
         }
-        self.inbox.put(samples);
-        true
+        is_any
+    }
+
+    /// Takes what has come to a reader; says whether there was anything.
+    fn take(&self, heard: &Heard, samples: &mut Vec<Sample>) -> bool {
+        let Heard {
+            place,
+            reader,
+            bell,
+            spare,
+        } = heard;
+        // Before the look, so that nothing comes between.
+        reader.set_waker(Some(Arc::clone(bell).into()));
+        let mut is_any = false;
+        loop {
+            match reader.try_take_one_with(Copying(Arc::clone(spare))) {
+                Ok(Some(change)) => samples.push(Sample::of(change, *place)),
+                Ok(None) => return is_any,
+                Err(error) => self.inbox.unreadable(error.to_string()),
+            }
+            is_any = true;
+        }
     }
 
     /// Another end was found. Gives it where its types differ.

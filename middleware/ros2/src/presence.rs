@@ -112,7 +112,7 @@ mod tests {
         let both = [([3; 16], told.clone()), ([4; 16], told)];
         let message = message(both.iter().map(|(guid, told)| (guid, told.clone())));
         let Ok(bytes) = Passing::to_bytes(&message);
-        let Ok(taken) = Copying.decode_bytes(&bytes, RepresentationIdentifier::CDR_LE);
+        let Ok(taken) = Copying::default().decode_bytes(&bytes, RepresentationIdentifier::CDR_LE);
         let body = taken.body().expect("a body");
         assert_eq!(ends(body), BTreeMap::from(both));
         for wrong in [&[][..], &[9, 0, 0, 0], &body[..40]] {

@@ -233,17 +233,14 @@ impl Server for RosServer {
 
     fn acknowledge(&mut self, _woken: bool) {
         self.signal.clear();
-        // All that has come is in the queue, so that clients are served in turn.
-        self.hear();
     }
 
     fn serve(
         &mut self,
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
-        if !self.queue.waits() {
-            self.hear();
-        }
+        // All that has come is in the queue, so that clients are served in turn.
+        self.hear();
         if let Some(reason) = self.queue.reasons.next() {
             return Err(self.failed(reason));
         }

@@ -1,7 +1,7 @@
 //! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
 
 use crate::config::{self, Config};
-use crate::ear::{Bell, Ear, Entity, Group, Inbox, Listening};
+use crate::ear::{Ear, Entity, Group, Inbox, Listener, Listening};
 use crate::qos::Ends;
 use crate::watcher::{Shared, Watcher};
 use crate::wire::{self, Body, Reader, Writer};
@@ -236,10 +236,10 @@ impl Session {
             connection: self.connections.get(),
             sends: wanted.sends,
             promise,
-            bell: if wanted.is_watched {
-                Bell::Watcher(Arc::clone(&self.shared.waker))
+            listener: if wanted.is_watched {
+                Listener::Watcher(Arc::clone(&self.shared.waker))
             } else {
-                Bell::Owner(wanted.signal.clone())
+                Listener::Owner(wanted.signal.clone())
             },
             signal: wanted.signal,
             inbox: wanted.inbox,

@@ -5,7 +5,7 @@ use crate::config::Config;
 use crate::ear::{Ear, Peer};
 use crate::presence::{self, Told};
 use crate::qos;
-use crate::wire::{self, Body, Member, Reader, Sample, Writer};
+use crate::wire::{self, Body, Copying, Member, Reader, Sample, Writer};
 use rc_network::{Guid, Hello, Mismatches, Promise, Role, Seldom, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
@@ -255,7 +255,7 @@ impl Watcher {
                     STATUS => self.discovered(),
                     ENDS => self.told(),
                     ALIVE => self.lives(),
-                    _ => self.listen(|ear| ear.is_watched),
+                    _ => self.listen(Ear::is_watched),
                 }
             }
             if beat <= Instant::now() {
@@ -637,7 +637,7 @@ fn taken(reader: &Reader) -> Vec<Sample> {
     reader.drain_read_notifications();
     let mut samples = Vec::new();
     loop {
-        match reader.try_take_one() {
+        match reader.try_take_one_with(Copying::default()) {
             Ok(Some(change)) => samples.push(Sample::of(change, 0)),
             Ok(None) => return samples,
             // It is passed over.

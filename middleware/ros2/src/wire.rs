@@ -4,11 +4,12 @@
 //! four bytes: Cyclone DDS never gets a larger sample of another length that came in fragments.
 
 use rc_middleware::rpc::ENVELOPE;
-use rc_network::Guid;
+use rc_network::{Guid, lock};
 use rustdds::bytes::Bytes;
-use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter};
+use rustdds::no_key::{Decode, DeserializerAdapter, SerializerAdapter};
 use rustdds::{GUID, RepresentationIdentifier, Timestamp};
 use std::convert::Infallible;
+use std::sync::{Arc, Mutex};
 
 /// Where the header of a call in the Cyclone mapping is: a number of the client and one of the request.
 pub(crate) const CYCLONE_HEADER: usize = 16;
@@ -35,9 +36,18 @@ impl Body {
     }
 }
 
+/// What a spare buffer has room for, at most; more costs more to fill than to get.
+const MOST_SPARE: usize = 4 << 20;
+
+/// A buffer that what has come is copied into, and that comes back when it was read: large ones would be got from the system, and
+/// given back to it, for each sample.
+#[derive(Default)]
+pub(crate) struct Spare(Mutex<Vec<u8>>);
+
 /// A body that has come, with room for an envelope before it.
 pub(crate) struct Taken {
     bytes: Vec<u8>,
+    spare: Arc<Spare>,
     /// Whether it is CDR, little endian.
     readable: bool,
 }
@@ -64,6 +74,15 @@ impl Taken {
     /// How many bytes it has.
     pub(crate) fn len(&self) -> usize {
         self.bytes.len() - ENVELOPE
+    }
+}
+
+impl Drop for Taken {
+    fn drop(&mut self) {
+        let mut spare = lock(&self.spare.0);
+        if (spare.capacity()..=MOST_SPARE).contains(&self.bytes.capacity()) {
+            *spare = std::mem::take(&mut self.bytes);
+        }
     }
 }
 
@@ -115,14 +134,9 @@ impl DeserializerAdapter<Taken> for Passing {
     }
 }
 
-impl DefaultDecoder<Taken> for Passing {
-    type Decoder = Copying;
-    const DECODER: Copying = Copying;
-}
-
 /// Copies the bytes of a sample.
-#[derive(Clone)]
-pub(crate) struct Copying;
+#[derive(Clone, Default)]
+pub(crate) struct Copying(pub(crate) Arc<Spare>);
 
 impl Decode<'_, Taken> for Copying {
     type Error = Infallible;
@@ -132,11 +146,14 @@ impl Decode<'_, Taken> for Copying {
         input: &[u8],
         encoding: RepresentationIdentifier,
     ) -> Result<Taken, Infallible> {
-        let mut bytes = Vec::with_capacity(ENVELOPE + input.len());
+        let mut bytes = std::mem::take(&mut *lock(&self.0.0));
+        bytes.clear();
+        bytes.reserve(ENVELOPE + input.len());
         bytes.resize(ENVELOPE, 0);
         bytes.extend_from_slice(input);
         Ok(Taken {
             bytes,
+            spare: self.0,
             readable: encoding == RepresentationIdentifier::CDR_LE,
         })
     }
@@ -229,7 +246,8 @@ mod tests {
 
     #[test]
     fn an_envelope_stands_right_before_its_body() {
-        let copied = Copying.decode_bytes(&[1, 2, 3, 4], RepresentationIdentifier::CDR_LE);
+        let copied =
+            Copying::default().decode_bytes(&[1, 2, 3, 4], RepresentationIdentifier::CDR_LE);
         let Ok(mut taken) = copied;
         assert_eq!(taken.body(), Ok(&[1, 2, 3, 4][..]));
         let envelope = [9; ENVELOPE];
@@ -239,7 +257,7 @@ mod tests {
             (&envelope[..], &[2, 3, 4][..])
         );
         assert_eq!(taken.in_envelope(100, &envelope).len(), ENVELOPE);
-        let Ok(other) = Copying.decode_bytes(&[], RepresentationIdentifier::CDR_BE);
+        let Ok(other) = Copying::default().decode_bytes(&[], RepresentationIdentifier::CDR_BE);
         assert!(other.body().is_err());
     }
 
