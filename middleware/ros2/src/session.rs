@@ -28,6 +28,8 @@ const GRACE: Duration = Duration::from_millis(400);
 const LOOK: Duration = Duration::from_millis(2);
 /// How many bytes may wait for somebody who confirms nothing, before that one is left behind.
 const MOST_UNCONFIRMED: usize = 128 << 20;
+/// How long they are waited for then.
+const ROOM: Duration = Duration::from_millis(20);
 
 /// What the ends of one component share.
 pub(crate) struct Session {
@@ -397,19 +399,20 @@ impl Port {
         related: Option<(Guid, i64)>,
         to: Option<Guid>,
     ) -> Result<i64, Unsent> {
+        let length = body.len();
+        // Looked at before it is sent: what is told to be refused never went out, and what went out just now is confirmed by
+        // nobody yet.
+        if self.unconfirmed + length > MOST_UNCONFIRMED {
+            if !self.is_confirmed(ROOM) && self.unconfirmed > 0 {
+                return Err(Unsent::Full);
+            }
+            self.unconfirmed = 0;
+        }
         let Some(writer) = self.writer() else {
             return Err(Unsent::Failed("this end does not send".to_owned()));
         };
-        let length = body.len();
         let sent = write(writer, body, stamp, related, to);
         self.unconfirmed += length;
-        if self.unconfirmed > MOST_UNCONFIRMED {
-            if self.is_confirmed(Duration::ZERO) {
-                self.unconfirmed = 0;
-            } else {
-                return sent.and(Err(Unsent::Full));
-            }
-        }
         sent
     }
 
