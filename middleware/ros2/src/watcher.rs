@@ -167,12 +167,15 @@ pub(crate) struct Watcher {
     lease: Duration,
     /// Ends that do not fit, and of which nothing else tells.
     seldom: Seldom,
+    /// Whether the library has stopped working.
+    is_lost: bool,
     /// The types of the ends of others: the library compares only topics.
     types: HashMap<Guid, String>,
     // Readers and writers go before the participant does.
     ends: (Reader, Writer),
     alive: (Reader, Writer),
     nodes: Writer,
+    participant: DomainParticipant,
 }
 
 impl Watcher {
@@ -235,10 +238,12 @@ impl Watcher {
             node: config.node.clone(),
             lease: config.lease,
             seldom: Seldom::new(),
+            is_lost: false,
             types: HashMap::new(),
             ends,
             alive,
             nodes,
+            participant: participant.clone(),
         })
     }
 
@@ -324,6 +329,7 @@ impl Watcher {
     fn beat(&mut self) {
         // Who does not hear this beat hears the next one.
         let _ = self.alive.1.write(presence::string(""), None);
+        self.look_at_library();
         let mut silent = Vec::new();
         for (member, other) in lock(&self.shared.members).iter_mut() {
             if !other.silent && other.heard.elapsed() > self.lease {
@@ -342,6 +348,18 @@ impl Watcher {
             for ear in self.shared.all() {
                 ear.silence(true, |guid| wire::member(guid) == member);
             }
+        }
+    }
+
+    /// Says where the library does not discover any more. Its threads end for good when a wait of theirs is interrupted
+    /// (`rustdds` 0.15.1, `Discovery::discovery_event_loop`), and nothing but a new process has new ones. The one that
+    /// discovers takes no commands then.
+    fn look_at_library(&mut self) {
+        if !self.is_lost && self.participant.assert_liveliness().is_err() {
+            self.is_lost = true;
+            self.shared.mismatches.error(
+                "ROS 2 finds nobody any more and is found by nobody: rustdds ends where its process was stopped and resumed, or its machine slept. Start this component anew".to_owned(),
+            );
         }
     }
 
