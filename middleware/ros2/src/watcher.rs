@@ -74,6 +74,8 @@ struct Early {
 /// Another component of ours, or this one.
 struct Other {
     ends: BTreeMap<Guid, Told>,
+    /// By which it says that it lives.
+    lease: Duration,
     heard: Instant,
     silent: bool,
 }
@@ -147,6 +149,14 @@ impl Shared {
         let ends = lock(&self.ends);
         let own = ends.values().find(|own| own.guid == *guid)?;
         Some(Arc::clone(&own.ear))
+    }
+
+    /// Whether the process of another end is silent.
+    fn is_silent(&self, other: &Guid) -> bool {
+        let members = lock(&self.members);
+        members
+            .get(&wire::member(other))
+            .is_some_and(|other| other.silent)
     }
 
     /// What another end has told of itself to one of ours: who it is, and whether it has found it.
@@ -332,7 +342,8 @@ impl Watcher {
         self.look_at_library();
         let mut silent = Vec::new();
         for (member, other) in lock(&self.shared.members).iter_mut() {
-            if !other.silent && other.heard.elapsed() > self.lease {
+            // Who says seldom that it lives is not dead in between.
+            if !other.silent && other.heard.elapsed() > self.lease.max(other.lease) {
                 other.silent = true;
                 silent.push((
                     *member,
@@ -393,17 +404,20 @@ impl Watcher {
                 continue;
             };
             any = true;
-            let (ends, member) = (presence::ends(body), sample.member());
+            let (lease, ends) = presence::read(body);
+            let member = sample.member();
             for (guid, told) in &ends {
                 self.compare_servers(guid, told);
             }
             let mut members = lock(&self.shared.members);
             let other = members.entry(member).or_insert_with(|| Other {
                 ends: BTreeMap::new(),
+                lease: Duration::ZERO,
                 heard: Instant::now(),
                 silent: false,
             });
             other.ends = ends;
+            other.lease = lease;
             drop(members);
             self.is_alive(member);
         }
@@ -413,8 +427,7 @@ impl Watcher {
     }
 
     fn learn(&self) {
-        let ends = lock(&self.shared.ends);
-        let ends: Vec<(Guid, Arc<Ear>)> = ends
+        let ends: Vec<(Guid, Arc<Ear>)> = lock(&self.shared.ends)
             .values()
             .map(|own| (own.guid, Arc::clone(&own.ear)))
             .collect();
@@ -553,7 +566,12 @@ impl Watcher {
             .types
             .get(&other)
             .filter(|theirs| **theirs != ear.type_name);
-        if let Some(misfit) = ear.matched(other, hello, has_found_us, theirs.is_none()) {
+        let misfit = ear.matched(other, hello, has_found_us, theirs.is_none());
+        // The library matches a new end of ours also with those of a process that was killed.
+        if self.shared.is_silent(&other) {
+            ear.silence(true, |guid| *guid == other);
+        }
+        if let Some(misfit) = misfit {
             match theirs {
                 Some(theirs) if ear.may_tell_of(&other) => {
                     let (topic, ours) = (&ear.topic, &ear.type_name);
@@ -643,7 +661,7 @@ impl Watcher {
             };
             (&own.guid, told)
         });
-        let message = presence::message(told);
+        let message = presence::message(self.lease, told);
         drop(ends);
         let sent = self.ends.1.write(message, None).is_ok();
         let nodes = ParticipantEntitiesInfo::new(self.member, vec![node]);

@@ -1,12 +1,12 @@
 //! Processes that are stopped, resumed and killed: this very program, started once more as another component.
 
-use rc_conformance::network::until;
+use rc_conformance::network::{endpoint, until};
 use rc_middleware::{Backend, Environment, Interrupt, RunDirectory, Settings};
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What says to a process of this program in which network it is whom.
 const PART: &str = "RC_ROS2_TEST_PART";
@@ -145,4 +145,24 @@ fn a_component_that_was_stopped_says_what_it_has_lost() {
     assert!(told.is_some());
     drop(stopped);
     network.end();
+}
+
+/// Who says seldom that it lives, because it was told to, is not dead for those who listen for a shorter time.
+#[test]
+fn leases_may_differ() {
+    let (here, there) = (Net::new("100ms"), Net::new("8s"));
+    let (quick, slow) = (here.join("quick"), there.join("slow"));
+    let address = format!("default/Slow{}", std::process::id());
+    let server = slow.server(&endpoint(&address)).expect("a server");
+    let client = quick.client(&endpoint(&address)).expect("a client");
+    until("the server is there", || client.peers() == 1);
+    // Many leases of this one, and less than it takes the other one to say again that it lives.
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_secs(1) {
+        assert_eq!(client.peers(), 1, "{:?}", start.elapsed());
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    drop((client, server, quick, slow));
+    here.end();
+    there.end();
 }
