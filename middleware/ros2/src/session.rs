@@ -1,6 +1,6 @@
 //! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
 
-use crate::config::{self, Config};
+use crate::config::{self, Config, Mapping};
 use crate::ear::{Ear, Entity, Group, Inbox, Listening};
 use crate::names::Rule;
 use crate::qos::Ends;
@@ -149,18 +149,30 @@ impl Session {
         &self.config.rules
     }
 
+    /// What an end has to have in common with those that it meets. Of a service, the mapping is a part of it: with another
+    /// one, the mark of a request would be executed as its first parameters.
+    fn types(&self, wanted: &Wanted<'_>) -> TypeIdentity {
+        let mut types = wanted.types.clone();
+        let calls = matches!(wanted.role, Role::Client | Role::Server);
+        if calls && self.config.mapping == Mapping::Cyclone {
+            types.name.push_str("(service_mapping=cyclone)");
+        }
+        types
+    }
+
     /// Refuses what does not fit those who are at `topic` already.
     fn check(&self, wanted: &Wanted<'_>) -> Result<(), OpenError> {
+        let types = self.types(wanted);
         let here = self.board.notices(&wanted.topic.0, true, true);
         let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
         // Of those who share the board the notices are certain.
         let own = wire::member(&wire::guid(self.participant.guid()));
         hellos.extend(self.shared.told_at(&wanted.topic.0, own, &self.host));
         for hello in hellos {
-            if hello.types != *wanted.types {
+            if hello.types != types {
                 return Err(OpenError::TypeMismatch {
                     address: wanted.address.to_owned(),
-                    ours: wanted.types.to_string(),
+                    ours: types.to_string(),
                     theirs: hello.types.to_string(),
                 });
             }
@@ -216,7 +228,7 @@ impl Session {
     ) -> Result<Port, OpenError> {
         let hello = Hello {
             role: wanted.role,
-            types: wanted.types.clone(),
+            types: self.types(&wanted),
             instance: self.environment.instance.clone(),
             pid: std::process::id(),
             host: self.host.clone(),
