@@ -272,7 +272,7 @@ struct Input {
     /// Which executables cargo has built: release or dev.
     #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>())]
     profile: Profile,
-    /// Takes all components for this middleware, whatever they were generated for: iceoryx2 or dds. They are built
+    /// Takes all components for this middleware, whatever they were generated for: iceoryx2, dds or ros2. They are built
     /// below target/rc, by `up --build`; what is in their folders stays as it is.
     #[arg(long, value_parser = middleware)]
     middleware: Option<Backend>,
