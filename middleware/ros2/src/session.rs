@@ -3,7 +3,8 @@
 use crate::config::{self, Config, Mapping};
 use crate::ear::{Bell, Ear, Entity, Group, Inbox, Listening};
 use crate::qos::Ends;
-use crate::watcher::{Shared, Watcher};
+use crate::shared::Shared;
+use crate::watcher::Watcher;
 use crate::wire::{self, Body, Reader, Writer};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
 use rc_network::{Board, Guid, Hello, Promise, Role};
