@@ -329,7 +329,7 @@ fn what_is_no_such_type_is_refused() {
         .collect();
     expect![[r#"
         M.idsl:1:138: error[ros-mismatch]: what is returned is `bool` in ROS 2, where `std_srvs/srv/SetBool` has `string message` (write `string message`)
-        M.idsl:1:95: error[ros-type]: `sensor_msgs/LaserScan` is not the name of a message (a structure is a message: `sensor_msgs/msg/LaserScan`)
+        M.idsl:1:95: error[ros-type]: `sensor_msgs/LaserScan` is not the name of a message (did you mean `sensor_msgs/msg/LaserScan`?)
         M.idsl:1:95: error[ros-type]: `sensor_msgs` has no `msg/LaserScn` (did you mean `sensor_msgs/msg/LaserScan`?)
         M.idsl:1:95: error[ros-type]: structure `S` cannot be a service (a structure is a message: `sensor_msgs/msg/LaserScan`)
         M.idsl:1:129: error[ros-mismatch]: structure `P` has 2 members, `geometry_msgs/msg/Point` has 3 fields (there is float64 x; float64 y; float64 z)
@@ -360,10 +360,12 @@ fn what_is_not_known_is_said_and_taken() {
     let idsl = "module M {
         @ros(\"robot_msgs/msg/Arm\") struct Arm { int x; };
         interface I { @ros(\"robot_msgs/srv/Move\") query go(Arm arm); };
+        @ros(\"std_mgs/msg/String\") struct Text { string data; };
     };";
     expect![[r#"
         M.idsl:2:14: note[ros-unchecked]: `robot_msgs/msg/Arm` is not known here: nothing is compared with it
         M.idsl:3:28: note[ros-unchecked]: `robot_msgs/srv/Move` is not known here: nothing is compared with it
+        M.idsl:4:14: note[ros-unchecked]: `std_mgs/msg/String` is not known here: nothing is compared with it (did you mean `std_msgs/msg/String`?)
     "#]].assert_eq(&told(&["check", "M.idsl"], idsl, 0));
 }
 

@@ -135,7 +135,7 @@ struct Generate {
     /// The component's folder [default: the folder of FILE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The middleware of all slots that do not choose one: iceoryx2 or dds; local for tests.
+    /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests.
     #[arg(long, default_value = "iceoryx2", value_parser = middleware)]
     middleware: Backend,
     /// Generates this language, whatever the file says.

@@ -91,7 +91,7 @@ impl Checker<'_> {
             }
             None => {
                 let message = format!("`{}` is not the name of a message", ros.text);
-                self.wrong(ros.span, message, help);
+                self.wrong(ros.span, message, meant(&ros.text, help));
             }
         }
     }
@@ -103,7 +103,7 @@ impl Checker<'_> {
             let Some(name) = TypeName::parse(&ros.text) else {
                 let message = format!("`{}` is not the name of a message or a service", ros.text);
                 let help = "an operation is a `std_msgs/msg/String` where it is published, a `std_srvs/srv/Trigger` where it is called";
-                self.wrong(ros.span, message, help);
+                self.wrong(ros.span, message, meant(&ros.text, help));
                 continue;
             };
             if let Some((_, first)) = seen.iter().find(|(kind, _)| *kind == name.kind) {
@@ -192,8 +192,9 @@ impl Checker<'_> {
         let others = standard::names(&name.package, name.kind);
         if others.is_empty() {
             let message = format!("`{name}` is not known here: nothing is compared with it");
+            let note = Diagnostic::note("ros-unchecked", at, message);
             self.found
-                .push(Diagnostic::note("ros-unchecked", at, message));
+                .push(note.help_nearest(standard::elsewhere(name)));
         } else {
             let message = format!(
                 "`{}` has no `{}/{}`",
@@ -223,6 +224,14 @@ impl Checker<'_> {
 
 fn called(member: &Member) -> String {
     format!("`{}`", member.name.text)
+}
+
+/// What to write where `text` is no name: the type that is near it, else what such names are like.
+fn meant(text: &str, help: &str) -> String {
+    match standard::near(text) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => help.to_owned(),
+    }
 }
 
 /// How `own` differs from the fields of `name`.

@@ -1,6 +1,7 @@
 //! The types that ROS 2 brings with it, as far as structures and operations are compared with them.
 
 use super::names::{Kind, TypeName};
+use rc_diagnostics::nearest;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
@@ -49,6 +50,20 @@ pub(super) fn names(package: &str, kind: Kind) -> Vec<&'static str> {
     let folder = format!("{package}/{}/", kind.word());
     let all = TYPES.keys().copied();
     all.filter(|name| name.starts_with(&folder)).collect()
+}
+
+/// The type that is probably meant by one that is not in the table: it is called so in a package that is called almost so.
+pub(super) fn elsewhere(name: &TypeName) -> Option<&'static str> {
+    let ending = format!("/{}/{}", name.kind.word(), name.name);
+    let packages = TYPES.keys().filter_map(|known| known.strip_suffix(&ending));
+    let package = nearest(&name.package, packages)?;
+    let (known, _) = TYPES.get_key_value(format!("{package}{ending}").as_str())?;
+    Some(known)
+}
+
+/// The type that is probably meant by a text that names none.
+pub(super) fn near(text: &str) -> Option<&'static str> {
+    nearest(text, TYPES.keys().copied())
 }
 
 /// Whether this is a package of ROS's own.

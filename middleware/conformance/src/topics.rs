@@ -380,10 +380,18 @@ pub fn a_value_wakes(subject: &dyn Subject) {
     let now = std::time::Duration::ZERO;
     assert_eq!(wait(&[subscriber.descriptor()], now), 0, "quiet at first");
     publisher.publish(header(1), b"x").expect("to publish");
-    assert_eq!(wait(&[subscriber.descriptor()], LIMIT), 1, "woken");
-    subscriber.acknowledge(true);
-    assert_eq!(wait(&[subscriber.descriptor()], now), 0, "quiet again");
-    assert_eq!(receive_all(&mut *subscriber).len(), 1);
+    let mut values = Vec::new();
+    while values.is_empty() {
+        // It says that a value may be there; a library may ring for less.
+        assert_eq!(wait(&[subscriber.descriptor()], LIMIT), 1, "woken");
+        subscriber.acknowledge(true);
+        values = receive_all(&mut *subscriber);
+    }
+    assert_eq!(values.len(), 1);
+    until("it is quiet again", || {
+        subscriber.acknowledge(false);
+        wait(&[subscriber.descriptor()], now) == 0
+    });
 }
 
 /// Both names are told, whichever end comes first.

@@ -282,6 +282,8 @@ impl RosClient {
                     reason,
                 })?;
                 self.answers.of(at, port.guid);
+                // The answers to these are for the writer that is no more.
+                self.under_way.retain(|(operation, _), _| *operation != at);
                 return Err(CallError::QueueFull(self.address.clone()));
             }
             Err(Unsent::Failed(reason)) => return Err(self.failed(reason)),

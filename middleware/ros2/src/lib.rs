@@ -13,6 +13,7 @@ mod qos;
 mod rcl;
 mod server;
 mod session;
+mod shared;
 mod subscriber;
 mod watcher;
 mod wire;

@@ -9,6 +9,7 @@ use rc_middleware::{Cdr, Reader, Writer};
 use rc_network::{Guid, Hello, hex};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::time::Duration;
 
 /// The topics in DDS.
 pub(crate) const ENDS: &str = "rt/_robocomp/ends";
@@ -28,10 +29,13 @@ pub(crate) struct Told {
     pub(crate) found: BTreeSet<Guid>,
 }
 
-/// The ends of a component as a message, a line each: its identity, its connection, its topic, who it is, `|`, whom it has
-/// found.
-pub(crate) fn message<'a>(ends: impl Iterator<Item = (&'a Guid, Told)>) -> Body {
-    let mut text = String::new();
+/// What begins the first line.
+const LEASE: &str = "lease ";
+
+/// A component as a message: its lease in milliseconds, and its ends, a line each: its identity, its connection, its topic,
+/// who it is, `|`, whom it has found.
+pub(crate) fn message<'a>(lease: Duration, ends: impl Iterator<Item = (&'a Guid, Told)>) -> Body {
+    let mut text = format!("{LEASE}{}\n", lease.as_millis());
     for (guid, told) in ends {
         let Told {
             hello,
@@ -56,12 +60,15 @@ pub(crate) fn string(text: &str) -> Body {
     Body::of(&[&writer.into_bytes()])
 }
 
-/// The ends that a message tells of; what cannot be read is passed over.
-pub(crate) fn ends(body: &[u8]) -> BTreeMap<Guid, Told> {
+/// The lease and the ends that a message tells of; what cannot be read is passed over.
+pub(crate) fn read(body: &[u8]) -> (Duration, BTreeMap<Guid, Told>) {
     let Ok(text) = String::decode(&mut Reader::new(body)) else {
-        return BTreeMap::new();
+        return Default::default();
     };
-    text.lines().filter_map(end).collect()
+    let lease = text.lines().find_map(|line| line.strip_prefix(LEASE));
+    let lease = lease.and_then(|lease| lease.parse().ok());
+    let ends = text.lines().filter_map(end).collect();
+    (Duration::from_millis(lease.unwrap_or(0)), ends)
 }
 
 fn end(line: &str) -> Option<(Guid, Told)> {
@@ -110,13 +117,19 @@ mod tests {
             found: BTreeSet::from([[1; 16], [2; 16]]),
         };
         let both = [([3; 16], told.clone()), ([4; 16], told)];
-        let message = message(both.iter().map(|(guid, told)| (guid, told.clone())));
+        let lease = Duration::from_millis(2500);
+        let message = message(lease, both.iter().map(|(guid, told)| (guid, told.clone())));
         let Ok(bytes) = Passing::to_bytes(&message);
         let Ok(taken) = Copying::default().decode_bytes(&bytes, RepresentationIdentifier::CDR_LE);
         let body = taken.body().expect("a body");
-        assert_eq!(ends(body), BTreeMap::from(both));
+        assert_eq!(read(body), (lease, BTreeMap::from(both)));
         for wrong in [&[][..], &[9, 0, 0, 0], &body[..40]] {
-            assert!(ends(wrong).is_empty());
+            assert_eq!(read(wrong), (Duration::ZERO, BTreeMap::new()));
+        }
+        // Of one that says nothing of its lease, or no time.
+        for other in ["", "lease \n", "lease -1\n", "lease 99999999999999999999\n"] {
+            let Ok(bytes) = Passing::to_bytes(&string(other));
+            assert_eq!(read(&bytes), (Duration::ZERO, BTreeMap::new()));
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::calls::{self, Id, Service};
 use crate::config::Mapping;
 use crate::ear::{Inbox, Peer, Reasons};
 use crate::session::{Session, Unsent, signal};
-use crate::watcher::Shared;
+use crate::shared::Shared;
 use crate::wire::{Body, Sample};
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{

@@ -1,9 +1,10 @@
 //! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
 
-use crate::config::{self, Config};
+use crate::config::{self, Config, Mapping};
 use crate::ear::{Ear, Entity, Group, Inbox, Listener, Listening};
 use crate::qos::Ends;
-use crate::watcher::{Shared, Watcher};
+use crate::shared::Shared;
+use crate::watcher::Watcher;
 use crate::wire::{self, Body, Reader, Writer};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
 use rc_network::{Board, Guid, Hello, Promise, Role};
@@ -28,6 +29,8 @@ const GRACE: Duration = Duration::from_millis(400);
 const LOOK: Duration = Duration::from_millis(2);
 /// How many bytes may wait for somebody who confirms nothing, before that one is left behind.
 const MOST_UNCONFIRMED: usize = 128 << 20;
+/// How long they are waited for then.
+const ROOM: Duration = Duration::from_millis(20);
 
 /// What the ends of one component share.
 pub(crate) struct Session {
@@ -149,18 +152,30 @@ impl Session {
         &self.config.rules
     }
 
+    /// What an end has to have in common with those that it meets. Of a service, the mapping is a part of it: with another
+    /// one, the mark of a request would be executed as its first parameters.
+    fn types(&self, wanted: &Wanted<'_>) -> TypeIdentity {
+        let mut types = wanted.types.clone();
+        let calls = matches!(wanted.role, Role::Client | Role::Server);
+        if calls && self.config.mapping == Mapping::Cyclone {
+            types.name.push_str("(service_mapping=cyclone)");
+        }
+        types
+    }
+
     /// Refuses what does not fit those who are at `topic` already.
     fn check(&self, wanted: &Wanted<'_>) -> Result<(), OpenError> {
+        let types = self.types(wanted);
         let here = self.board.notices(&wanted.topic.0, true, true);
         let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
         // Of those who share the board the notices are certain.
         let own = wire::member(&wire::guid(self.participant.guid()));
         hellos.extend(self.shared.told_at(&wanted.topic.0, own, &self.host));
         for hello in hellos {
-            if hello.types != *wanted.types {
+            if hello.types != types {
                 return Err(OpenError::TypeMismatch {
                     address: wanted.address.to_owned(),
-                    ours: wanted.types.to_string(),
+                    ours: types.to_string(),
                     theirs: hello.types.to_string(),
                 });
             }
@@ -216,7 +231,7 @@ impl Session {
     ) -> Result<Port, OpenError> {
         let hello = Hello {
             role: wanted.role,
-            types: wanted.types.clone(),
+            types: self.types(&wanted),
             instance: self.environment.instance.clone(),
             pid: std::process::id(),
             host: self.host.clone(),
@@ -401,19 +416,20 @@ impl Port {
         related: Option<(Guid, i64)>,
         to: Option<Guid>,
     ) -> Result<i64, Unsent> {
+        let length = body.len();
+        // Looked at before it is sent: what is told to be refused never went out, and what went out just now is confirmed by
+        // nobody yet.
+        if self.unconfirmed + length > MOST_UNCONFIRMED {
+            if !self.is_confirmed(ROOM) && self.unconfirmed > 0 {
+                return Err(Unsent::Full);
+            }
+            self.unconfirmed = 0;
+        }
         let Some(writer) = self.writer() else {
             return Err(Unsent::Failed("this end does not send".to_owned()));
         };
-        let length = body.len();
         let sent = write(writer, body, stamp, related, to);
         self.unconfirmed += length;
-        if self.unconfirmed > MOST_UNCONFIRMED {
-            if self.is_confirmed(Duration::ZERO) {
-                self.unconfirmed = 0;
-            } else {
-                return sent.and(Err(Unsent::Full));
-            }
-        }
         sent
     }
 

@@ -5,6 +5,7 @@ use crate::config::Config;
 use crate::ear::{Ear, Peer};
 use crate::presence::{self, Told};
 use crate::qos;
+use crate::shared::{Early, Other, Shared};
 use crate::wire::{self, Body, Copying, Member, Reader, Sample, Writer};
 use rc_network::{Guid, Hello, Mismatches, Promise, Role, Seldom, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
@@ -37,117 +38,6 @@ const MOST_EARLY: usize = 1024;
 /// How often a component says in one lease that it lives.
 const BEATS: u32 = 4;
 
-/// An end of this component.
-pub(crate) struct Own {
-    guid: Guid,
-    ear: Arc<Ear>,
-}
-
-/// What the thread and the component share.
-pub(crate) struct Shared {
-    host: String,
-    ends: Mutex<BTreeMap<usize, Own>>,
-    members: Mutex<HashMap<Member, Other>>,
-    pub(crate) waker: Arc<Waker>,
-    next: AtomicUsize,
-    /// Ends of ours and of others that have found each other before ours was known here.
-    early: Mutex<Vec<Early>>,
-    /// Whether ends have come or gone, of which others and ROS have to be told.
-    is_new: AtomicBool,
-    /// Whether ends have found others.
-    has_found: AtomicBool,
-    stops: AtomicBool,
-    pub(crate) mismatches: Mismatches,
-}
-
-/// An end of ours and one of others that have found each other, and when.
-struct Early {
-    own: Guid,
-    other: Guid,
-    since: Instant,
-}
-
-/// Another component of ours, or this one.
-struct Other {
-    ends: BTreeMap<Guid, Told>,
-    heard: Instant,
-    silent: bool,
-}
-
-impl Shared {
-    /// A number for a new end.
-    pub(crate) fn number(&self) -> usize {
-        self.next.fetch_add(1, Ordering::Relaxed)
-    }
-
-    /// An end is there.
-    pub(crate) fn opened(&self, number: usize, guid: Guid, ear: &Arc<Ear>) {
-        let ear = Arc::clone(ear);
-        lock(&self.ends).insert(number, Own { guid, ear });
-    }
-
-    /// An end goes.
-    pub(crate) fn closed(&self, number: usize) {
-        lock(&self.ends).remove(&number);
-    }
-
-    /// Others are told of the ends as they are now.
-    pub(crate) fn changed(&self) {
-        self.is_new.store(true, Ordering::SeqCst);
-        // A thread that cannot be woken looks at its next beat.
-        let _ = self.waker.wake();
-    }
-
-    pub(crate) fn stop(&self) {
-        self.stops.store(true, Ordering::SeqCst);
-        let _ = self.waker.wake();
-    }
-
-    /// Who has told of an end at `topic`, of other processes on other machines.
-    pub(crate) fn told_at(&self, topic: &str, own: Member, host: &str) -> Vec<Hello> {
-        let members = lock(&self.members);
-        let others = members
-            .iter()
-            .filter(|(member, other)| **member != own && !other.silent);
-        let ends = others.flat_map(|(_, other)| other.ends.values());
-        let there = ends.filter(|told| told.topic == topic && told.hello.host != host);
-        there.map(|told| told.hello.clone()).collect()
-    }
-
-    /// Who has sent something: the connection of a component of ours, or the writer of a stranger.
-    pub(crate) fn sender(&self, writer: &Guid) -> Guid {
-        let members = lock(&self.members);
-        let other = members.get(&wire::member(writer));
-        match other.and_then(|other| other.ends.get(writer)) {
-            Some(told) => {
-                let mut sender = *writer;
-                sender[12..].copy_from_slice(&told.connection.to_be_bytes());
-                sender
-            }
-            None => *writer,
-        }
-    }
-
-    fn all(&self) -> Vec<Arc<Ear>> {
-        let ends = lock(&self.ends);
-        ends.values().map(|own| Arc::clone(&own.ear)).collect()
-    }
-
-    /// The end with this identity.
-    fn by_guid(&self, guid: &Guid) -> Option<Arc<Ear>> {
-        let ends = lock(&self.ends);
-        let own = ends.values().find(|own| own.guid == *guid)?;
-        Some(Arc::clone(&own.ear))
-    }
-
-    /// What another end has told of itself to one of ours: who it is, and whether it has found it.
-    fn told(&self, other: &Guid, own: &Guid) -> Option<(Hello, bool)> {
-        let members = lock(&self.members);
-        let told = members.get(&wire::member(other))?.ends.get(other)?;
-        Some((told.hello.clone(), told.found.contains(own)))
-    }
-}
-
 /// The thread.
 pub(crate) struct Watcher {
     shared: Arc<Shared>,
@@ -158,12 +48,15 @@ pub(crate) struct Watcher {
     lease: Duration,
     /// Ends that do not fit, and of which nothing else tells.
     seldom: Seldom,
+    /// Whether the library has stopped working.
+    is_lost: bool,
     /// The types of the ends of others: the library compares only topics.
     types: HashMap<Guid, String>,
     // Readers and writers go before the participant does.
     ends: (Reader, Writer),
     alive: (Reader, Writer),
     nodes: Writer,
+    participant: DomainParticipant,
 }
 
 impl Watcher {
@@ -225,10 +118,12 @@ impl Watcher {
             node: config.node.clone(),
             lease: config.lease,
             seldom: Seldom::new(),
+            is_lost: false,
             types: HashMap::new(),
             ends,
             alive,
             nodes,
+            participant: participant.clone(),
         })
     }
 
@@ -314,9 +209,11 @@ impl Watcher {
     fn beat(&mut self) {
         // Who does not hear this beat hears the next one.
         let _ = self.alive.1.write(presence::string(""), None);
+        self.look_at_library();
         let mut silent = Vec::new();
         for (member, other) in lock(&self.shared.members).iter_mut() {
-            if !other.silent && other.heard.elapsed() > self.lease {
+            // Who says seldom that it lives is not dead in between.
+            if !other.silent && other.heard.elapsed() > self.lease.max(other.lease) {
                 other.silent = true;
                 silent.push((
                     *member,
@@ -332,6 +229,18 @@ impl Watcher {
             for ear in self.shared.all() {
                 ear.silence(true, |guid| wire::member(guid) == member);
             }
+        }
+    }
+
+    /// Says where the library does not discover any more. Its threads end for good when a wait of theirs is interrupted
+    /// (`rustdds` 0.15.1, `Discovery::discovery_event_loop`), and nothing but a new process has new ones. The one that
+    /// discovers takes no commands then.
+    fn look_at_library(&mut self) {
+        if !self.is_lost && self.participant.assert_liveliness().is_err() {
+            self.is_lost = true;
+            self.shared.mismatches.error(
+                "ROS 2 finds nobody any more and is found by nobody: rustdds ends where its process was stopped and resumed, or its machine slept. Start this component anew".to_owned(),
+            );
         }
     }
 
@@ -365,17 +274,20 @@ impl Watcher {
                 continue;
             };
             any = true;
-            let (ends, member) = (presence::ends(body), sample.member());
+            let (lease, ends) = presence::read(body);
+            let member = sample.member();
             for (guid, told) in &ends {
                 self.compare_servers(guid, told);
             }
             let mut members = lock(&self.shared.members);
             let other = members.entry(member).or_insert_with(|| Other {
                 ends: BTreeMap::new(),
+                lease: Duration::ZERO,
                 heard: Instant::now(),
                 silent: false,
             });
             other.ends = ends;
+            other.lease = lease;
             drop(members);
             self.is_alive(member);
         }
@@ -385,8 +297,7 @@ impl Watcher {
     }
 
     fn learn(&self) {
-        let ends = lock(&self.shared.ends);
-        let ends: Vec<(Guid, Arc<Ear>)> = ends
+        let ends: Vec<(Guid, Arc<Ear>)> = lock(&self.shared.ends)
             .values()
             .map(|own| (own.guid, Arc::clone(&own.ear)))
             .collect();
@@ -525,7 +436,12 @@ impl Watcher {
             .types
             .get(&other)
             .filter(|theirs| **theirs != ear.type_name);
-        if let Some(misfit) = ear.matched(other, hello, has_found_us, theirs.is_none()) {
+        let misfit = ear.matched(other, hello, has_found_us, theirs.is_none());
+        // The library matches a new end of ours also with those of a process that was killed.
+        if self.shared.is_silent(&other) {
+            ear.silence(true, |guid| *guid == other);
+        }
+        if let Some(misfit) = misfit {
             match theirs {
                 Some(theirs) if ear.may_tell_of(&other) => {
                     let (topic, ours) = (&ear.topic, &ear.type_name);
@@ -615,7 +531,7 @@ impl Watcher {
             };
             (&own.guid, told)
         });
-        let message = presence::message(told);
+        let message = presence::message(self.lease, told);
         drop(ends);
         let sent = self.ends.1.write(message, None).is_ok();
         let nodes = ParticipantEntitiesInfo::new(self.member, vec![node]);

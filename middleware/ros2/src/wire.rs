@@ -64,8 +64,7 @@ impl Taken {
 
     /// The envelope and behind it the body, without the first `skipped` bytes of it.
     pub(crate) fn in_envelope(&mut self, skipped: usize, envelope: &[u8]) -> &[u8] {
-        let begin = ENVELOPE + skipped.min(self.bytes.len() - ENVELOPE);
-        let begin = begin - ENVELOPE;
+        let begin = skipped.min(self.len());
         let end = begin + envelope.len().min(ENVELOPE);
         self.bytes[begin..end].copy_from_slice(&envelope[..end - begin]);
         &self.bytes[begin..]
