@@ -1,7 +1,7 @@
 //! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
 
 use crate::config::{self, Config};
-use crate::ear::{Ear, Entity, Group, Inbox, Listening};
+use crate::ear::{self, Ear, Entity, Group, Inbox, Listening};
 use crate::names::Rule;
 use crate::qos::Ends;
 use crate::watcher::{Shared, Watcher};
@@ -155,7 +155,7 @@ impl Session {
         let own = wire::member(&wire::guid(self.participant.guid()));
         hellos.extend(self.shared.told_at(&wanted.topic.0, own, &self.host));
         for hello in hellos {
-            if hello.types != *wanted.types {
+            if !ear::fit(&hello.types, wanted.types) {
                 return Err(OpenError::TypeMismatch {
                     address: wanted.address.to_owned(),
                     ours: wanted.types.to_string(),
