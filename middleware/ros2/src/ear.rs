@@ -284,7 +284,7 @@ impl Ear {
             changed |= peer.hello.is_none() || peer.has_found_us != has_found_us;
             peer.has_found_us |= has_found_us;
             if peer.hello.is_none() {
-                peer.fits = fit(&hello.types, &self.types);
+                peer.fits &= fit(&hello.types, &self.types);
                 each(&hello);
                 peer.hello = Some(hello);
                 if !peer.fits {
@@ -366,7 +366,7 @@ impl Ear {
                 return false;
             };
             if peer.hello.is_none() {
-                peer.fits = fit(&notice.hello.types, &self.types);
+                peer.fits &= fit(&notice.hello.types, &self.types);
                 peer.hello = Some(notice.hello.clone());
             }
             let changes = !peer.has_found_us && notice.found.contains(&own);

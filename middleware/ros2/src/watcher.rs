@@ -6,7 +6,7 @@ use crate::ear::{Ear, Peer};
 use crate::presence::{self, Told};
 use crate::qos;
 use crate::wire::{self, Body, Member, Reader, Sample, Writer};
-use rc_network::{Guid, Hello, Mismatches, Promise, Role, Seldom, hex, lock};
+use rc_network::{Guid, Hello, Mismatches, Promise, Role, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
 use rustdds::mio1::{Events, Interest, Poll, Registry, Token, Waker, event::Source};
@@ -165,8 +165,6 @@ pub(crate) struct Watcher {
     member: Gid,
     node: NodeName,
     lease: Duration,
-    /// Ends that do not fit, and of which nothing else tells.
-    seldom: Seldom,
     /// The types of the ends of others: the library compares only topics.
     types: HashMap<Guid, String>,
     // Readers and writers go before the participant does.
@@ -234,7 +232,6 @@ impl Watcher {
             member: Gid::from(participant.guid()),
             node: config.node.clone(),
             lease: config.lease,
-            seldom: Seldom::new(),
             types: HashMap::new(),
             ends,
             alive,
@@ -493,22 +490,6 @@ impl Watcher {
                     requested_qos,
                     offered_qos,
                 } => self.incompatible(local_reader, remote_writer, &offered_qos, &requested_qos),
-                Status::InconsistentTopic {
-                    previous_topic_data,
-                    discovered_topic_data,
-                    ..
-                } => {
-                    if let Some(passed) = self.seldom.now() {
-                        let (count, topic) = (passed + 1, &previous_topic_data.name);
-                        let (ours, theirs) = (
-                            &previous_topic_data.type_name,
-                            &discovered_topic_data.type_name,
-                        );
-                        tracing::warn!(
-                            "topic `{topic}` is {ours} to one and {theirs} to another ({count} times)"
-                        );
-                    }
-                }
                 _ => {}
             }
         }
@@ -539,10 +520,10 @@ impl Watcher {
             match theirs {
                 Some(theirs) if ear.may_tell_of(&other) => {
                     let (topic, ours) = (&ear.topic, &ear.type_name);
-                    tracing::error!(
+                    self.shared.mismatches.error(format!(
                         "`{topic}` is {ours} here and {theirs} to the end {}; they do not hear each other",
                         hex(&other)
-                    );
+                    ));
                 }
                 _ => self.differ(&ear, &misfit),
             }
