@@ -8,7 +8,7 @@ use crate::component::{Component, WorkerError};
 use crate::parameter_service;
 use crate::status::{Shared, State, Wish};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, render};
-use rc_middleware::parameters::{Parameter, ParameterEvent, ParameterListener};
+use rc_middleware::parameters::{ParameterEvent, ParameterListener};
 use rc_pdsl::Parameters;
 use rc_pdsl::config::{Accepted, Live, ParamChange, ParameterStatus, Unsaved, Values};
 use serde_json::{Map, Value, json};
@@ -240,17 +240,15 @@ impl Tuning {
         self.live.list(&[]).unwrap_or_default()
     }
 
-    /// All of them that may be shown.
-    pub(crate) fn shown(&self) -> Vec<Parameter> {
-        parameter_service::shown(&self.all())
-    }
-
     /// Tells a listener of all, and from now on of every change.
     pub(crate) fn watch(&mut self, listener: ParameterListener) {
-        listener(ParameterEvent {
-            new: self.shown(),
-            ..ParameterEvent::default()
-        });
+        let new = parameter_service::shown(&self.all());
+        if !new.is_empty() {
+            listener(ParameterEvent {
+                new,
+                ..ParameterEvent::default()
+            });
+        }
         self.listeners.push(listener);
     }
 
@@ -354,23 +352,23 @@ impl Tuning {
             "changed": list(&accepted.changes),
             "pending": list(&accepted.pending),
         });
-        // A change may be one of an element; what is told is the parameter.
-        let before = if self.listeners.is_empty() {
-            Vec::new()
+        if self.listeners.is_empty() {
+            self.live.accept(accepted);
         } else {
-            self.shown()
-        };
-        self.live.accept(accepted);
-        if !self.listeners.is_empty() {
+            let before = self.all();
+            self.live.accept(accepted);
             self.tell(&before);
         }
         answer
     }
 
-    /// Tells the listeners what is not as it was.
-    fn tell(&self, before: &[Parameter]) {
-        let mut changed = self.shown();
-        changed.retain(|parameter| !before.contains(parameter));
+    /// Tells the listeners what is not as it was: whole parameters, also where an element was changed.
+    fn tell(&self, before: &[ParameterStatus]) {
+        // None comes or goes.
+        let pairs = self.all().into_iter().zip(before);
+        let changed = pairs.filter(|(now, before)| now.value != before.value);
+        let changed: Vec<ParameterStatus> = changed.map(|(now, _)| now).collect();
+        let changed = parameter_service::shown(&changed);
         if changed.is_empty() {
             return;
         }
