@@ -224,6 +224,13 @@ impl Ear {
                 }
             }
         }
+        // Who does not fit takes no place from who does.
+        let peers = lock(&self.peers);
+        samples.retain(|sample| {
+            let peer = peers.by_guid.get(&sample.writer);
+            peer.is_none_or(|peer| peer.fits)
+        });
+        drop(peers);
         if samples.is_empty() && !heard {
             return;
         }
