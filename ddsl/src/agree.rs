@@ -6,6 +6,7 @@ use rc_cdsl::Component;
 use rc_cdsl::model::{Backend, Qos};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
 use rc_idsl::canonical::operation_text;
+use rc_settings::qos::{self, Policy};
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::time::Duration;
@@ -184,6 +185,31 @@ impl<'a> Agreement<'a> {
         false
     }
 
+    /// The quality of service of an operation of an end, and where it was set, if not in the `.cdsl`.
+    fn set(&self, end: Endpoint, operation: &str) -> Option<(Qos, Option<Span>)> {
+        let slot = slot(self.components, end)?;
+        let instance = &self.deployment.instances[end.instance];
+        let backend = slot.backend.unwrap_or(instance.middleware);
+        let mut qos = slot.qos.clone();
+        let Some(rules) = instance.setting(backend, "qos") else {
+            return Some((qos, None));
+        };
+        let policies = qos::policies(&rules.values, &slot.name, operation);
+        let is_set = !policies.is_empty();
+        let time = |nanoseconds: Option<u64>| nanoseconds.map(Duration::from_nanos);
+        for policy in policies {
+            match policy {
+                Policy::Reliable(yes) => qos.reliable = Some(yes),
+                Policy::TransientLocal(yes) => qos.transient_local = Some(yes),
+                Policy::Depth(depth) => qos.depth = Some(depth),
+                Policy::Deadline(limit) => qos.deadline = time(limit),
+                Policy::Lifespan(limit) => qos.lifespan = time(limit),
+                Policy::Liveliness(limit) => qos.liveliness = time(limit),
+            }
+        }
+        Some((qos, is_set.then_some(rules.span)))
+    }
+
     fn qos(
         &self,
         span: Span,
@@ -197,20 +223,37 @@ impl<'a> Agreement<'a> {
         ) else {
             return false;
         };
-        let mut fine = true;
-        for (setting, asked, offered) in lacking(&one.qos, &other.qos) {
-            let message = format!(
-                "`{}` asks for {setting} {asked}, `{}` offers {offered}",
-                self.name(consumer),
-                self.name(provider)
-            );
-            let error = Diagnostic::error("qos-mismatch", span, message)
-                .label(one.span, "asked here")
-                .label(other.span, "offered here");
-            found.push(error);
-            fine = false;
+        let component = self.components[consumer.instance];
+        let operations = component.map_or(&[][..], |component| {
+            &component.library.interface(one.interface).operations
+        });
+        // What holds for all operations is told once.
+        let mut told = Vec::new();
+        for operation in operations {
+            let name = operation.name.text.as_str();
+            let (Some((asks, asked)), Some((offers, offered))) =
+                (self.set(consumer, name), self.set(provider, name))
+            else {
+                continue;
+            };
+            for lack in lacking(&asks, &offers) {
+                if told.contains(&lack) {
+                    continue;
+                }
+                let (setting, wanted, given) = &lack;
+                let message = format!(
+                    "`{}` asks for {setting} {wanted}, `{}` offers {given}",
+                    self.name(consumer),
+                    self.name(provider)
+                );
+                let error = Diagnostic::error("qos-mismatch", span, message)
+                    .label(asked.unwrap_or(one.span), "asked here")
+                    .label(offered.unwrap_or(other.span), "offered here");
+                found.push(error);
+                told.push(lack);
+            }
         }
-        fine
+        told.is_empty()
     }
 }
 

@@ -190,7 +190,7 @@ fn settings_of_middlewares_hold_for_a_block() {
             n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
-            n.ddsl:4:118: error[unknown-field]: `§` does not begin a setting of a middleware (allowed here: `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`)
+            n.ddsl:4:118: error[unknown-field]: `§` does not begin a setting of a middleware (allowed here: `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`, `qos`)
             n.ddsl:4:136: error[missing-semicolon]: `;` expected here
             n.ddsl:4:161: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:4:92
             n.ddsl:4:191: error[syntax-error]: expected a name, found `{`
@@ -203,13 +203,13 @@ fn settings_of_middlewares_hold_for_a_block() {
 fn ros_has_words_and_names() {
     let deployment = check(
         "middleware ros2 { service_mapping Cyclone; namespace \"/robot\"; };\n\
-         Component a { cdsl \"a\"; middleware ros2 { node \"lidar\"; remap \"LaserPub/newScan:=/scan\", \"Base:=~/b\"; }; };",
+         Component a { cdsl \"a\"; middleware ros2 { node \"lidar\"; remap \"LaserPub/newScan:=/scan\", \"Base:=~/b\"; qos \"LaserPub.depth:=1\", \"Base/a.deadline:=0.5s\"; }; };",
         &expect![""],
     );
     let flat: Vec<String> = deployment.instances.iter().map(settings).collect();
-    expect!["ros2.service_mapping=cyclone ros2.namespace=/robot ros2.node=lidar ros2.remap=LaserPub/newScan:=/scan,Base:=~/b"].assert_eq(&flat.join("\n"));
+    expect!["ros2.service_mapping=cyclone ros2.namespace=/robot ros2.node=lidar ros2.remap=LaserPub/newScan:=/scan,Base:=~/b ros2.qos=LaserPub.depth:=1,Base/a.deadline:=500ms"].assert_eq(&flat.join("\n"));
     check(
-        "middleware ros2 { service_mapping basic; namespace \"robot\"; node 7; remap \"Laser=/scan\"; nod \"x\"; };\n\
+        "middleware ros2 { service_mapping basic; namespace \"robot\"; node 7; remap \"Laser=/scan\"; nod \"x\"; qos \"/scan.depth:=1\"; };\n\
          Component a { cdsl \"a\"; };",
         &expect![[r#"
             n.ddsl:2:35: error[bad-setting]: `service_mapping` cannot be `basic` (allowed is one of enhanced, cyclone)
@@ -217,6 +217,7 @@ fn ros_has_words_and_names() {
             n.ddsl:2:66: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
             n.ddsl:2:75: error[bad-setting]: `remap` cannot be the text "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": a slot, SLOT/operation or a name of ROS 2, and the name in its place)
             n.ddsl:2:90: error[unknown-key]: `nod` cannot be set of ros2 (did you mean `node`?)
+            n.ddsl:2:103: error[bad-setting]: `qos` cannot be the text "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a time, or none))
         "#]],
     );
 }

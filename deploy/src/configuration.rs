@@ -1,12 +1,13 @@
 //! The configurations of a network's components: they are checked, and what they set of middlewares comes before what
 //! the network sets.
 
-use rc_cdsl::model::Backend;
+use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_pdsl::config::{Settings, Values};
 use rc_pdsl::model::{Kind, Parameter, Type};
+use rc_settings::{qos, ros};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -201,25 +202,42 @@ fn configuration(
     configuration.middleware
 }
 
-/// Finds rules for names in ROS 2 that concern nothing of the component.
+/// Finds rules for names and topics in ROS 2 that concern nothing of the component.
 fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
-    let set = settings.get("ros2").and_then(|keys| keys.get("remap"));
     let component = &project.component;
-    let slots = component.slots.iter().map(|slot| {
-        let interface = component.library.interface(slot.interface);
-        let operations = interface.operations.iter().map(|o| o.name.text.as_str());
-        (slot.name.as_str(), operations.collect())
-    });
-    let slots: Vec<(&str, Vec<&str>)> = slots.collect();
-    for (set, rule) in set
-        .iter()
-        .flat_map(|set| set.values.iter().map(move |r| (set, r)))
-    {
-        let from = rc_settings::ros::remapping(rule).map_or("", |(from, _)| from);
-        if let Some(hint) = rc_settings::ros::misses(from, &slots) {
-            let name = &component.name.text;
-            let message = format!("`remap`: {name} has no `{from}`");
-            found.push(Diagnostic::error("unknown-slot", set.span, message).help(hint));
+    let slots = |is_meant: fn(&Slot) -> bool| {
+        let slots = component.slots.iter().filter(move |slot| is_meant(slot));
+        let slots = slots.map(|slot| {
+            let interface = component.library.interface(slot.interface);
+            let operations = interface.operations.iter().map(|o| o.name.text.as_str());
+            (slot.name.as_str(), operations.collect())
+        });
+        slots.collect::<Vec<(&str, Vec<&str>)>>()
+    };
+    let (all, topics) = (slots(|_| true), slots(is_topic));
+    let rules = |key: &str| {
+        let set = settings.get("ros2").and_then(|keys| keys.get(key));
+        set.into_iter()
+            .flat_map(|set| set.values.iter().map(move |rule| (set.span, rule)))
+    };
+    let mut tell = |span: Span, key: &str, missed: String, hint: String| {
+        let message = format!("`{key}`: {} has no {missed}", component.name.text);
+        found.push(Diagnostic::error("unknown-slot", span, message).help(hint));
+    };
+    for (span, rule) in rules("remap") {
+        let from = ros::remapping(rule).map_or("", |(from, _)| from);
+        if let Some(hint) = ros::misses(from, &all) {
+            tell(span, "remap", format!("`{from}`"), hint);
         }
     }
+    for (span, rule) in rules("qos") {
+        let of = qos::Rule::parse(rule).map_or("", |rule| rule.of);
+        if let Some(hint) = qos::misses(of, &topics) {
+            tell(span, "qos", format!("topic `{of}`"), hint);
+        }
+    }
+}
+
+fn is_topic(slot: &Slot) -> bool {
+    matches!(slot.role, Role::Publishes | Role::SubscribesTo)
 }

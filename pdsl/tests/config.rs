@@ -309,6 +309,41 @@ fn names_of_ros() {
 }
 
 #[test]
+fn quality_of_service_of_ros() {
+    let text = "[middleware.ros2.qos.LaserPub]\nreliability = \"best_effort\"\ndeadline = 500\n\
+                [middleware.ros2.qos.\"LaserPub/newScan\"]\ndepth = 1\ndeadline = \"none\"\n";
+    let (configuration, _, rendered) = read(text, None);
+    assert_eq!(rendered, "");
+    let rules = [
+        "LaserPub.reliability:=best_effort",
+        "LaserPub.deadline:=500ms",
+        "LaserPub/newScan.depth:=1",
+        "LaserPub/newScan.deadline:=none",
+    ];
+    assert_eq!(configuration.middleware["ros2"]["qos"].values, rules);
+    let list = format!("[middleware.ros2]\nqos = {rules:?}\n");
+    let (configuration, _, rendered) = read(&list, None);
+    assert_eq!(rendered, "");
+    assert_eq!(configuration.middleware["ros2"]["qos"].values, rules);
+    let text = "[middleware.ros2.qos]\nLaser = 1\n\
+                [middleware.ros2.qos.Base]\ndepth = 0\ndept = 1\nreliability = \"best\"\ndeadline = true\n\
+                [middleware.ros2.qos.\"/scan\"]\ndepth = 1\n";
+    let (_, _, rendered) = read(text, None);
+    expect![[r#"
+        config.toml:2:9: error[wrong-type]: `middleware.ros2.qos."Laser"` cannot be the number 1 (allowed is a table of reliability, durability, depth, deadline, lifespan, liveliness)
+        config.toml:4:9: error[bad-setting]: `middleware.ros2.qos."Base"`: `depth` cannot be `0`; allowed is a whole number from 1 to 1000
+        config.toml:5:8: error[bad-setting]: `middleware.ros2.qos."Base"`: `dept` is not a quality of service that can be set; did you mean `depth`?
+        config.toml:6:15: error[bad-setting]: `middleware.ros2.qos."Base"`: `reliability` cannot be `best`; allowed is reliable or best_effort
+        config.toml:7:12: error[wrong-type]: `middleware.ros2.qos."Base".deadline` cannot be `true` (allowed is a time such as 500ms, at most a day, or none)
+        config.toml:9:9: error[bad-setting]: `middleware.ros2.qos."/scan"`: `/scan.depth:=1` is not SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as LaserPub/newScan.depth:=1
+    "#]].assert_eq(&rendered);
+    let (_, _, rendered) = read("middleware.ros2.qos = [\"Laser.depth=1\"]", None);
+    expect![[r#"
+        config.toml:1:24: error[bad-setting]: `middleware.ros2.qos[0]` cannot be the text "Laser.depth=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a time, or none))
+    "#]].assert_eq(&rendered);
+}
+
+#[test]
 fn what_belongs_to_the_framework() {
     let text = "[component]\nperiod = 0\nlog = \"inf\"\nperoid = 3\n[bindings]\na = 3\nb = \"x\"\n[middlewares.dds]\nx = 1\n";
     let (configuration, _, rendered) = read(text, None);

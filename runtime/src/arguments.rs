@@ -2,6 +2,7 @@
 
 use crate::component::Description;
 use crate::ros_arguments;
+use crate::settings::RosOverride;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_middleware::{Address, Settings};
 use std::collections::BTreeMap;
@@ -32,6 +33,8 @@ pub(crate) struct Arguments {
     pub(crate) settings: Settings,
     /// Rules for names in ROS 2 that come before those of the settings.
     pub(crate) remap: Vec<String>,
+    /// The same for the quality of service of topics of ROS 2.
+    pub(crate) qos: Vec<RosOverride>,
     /// Parameters that have another value in this run, each with what was written.
     pub(crate) parameters: Vec<(String, String)>,
 }
@@ -54,6 +57,7 @@ pub(crate) fn parse(
         log: None,
         settings: Settings::default(),
         remap: Vec::new(),
+        qos: Vec::new(),
         parameters: Vec::new(),
     };
     while let Some(arg) = parser.next()? {

@@ -125,6 +125,10 @@ impl<'a> EventLoop<'a> {
             .into_iter()
             .map(|(slot, receiver)| Port {
                 slot,
+                deadline: match receiver {
+                    Receiver::Subscriber { deadline, .. } => deadline,
+                    Receiver::Server(_) => None,
+                },
                 receiver,
                 ready: true,
                 gaps: Gaps::default(),
@@ -133,7 +137,6 @@ impl<'a> EventLoop<'a> {
                 acknowledged: false,
                 awake_until: None,
                 complained: None,
-                deadline: description.slots[slot].qos.deadline,
                 heard: None,
             })
             .collect();
@@ -325,7 +328,9 @@ impl<'a> EventLoop<'a> {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
                 result = answer(*component, slot, header, body, reply);
             }),
-            Receiver::Subscriber { port, operation } => port.receive(&mut |header, body| {
+            Receiver::Subscriber {
+                port, operation, ..
+            } => port.receive(&mut |header, body| {
                 lost = gaps.note(&header);
                 let expected = description.slots[slot].operations[*operation].type_hash;
                 result = if header.type_hash == 0 || header.type_hash == expected {

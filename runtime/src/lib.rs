@@ -19,6 +19,7 @@ mod ports;
 mod probe;
 mod process;
 mod ros_arguments;
+mod settings;
 mod status;
 
 pub use component::{Component, Connect, Description, Role, Slot, WorkerError};

@@ -1,11 +1,12 @@
 //! The connections of a component, opened in the order of its description.
 
 use crate::component::{Description, Role, Slot};
+use crate::settings;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Caller, Topic};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, Foreign, OpenError, Server, Subscriber,
-    TypeIdentity,
+    Address, Backend, Counter, Endpoint, Environment, Foreign, OpenError, Server, Settings,
+    Subscriber, TypeIdentity,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -18,6 +19,8 @@ pub(crate) enum Receiver {
     Subscriber {
         port: Box<dyn Subscriber>,
         operation: usize,
+        /// The longest time between two values.
+        deadline: Option<Duration>,
     },
 }
 
@@ -26,6 +29,7 @@ pub struct Ports {
     description: &'static Description,
     backends: Vec<(&'static str, Box<dyn Backend>)>,
     addresses: Vec<Address>,
+    settings: Settings,
     /// What the sending ends count, each with the number of its slot.
     sent: RefCell<Vec<(usize, Counter)>>,
 }
@@ -40,11 +44,7 @@ impl Ports {
     ) -> Result<Self, OpenError> {
         let mut addresses = Vec::new();
         for slot in description.slots {
-            let address = match bindings.get(slot.name) {
-                Some(bound) => bound.clone(),
-                None => default_address(&environment.network, slot)?,
-            };
-            addresses.push(address);
+            addresses.push(address(&environment.network, slot, bindings)?);
         }
         let mut backends = Vec::new();
         for (name, connect) in description.backends {
@@ -54,6 +54,7 @@ impl Ports {
             description,
             backends,
             addresses,
+            settings: environment.settings.clone(),
             sent: RefCell::default(),
         })
     }
@@ -87,10 +88,17 @@ impl Ports {
                 }
                 Role::SubscribesTo => {
                     for operation in 0..slot.operations.len() {
-                        let port = self
-                            .backend(at)?
-                            .subscriber(&self.topic_endpoint(at, operation))?;
-                        receivers.push((at, Receiver::Subscriber { port, operation }));
+                        let endpoint = self.topic_endpoint(at, operation);
+                        let port = self.backend(at)?.subscriber(&endpoint)?;
+                        let deadline = endpoint.qos.deadline;
+                        receivers.push((
+                            at,
+                            Receiver::Subscriber {
+                                port,
+                                operation,
+                                deadline,
+                            },
+                        ));
                     }
                 }
                 Role::Requires | Role::Publishes => {}
@@ -166,9 +174,9 @@ impl Ports {
         let Slot {
             type_name,
             operations,
-            qos,
             ..
         } = &self.description.slots[slot];
+        let qos = settings::topic(&self.description.slots[slot], operation, &self.settings);
         let foreign = self.description.slots[slot].foreign().nth(operation);
         let operation = &operations[operation];
         let types = TypeIdentity {
@@ -178,7 +186,7 @@ impl Ports {
         Endpoint {
             address: self.addresses[slot].join(operation.name),
             types,
-            qos: *qos,
+            qos,
             foreign: foreign.into_iter().collect(),
         }
     }
@@ -195,6 +203,16 @@ impl Slot {
             type_name: (*type_name).to_owned(),
         })
     }
+}
+
+/// Where a slot meets its other ends: what `bindings` says, else `NETWORK/Interface`.
+pub(crate) fn address(
+    network: &str,
+    slot: &Slot,
+    bindings: &BTreeMap<String, Address>,
+) -> Result<Address, OpenError> {
+    let bound = bindings.get(slot.name).cloned();
+    bound.map_or_else(|| default_address(network, slot), Ok)
 }
 
 /// Where a slot meets its other end when nobody binds it.

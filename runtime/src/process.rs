@@ -9,10 +9,10 @@ use crate::notify;
 use crate::parameters::Refusal;
 use crate::ports::Ports;
 use crate::probe;
-use crate::ros_arguments::ROS2;
+use crate::settings::settings;
 use crate::status::Shared;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory, Settings};
+use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory};
 use rc_pdsl::config::{self, Configuration, Live, Values};
 use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
@@ -226,8 +226,7 @@ fn live<C: Component>(
         .unwrap_or("info");
     log(level)?;
     let bindings = bindings(description, arguments, configuration)?;
-    let settings = settings(configuration, arguments);
-    warn_of_rules(description, &settings);
+    let settings = settings(description, arguments, configuration, &bindings)?;
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)
         .map_err(|e| StartError::System(format!("the run directory cannot be made: {e}")))?;
@@ -417,39 +416,6 @@ fn bindings(
     }
     all.extend(arguments.bindings.clone());
     Ok(all)
-}
-
-/// What the configuration says of middlewares, and the command line in its place.
-fn settings(configuration: &Configuration, arguments: &Arguments) -> Settings {
-    let mut settings = Settings::default();
-    for (middleware, keys) in &configuration.middleware {
-        for (key, set) in keys {
-            settings.set(middleware, key, set.values.clone());
-        }
-    }
-    settings.extend(&arguments.settings);
-    if !arguments.remap.is_empty() {
-        let mut rules = arguments.remap.clone();
-        rules.extend_from_slice(settings.values(ROS2, "remap"));
-        settings.set(ROS2, "remap", rules);
-    }
-    settings
-}
-
-/// Tells of rules for names that concern nothing of this component. A network may have them for another one.
-fn warn_of_rules(description: &Description, settings: &Settings) {
-    let slots = description.slots.iter();
-    let slots = slots.map(|s| (s.name, s.operations.iter().map(|o| o.name).collect()));
-    let slots: Vec<(&str, Vec<&str>)> = slots.collect();
-    for (middleware, _) in description.backends {
-        for rule in settings.values(middleware, "remap") {
-            let from = rc_settings::ros::remapping(rule).map_or("", |(from, _)| from);
-            if let Some(hint) = rc_settings::ros::misses(from, &slots) {
-                let name = description.name;
-                tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
-            }
-        }
-    }
 }
 
 fn log(level: &str) -> Result<(), StartError> {

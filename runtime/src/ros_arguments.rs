@@ -1,7 +1,9 @@
 //! The command line of ROS 2: `--ros-args -r FROM:=TO -p NAME:=VALUE --log-level LEVEL … --`.
 
 use crate::arguments::Arguments;
-use crate::component::Description;
+use crate::component::{Description, Role};
+use crate::settings::RosOverride;
+use rc_settings::qos::Policy;
 use std::ffi::OsString;
 
 /// The middleware that it belongs to.
@@ -25,6 +27,9 @@ pub(crate) fn split(
     }
     (own, ros)
 }
+
+/// How names of parameters begin that are the quality of service of topics.
+const QOS: &str = "qos_overrides.";
 
 /// Takes what ROS 2 says into `out`; an error says what is allowed.
 pub(crate) fn read(
@@ -50,7 +55,12 @@ pub(crate) fn read(
         };
         match option.as_str() {
             "-r" | "--remap" => remap(&value()?, out)?,
-            "-p" | "--param" => out.parameters.push(parameter(&value()?)?),
+            "-p" | "--param" => match parameter(&value()?)? {
+                (name, value) if name.starts_with(QOS) => {
+                    out.qos.extend(quality(&name[QOS.len()..], &value)?);
+                }
+                parameter => out.parameters.push(parameter),
+            },
             "--log-level" => out.log = Some(level(&value()?)?.to_owned()),
             "--params-file" => {
                 return Err(format!(
@@ -120,4 +130,55 @@ fn level(text: &str) -> Result<&'static str, String> {
             ));
         }
     })
+}
+
+/// Reads `TOPIC.publisher.POLICY` or `TOPIC.subscription.POLICY`, and the value in the words of ROS 2; none where it says what
+/// holds in any case. Times are whole numbers of nanoseconds.
+fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
+    let form = || {
+        format!(
+            "--ros-args: `{QOS}{name}` is not {QOS}TOPIC.publisher.POLICY or {QOS}TOPIC.subscription.POLICY, with the topic in full, such as {QOS}/scan.publisher.depth"
+        )
+    };
+    let (left, policy) = name.rsplit_once('.').ok_or_else(form)?;
+    let (topic, end) = left.rsplit_once('.').ok_or_else(form)?;
+    let role = match end {
+        "publisher" => Role::Publishes,
+        "subscription" => Role::SubscribesTo,
+        _ => return Err(form()),
+    };
+    if !topic.starts_with('/') || !rc_settings::ros::is_name(topic) {
+        return Err(form());
+    }
+    let value = value.trim_matches(['"', '\'']);
+    let (own, written) = match (policy, value) {
+        ("history", "keep_last")
+        | ("liveliness", "automatic")
+        | ("avoid_ros_namespace_conventions", "false") => return Ok(None),
+        ("history" | "liveliness" | "avoid_ros_namespace_conventions", _) => {
+            return Err(format!(
+                "--ros-args: `{QOS}{name}` cannot be `{value}`; history is keep_last, liveliness is automatic, and names are those of ROS"
+            ));
+        }
+        ("deadline" | "lifespan" | "liveliness_lease_duration", _) => {
+            let nanoseconds: u64 = value.parse().map_err(|_| {
+                format!("--ros-args: `{QOS}{name}` takes nanoseconds, not `{value}`")
+            })?;
+            let own = match policy {
+                "liveliness_lease_duration" => "liveliness",
+                own => own,
+            };
+            // ROS has no limit where it says nothing, and where it says the largest one.
+            let is_none = nanoseconds == 0 || nanoseconds >= i64::MAX as u64;
+            let text = (!is_none).then(|| rc_diagnostics::duration_text(nanoseconds));
+            (own, text.unwrap_or_else(|| "none".to_owned()))
+        }
+        (own, value) => (own, value.to_owned()),
+    };
+    let policy = Policy::parse(own, &written);
+    Ok(Some(RosOverride {
+        topic: topic.to_owned(),
+        role,
+        policy: policy.map_err(|error| format!("--ros-args: {error}"))?,
+    }))
 }

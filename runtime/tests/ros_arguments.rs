@@ -1,10 +1,48 @@
 //! The command line of ROS 2 reaches the backend, the parameters and the log, and says what it does not know.
 
-use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Backend, Environment, OpenError, Reader, Settings};
-use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
+use rc_middleware::typed::{HandlerError, Operation, Request};
+use rc_middleware::{
+    Backend, Client, Endpoint, Environment, OpenError, Publisher, Qos, Reader, Reliability, Server,
+    Settings, Subscriber,
+};
+use rc_runtime::{
+    Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
+};
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::Duration;
+
+const fn operation(name: &'static str, id: i32) -> Operation {
+    Operation {
+        name,
+        id,
+        type_hash: 1,
+        two_way: false,
+        answers: &[],
+    }
+}
+
+const SCAN: Operation = operation("newScan", 1);
+const STATE: Operation = operation("newState", 2);
+
+const WANTED: Qos = Qos {
+    deadline: Some(Duration::from_millis(100)),
+    ..Qos::SUBSCRIBER
+};
+
+const fn topic(name: &'static str, role: Role, operations: &'static [Operation], qos: Qos) -> Slot {
+    Slot {
+        name,
+        role,
+        interface: name,
+        type_name: "Test::Topic",
+        type_hash: 1,
+        backend: "ros2",
+        qos,
+        operations,
+        foreign: &[],
+    }
+}
 
 static NODE: Description = Description {
     name: "lidar",
@@ -18,7 +56,10 @@ static NODE: Description = Description {
         {"name":"device","kind":{"scalar":{"type":"string"}},"default":{"text":"a"},"restart":true}]}"#,
     ),
     folder: "/nowhere",
-    slots: &[],
+    slots: &[
+        topic("LaserPub", Role::Publishes, &[SCAN, STATE], Qos::PUBLISHER),
+        topic("base", Role::SubscribesTo, &[STATE], WANTED),
+    ],
     backends: &[("ros2", connect)],
     note: b"",
 };
@@ -35,21 +76,68 @@ static OTHER: Description = Description {
     note: b"",
 };
 
-static SEEN: Mutex<Option<Settings>> = Mutex::new(None);
-static PARAMETERS: Mutex<Option<(f64, String)>> = Mutex::new(None);
+/// What the backend and the worker were given, by the network.
+static SEEN: Mutex<BTreeMap<String, Settings>> = Mutex::new(BTreeMap::new());
+static PARAMETERS: Mutex<BTreeMap<String, (f64, String)>> = Mutex::new(BTreeMap::new());
+
+/// The quality of service of every end that was opened, by its address.
+static ENDS: Mutex<BTreeMap<String, Qos>> = Mutex::new(BTreeMap::new());
 
 fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
-    *SEEN.lock().expect("the settings") = Some(environment.settings.clone());
-    rc_local::connect(environment)
+    let (network, settings) = (environment.network.clone(), environment.settings.clone());
+    SEEN.lock().expect("the settings").insert(network, settings);
+    Ok(Box::new(Watched(rc_local::connect(environment)?)))
+}
+
+/// A backend that notes how its ends are to be.
+struct Watched(Box<dyn Backend>);
+
+impl Watched {
+    fn note(endpoint: &Endpoint) {
+        let mut ends = ENDS.lock().expect("the ends");
+        ends.insert(endpoint.address.to_string(), endpoint.qos);
+    }
+}
+
+impl Backend for Watched {
+    fn name(&self) -> &'static str {
+        "ros2"
+    }
+
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        Self::note(endpoint);
+        self.0.publisher(endpoint)
+    }
+
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        Self::note(endpoint);
+        self.0.subscriber(endpoint)
+    }
+
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        self.0.client(endpoint)
+    }
+
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        self.0.server(endpoint)
+    }
+
+    fn linger(&self, limit: Duration) {
+        self.0.linger(limit);
+    }
 }
 
 struct Worker(Core);
 
 impl Worker {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
-    fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
+    fn start(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
+        for operation in 0..2 {
+            drop(ports.topic(0, operation)?);
+        }
         let seen = (values.float("rate"), values.text("device"));
-        *PARAMETERS.lock().expect("the parameters") = Some(seen);
+        let mut all = PARAMETERS.lock().expect("the parameters");
+        all.insert(core.network().to_owned(), seen);
+        drop(all);
         Ok(Self(core))
     }
 }
@@ -95,14 +183,57 @@ fn names_and_parameters_are_taken() {
     let component = embed(&NODE, Worker::start, &args).expect("a component");
     component.stop();
     component.join().expect("a good end");
-    let settings = SEEN.lock().expect("the settings").take();
+    let settings = SEEN.lock().expect("the settings").remove(&network);
     let settings = settings.expect("a backend that was asked");
     assert_eq!(settings.values("ros2", "node"), ["front"]);
     assert_eq!(settings.values("ros2", "namespace"), ["/robot"]);
     let rules = ["/a:=/c", "/d:=~/e", "/a:=/b"];
     assert_eq!(settings.values("ros2", "remap"), rules);
-    let parameters = PARAMETERS.lock().expect("the parameters").take();
+    let parameters = PARAMETERS.lock().expect("the parameters").remove(&network);
     assert_eq!(parameters, Some((3.0, "12".to_owned())));
+}
+
+#[test]
+fn topics_get_another_quality_of_service() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("config.toml");
+    let text = "[middleware.ros2.remap]\n\"LaserPub/newScan\" = \"scan\"\n\
+                [middleware.ros2.qos.LaserPub]\nreliability = \"best_effort\"\ndepth = 5\n\
+                [middleware.ros2.qos.base]\ndeadline = \"none\"\nliveliness = \"2s\"\n\
+                [middleware.ros2.qos.bas]\ndepth = 1\n";
+    std::fs::write(&file, text).expect("to write");
+    let network = format!("ros_quality_{}", std::process::id());
+    let file = file.to_string_lossy();
+    let mut args = vec!["--network", &network, "--config", &file, "--ros-args"];
+    let ros = "-r __ns:=/robot -p qos_overrides./robot/scan.publisher.depth:=7 \
+               -p qos_overrides./robot/scan.publisher.deadline:=50000000 \
+               -p qos_overrides./robot/scan.publisher.history:=keep_last \
+               -p qos_overrides./robot/scan.subscription.durability:=transient_local \
+               -p qos_overrides./robot/other.publisher.depth:=9";
+    args.extend(ros.split_whitespace());
+    let component = embed(&NODE, Worker::start, &args).expect("a component");
+    component.stop();
+    component.join().expect("a good end");
+    let ends = ENDS.lock().expect("the ends");
+    let of = |own: &str| ends[&format!("{network}/{own}")];
+    let usual = Qos {
+        reliability: Reliability::BestEffort,
+        depth: 5,
+        ..Qos::PUBLISHER
+    };
+    let scan = Qos {
+        depth: 7,
+        deadline: Some(Duration::from_millis(50)),
+        ..usual
+    };
+    assert_eq!(of("LaserPub/newScan"), scan);
+    assert_eq!(of("LaserPub/newState"), usual);
+    let base = Qos {
+        deadline: None,
+        liveliness: Some(Duration::from_secs(2)),
+        ..WANTED
+    };
+    assert_eq!(of("base/newState"), base);
 }
 
 #[test]
@@ -123,6 +254,27 @@ fn what_is_not_known_is_told() {
         ("--enclave /x", "no security here"),
         ("--log-level loud", "debug, info, warn, error and fatal"),
         ("--disable-rosout-logs", "is not known here"),
+        (
+            "-p qos_overrides.scan.publisher.depth:=1",
+            "with the topic in full",
+        ),
+        ("-p qos_overrides./scan.depth:=1", "TOPIC.publisher.POLICY"),
+        (
+            "-p qos_overrides./scan.publisher.dept:=1",
+            "did you mean `depth`?",
+        ),
+        (
+            "-p qos_overrides./scan.publisher.depth:=0",
+            "from 1 to 1000",
+        ),
+        (
+            "-p qos_overrides./scan.publisher.history:=keep_all",
+            "history is keep_last",
+        ),
+        (
+            "-p qos_overrides./scan.publisher.deadline:=1ms",
+            "takes nanoseconds",
+        ),
     ] {
         let error = refusal(&NODE, text);
         assert!(matches!(error, StartError::Usage(_)), "{text}: {error}");

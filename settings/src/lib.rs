@@ -1,5 +1,6 @@
 //! What can be set of a middleware: one table for configurations, `.ddsl` files and command lines.
 
+pub mod qos;
 pub mod ros;
 
 use rc_diagnostics::{duration_nanoseconds, duration_text, nearest};
@@ -39,6 +40,8 @@ pub enum Kind {
     Node,
     /// Rules `FROM:=TO`, see [`ros::remapping`].
     Remappings,
+    /// Rules `SLOT.POLICY:=VALUE`, see [`qos::Rule`].
+    Qos,
 }
 
 /// The longest time that can be set; what is longer is a slip of the pen.
@@ -79,7 +82,7 @@ const DDS: [Key; 5] = [
 ];
 
 /// ROS 2 counts its ports as DDS does.
-const ROS2: [Key; 7] = [
+const ROS2: [Key; 8] = [
     Key {
         name: "domain",
         kind: Kind::Int(0..=232),
@@ -121,6 +124,12 @@ const ROS2: [Key; 7] = [
         kind: Kind::Remappings,
         default: None,
         doc: "What slots, their operations, topics and services are called in ROS instead; the first rule that fits counts.",
+    },
+    Key {
+        name: "qos",
+        kind: Kind::Qos,
+        default: None,
+        doc: "What holds for topics in the place of the quality of service in the .cdsl; a rule for an operation counts before one for its slot.",
     },
 ];
 
@@ -187,7 +196,10 @@ pub enum Misfit {
 impl Kind {
     /// Whether a key takes any number of values.
     pub fn is_list(&self) -> bool {
-        matches!(self, Self::Interfaces | Self::Peers | Self::Remappings)
+        matches!(
+            self,
+            Self::Interfaces | Self::Peers | Self::Remappings | Self::Qos
+        )
     }
 
     /// What one value may be, for messages.
@@ -218,6 +230,11 @@ impl Kind {
                 "the name of a node, such as \"lidar_front\": letters, digits and `_`, no digit first"
                     .to_owned()
             }
+            Self::Qos => format!(
+                "a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as \"LaserPub/newScan.depth:=1\", of reliability (reliable, best_effort), durability (volatile, transient_local), depth ({} to {}), deadline, lifespan and liveliness (a time, or none)",
+                qos::DEPTH.start(),
+                qos::DEPTH.end()
+            ),
             Self::Remappings => {
                 "a rule FROM:=TO, such as \"LaserPub/newScan:=/scan\": a slot, SLOT/operation or a name of ROS 2, and the name in its place"
                     .to_owned()
@@ -268,6 +285,10 @@ impl Kind {
                 let rule = ros::remapping(text);
                 rule.map(|_| text.to_owned()).ok_or(Misfit::Form)
             }
+            (Self::Qos, Value::Text(text)) => {
+                let rule = qos::Rule::parse(text);
+                rule.map(|rule| rule.text()).map_err(|_| Misfit::Form)
+            }
             _ => Err(Misfit::Type),
         }
     }
@@ -295,13 +316,29 @@ impl Kind {
             | Self::Word(_)
             | Self::Namespace
             | Self::Node
-            | Self::Remappings => Value::Text(text),
+            | Self::Remappings
+            | Self::Qos => Value::Text(text),
         };
         values
             .into_iter()
             .map(|text| self.accept(value(text)))
             .collect()
     }
+}
+
+/// What to say where `name` is neither one of `slots` nor `SLOT/operation` of what they have: the nearest one, else what `may`
+/// stand there.
+fn misses(name: &str, slots: &[(&str, Vec<&str>)], may: &str) -> Option<String> {
+    let operations = slots
+        .iter()
+        .flat_map(|(slot, operations)| operations.iter().map(move |o| format!("{slot}/{o}")));
+    let own = slots.iter().map(|(slot, _)| (*slot).to_owned());
+    let names: Vec<String> = own.chain(operations).collect();
+    if names.iter().any(|known| known == name) {
+        return None;
+    }
+    let near = nearest(name, names.iter().map(String::as_str));
+    Some(near.map_or(may.to_owned(), |near| format!("did you mean `{near}`?")))
 }
 
 /// A name, or an IP address of either kind.
@@ -348,6 +385,11 @@ mod tests {
         let rules = texts("remap", "LaserPub:=/front, /tf:=tf");
         assert_eq!(rules.map(|rules| rules.len()), Ok(2));
         assert_eq!(texts("remap", "LaserPub=/front"), Err(Misfit::Form));
+        assert_eq!(
+            texts("qos", "LaserPub.deadline:=0.5s"),
+            one("LaserPub.deadline:=500ms")
+        );
+        assert_eq!(texts("qos", "LaserPub.depth:=0"), Err(Misfit::Form));
     }
 
     #[test]

@@ -1,7 +1,5 @@
 //! Names of ROS 2, and rules that give others.
 
-use rc_diagnostics::nearest;
-
 /// What may be the name of a node: letters, digits and `_`, no digit first.
 pub fn is_node(text: &str) -> bool {
     let first = text.bytes().next();
@@ -36,6 +34,79 @@ pub fn full(name: &str, namespace: &str, node: &str) -> String {
     }
 }
 
+/// A name of ROS for an address and what is below it: `/` and its parts, with `_` for what ROS does not allow in one.
+///
+/// `default/Laser` and `getLaserData` become `/default/Laser/getLaserData`.
+pub fn name(address: &str) -> String {
+    let parts = address.split('/').filter(|part| !part.is_empty());
+    parts.map(|part| format!("/{}", token(part))).collect()
+}
+
+/// The namespace and the name of the node of an instance of a network: what somebody chose, else their own.
+pub fn node(
+    network: &str,
+    instance: &str,
+    namespace: Option<String>,
+    own: Option<String>,
+) -> (String, String) {
+    let usual = || {
+        let parts = instance.split('.');
+        parts.map(token).collect::<Vec<_>>().join("_")
+    };
+    let namespace = namespace.unwrap_or_else(|| name(network));
+    (namespace, own.unwrap_or_else(usual))
+}
+
+/// A part of a name: letters, digits and single `_`, no digit at its start.
+fn token(text: &str) -> String {
+    let mut token = String::new();
+    for c in text.chars() {
+        let c = if c.is_ascii_alphanumeric() { c } else { '_' };
+        if token.is_empty() && !c.is_ascii_alphabetic() {
+            token.push('n');
+        }
+        if c != '_' || !token.ends_with('_') {
+            token.push(c);
+        }
+    }
+    token
+}
+
+/// `FROM:=TO` of ROS: a slot, `SLOT/operation` or a name in full, and the name in full that takes its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rule {
+    from: String,
+    to: String,
+}
+
+impl Rule {
+    /// Reads a rule for a node; `None` where it is none.
+    pub fn parse(text: &str, namespace: &str, node: &str) -> Option<Self> {
+        let (from, to) = remapping(text)?;
+        Some(Self {
+            from: from.to_owned(),
+            to: full(to, namespace, node),
+        })
+    }
+
+    /// What an operation is called by this rule, which it has the name `usual` without.
+    fn apply(&self, slot: &str, operation: &str, usual: &str) -> Option<String> {
+        if self.from == usual || self.from.split_once('/') == Some((slot, operation)) {
+            return Some(self.to.clone());
+        }
+        (self.from == slot).then(|| format!("{}/{}", self.to, token(operation)))
+    }
+}
+
+/// The name of the topic or service of an operation that is at `address`: by the first rule that fits, as in ROS, else by the
+/// address.
+pub fn operation(address: &str, slot: &str, operation: &str, rules: &[Rule]) -> String {
+    let usual = name(address);
+    let mut others = rules.iter();
+    let other = others.find_map(|rule| rule.apply(slot, operation, &usual));
+    other.unwrap_or(usual)
+}
+
 /// Reads `FROM:=TO`: a slot, `SLOT/operation` or a name that begins with `/`, and the name that takes its place.
 pub fn remapping(text: &str) -> Option<(&str, &str)> {
     let (from, to) = text.split_once(":=")?;
@@ -49,19 +120,8 @@ pub fn misses(from: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
     if from.starts_with('/') {
         return None;
     }
-    let operations = slots
-        .iter()
-        .flat_map(|(slot, operations)| operations.iter().map(move |o| format!("{slot}/{o}")));
-    let own = slots.iter().map(|(slot, _)| (*slot).to_owned());
-    let names: Vec<String> = own.chain(operations).collect();
-    if names.iter().any(|name| name == from) {
-        return None;
-    }
-    let near = nearest(from, names.iter().map(String::as_str));
-    Some(match near {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => "a slot, SLOT/operation or a name that begins with `/` may stand there".to_owned(),
-    })
+    let may = "a slot, SLOT/operation or a name that begins with `/` may stand there";
+    crate::misses(from, slots, may)
 }
 
 #[cfg(test)]
@@ -92,6 +152,49 @@ mod tests {
         assert_eq!(full("~/scan", "/robot", "lidar"), "/robot/lidar/scan");
         assert_eq!(full("scan", "/", "lidar"), "/scan");
         assert_eq!(full("~/scan", "/", "lidar"), "/lidar/scan");
+    }
+
+    #[test]
+    fn addresses_are_names() {
+        assert_eq!(name("patrol/lidar/Laser"), "/patrol/lidar/Laser");
+        assert_eq!(name("t0-7/2d__lidar/a.b"), "/t0_7/n2d_lidar/a_b");
+        assert_eq!(name("a/_b"), "/a/n_b");
+        for name in ["/patrol/lidar/Laser", "/t0_7/n2d_lidar/a_b", "/a/n_b"] {
+            assert!(name.starts_with('/') && is_name(name));
+        }
+        let pair = |namespace: &str, own: &str| (namespace.to_owned(), own.to_owned());
+        assert_eq!(
+            node("t0-7", "arm.left-motor", None, None),
+            pair("/t0_7", "arm_left_motor")
+        );
+        assert_eq!(node("a", "7", Some("/".to_owned()), None), pair("/", "n7"));
+        assert_eq!(node("a", "b", None, Some("c".to_owned())), pair("/a", "c"));
+    }
+
+    #[test]
+    fn the_first_rule_that_fits_counts() {
+        let named = |rules: &[&str]| {
+            let rules = rules
+                .iter()
+                .filter_map(|rule| Rule::parse(rule, "/robot", "lidar"));
+            operation(
+                "default/Laser/get",
+                "Laser1",
+                "get",
+                &rules.collect::<Vec<_>>(),
+            )
+        };
+        assert_eq!(named(&[]), "/default/Laser/get");
+        assert_eq!(named(&["Laser1/get:=/scan", "Laser1:=/front"]), "/scan");
+        assert_eq!(
+            named(&["Laser1:=/front", "Laser1/get:=/scan"]),
+            "/front/get"
+        );
+        assert_eq!(named(&["/default/Laser/get:=scan"]), "/robot/scan");
+        assert_eq!(
+            named(&["Laser:=/no", "Laser1/set:=/no"]),
+            "/default/Laser/get"
+        );
     }
 
     #[test]

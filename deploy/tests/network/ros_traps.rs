@@ -55,6 +55,33 @@ fn ends_have_their_names_and_qualities_and_say_goodbye() {
     ends.end();
 }
 
+/// What is set of the quality of service is what others are told.
+#[test]
+fn a_quality_that_is_set_is_that_of_the_end() {
+    let Some(python) = python("a_quality_that_is_set_is_that_of_the_end") else {
+        return;
+    };
+    let domain = Domain::over(Over::Ros2, "ros_set", 19);
+    let rules = "ros2.qos=Reports/report.reliability:=best_effort,Orders.durability:=volatile,Echoes.durability:=transient_local";
+    let _envoy = domain.start(&[rules]);
+    let ends = domain.stranger(python, "ends.py", &[&ENDS.len().to_string()]);
+    let others = [
+        ("Reports/report", "reliable", ""),
+        ("Orders/order", "reliable kept", "reliable"),
+        ("Echoes/echo", "reliable", "reliable kept"),
+    ];
+    for end in ENDS {
+        let mut end = end.replace("/NET/", &format!("/{}/", domain.site.network));
+        for (topic, usual, set) in others {
+            if end.contains(topic) {
+                end = end.replace(usual, set).trim_end().to_owned();
+            }
+        }
+        assert_eq!(ends.line(), end);
+    }
+    assert_eq!(ends.line(), "all");
+}
+
 /// Qualities of service that do not fit are told with both values.
 #[test]
 fn what_does_not_fit_in_ros_is_told() {

@@ -69,6 +69,75 @@ fn a_rule_for_a_name_that_is_not_there_is_found() {
 }
 
 #[test]
+fn a_quality_that_is_set_is_reckoned_with() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("to write");
+    };
+    write(
+        "Scan.idsl",
+        "module M { interface ScanPub { void newScan(float x); void newState(int s); }; };",
+    );
+    for (name, slots) in [
+        ("source", "publishes ScanPub;"),
+        ("sink", "subscribesTo ScanPub { deadline 100ms; };"),
+    ] {
+        let text = format!(
+            "import \"Scan.idsl\";\nComponent {name} {{ Communications {{ {slots} }}; language rust; }};\n"
+        );
+        write(&format!("{name}.cdsl"), &text);
+    }
+    let check = |own: &str, config: &str| {
+        write("sink.toml", config);
+        let text = format!(
+            "Deployment n {{\nmiddleware ros2 {{ domain 7; {own} }};\n\
+             Component source {{ cdsl \"source.cdsl\"; executable \"x\"; }};\n\
+             Component sink {{ cdsl \"sink.cdsl\"; executable \"x\"; config \"sink.toml\"; }};\n}};\n"
+        );
+        write("n.ddsl", &text);
+        let mut sources = SourceMap::new();
+        let path = folder.path().join("n.ddsl");
+        let loaded = network::load(&path, None, &mut sources, &FileLoader::default());
+        let found = render(&sources, &loaded.expect("the files").1, Format::Short);
+        found.replace(&format!("{}/", folder.path().display()), "")
+    };
+    // Without more, the deadline is one that nobody offers.
+    let lacks = |asked: &str| {
+        format!(
+            "n.ddsl:4:11: error[qos-mismatch]: `sink.ScanPub` asks for deadline 100ms, `source.ScanPub` offers none; \
+             asked here at {asked}; offered here at source.cdsl:2:47\n"
+        )
+    };
+    let written = "sink.cdsl:2:48";
+    assert_eq!(check("", ""), lacks(written));
+    let offered = "qos \"ScanPub.deadline:=50ms\";";
+    assert_eq!(check(offered, "[middleware.ros2]\nqos = []\n"), "");
+    let open = "[middleware.ros2.qos.\"ScanPub/newScan\"]\ndeadline = \"none\"\n";
+    assert_eq!(check("", open), lacks(written));
+    assert_eq!(
+        check("", "[middleware.ros2.qos.ScanPub]\ndeadline = \"none\"\n"),
+        ""
+    );
+    let found = check(
+        "",
+        "[middleware.ros2.qos.ScanPub]\nliveliness = \"1s\"\ndeadline = \"none\"\n",
+    );
+    assert_eq!(
+        found,
+        "n.ddsl:4:11: error[qos-mismatch]: `sink.ScanPub` asks for liveliness 1s, `source.ScanPub` offers none; \
+         asked here at sink.toml:1:18; offered here at source.cdsl:2:47\n"
+    );
+    let found = check(
+        offered,
+        "[middleware.ros2]\nqos = [\"ScanPub/newScn.depth:=1\"]\n",
+    );
+    assert!(
+        found.contains("error[unknown-slot]: `qos`: sink has no topic `ScanPub/newScn` (did you mean `ScanPub/newScan`?)"),
+        "{found}"
+    );
+}
+
+#[test]
 fn ends_in_different_domains_are_found_whoever_chooses_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, found) = load(folder.path(), NETWORK, "[middleware.dds]\ndomain = 3\n");

@@ -44,6 +44,7 @@ pub(crate) fn services(
                 sends,
                 qos: qos::call(),
                 signal: signal.clone(),
+                is_watched: false,
                 inbox: Arc::clone(inbox),
                 group: (Arc::clone(&group), place),
             });

@@ -189,6 +189,13 @@ impl RosClient {
         }
     }
 
+    /// Takes in what has come.
+    fn hear(&self) {
+        if let Some(service) = self.services.first() {
+            service.replies.ear.hear();
+        }
+    }
+
     /// The operation that a request is for.
     fn operation(&self, request: &[u8]) -> Result<(usize, RequestId), CallError> {
         let (id, operation) = rpc::open_request(&mut Reader::new(request))?;
@@ -211,6 +218,7 @@ impl RosClient {
         let deadline = Instant::now() + ROOM;
         loop {
             self.signal.clear();
+            self.hear();
             while let Some(answer) = self.answers.next() {
                 let (operation, number) = answer.request;
                 self.under_way.remove(&(operation, number.abs()));
@@ -293,6 +301,7 @@ impl RosClient {
         wanted: (usize, i64),
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
+        self.hear();
         while let Some(mut answer) = self.answers.next() {
             let (operation, number) = answer.request;
             let request = (operation, number.abs());

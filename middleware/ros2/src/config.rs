@@ -1,7 +1,8 @@
 //! The settings of `[middleware.ros2]`, and what the environment of ROS 2 says where they leave something open.
 
-use crate::names::{self, Rule};
+use crate::names;
 use rc_middleware::{Environment, OpenError};
+use rc_settings::ros::{self, Rule};
 use ros2_client::NodeName;
 use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
@@ -60,21 +61,22 @@ fn read(
         Some("cyclone") => Mapping::Cyclone,
         _ => Mapping::Enhanced,
     };
-    let namespace = one("namespace").unwrap_or_else(|| names::of(&environment.network));
-    let own = one("node").unwrap_or_else(|| {
-        let parts = environment.instance.split('.');
-        parts.map(names::token).collect::<Vec<_>>().join("_")
-    });
+    let (namespace, own) = ros::node(
+        &environment.network,
+        &environment.instance,
+        one("namespace"),
+        one("node"),
+    );
     let node = names::node(&namespace, &own)?;
     let rules = values("remap").iter();
-    let rules = rules.filter_map(|text| Rule::parse(text, &node)).collect();
+    let rules = rules.filter_map(|text| Rule::parse(text, &namespace, &own));
     let lease = one("lease").and_then(|text| rc_network::milliseconds(&text));
     Ok(Config {
         domain,
         networks: networks(values("interfaces"), variable)?,
         mapping,
         node,
-        rules,
+        rules: rules.collect(),
         lease: lease.map_or(Duration::from_secs(1), Duration::from_millis),
     })
 }

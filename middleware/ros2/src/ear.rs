@@ -3,8 +3,10 @@
 use crate::wire::{Member, Reader, Sample, Writer, member};
 use rc_middleware::{Interrupt, TypeIdentity};
 use rc_network::{Board, Guid, Hello, Posted, Promise, Role, Seldom, lock};
+use rustdds::mio1;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex};
+use std::task::{Wake, Waker};
 use std::time::{Duration, Instant};
 
 /// How many ends that have gone are remembered, because what they sent may still be unread; and how many that do not fit,
@@ -12,7 +14,10 @@ use std::time::{Duration, Instant};
 const REMEMBERED: usize = 256;
 /// How long an end of somebody else is given to find ours after ours has found it. Nobody says when it has.
 const SETTLE: Duration = Duration::from_millis(100);
-
+/// How long an end may take to be known here after the library has found it, which is before it gives its samples; and how often
+/// that is looked at.
+const KNOWN: Duration = Duration::from_millis(20);
+const LOOK: Duration = Duration::from_millis(2);
 /// How long a publisher that was found may send what it has kept.
 const CATCH_UP: Duration = Duration::from_secs(2);
 
@@ -63,6 +68,28 @@ impl Reasons {
 /// What nobody sends to.
 impl Inbox for () {
     fn put(&self, _samples: Vec<Sample>) {}
+}
+
+/// Who is told that something has come. The library does so on its own thread, and once for every look.
+pub(crate) enum Bell {
+    /// Who owns the end, and takes it.
+    Owner(Interrupt),
+    /// The thread that listens, which puts it into the inbox.
+    Watcher(Arc<mio1::Waker>),
+}
+
+impl Wake for Bell {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        match &**self {
+            Self::Owner(signal) => signal.wake(),
+            // A thread that cannot be woken looks at its next beat.
+            Self::Watcher(waker) => drop(waker.wake()),
+        }
+    }
 }
 
 /// Another end that was found.
@@ -117,8 +144,11 @@ pub(crate) struct Ear {
     pub(crate) promise: Promise,
     /// When it was opened, in nanoseconds since 1970.
     opened: i64,
-    /// Rings when something was heard or the other ends have changed.
+    /// Rings when something has come or the other ends have changed.
     pub(crate) signal: Interrupt,
+    bell: Waker,
+    /// Whether the thread that listens fills the inbox, and not who owns the end.
+    pub(crate) is_watched: bool,
     inbox: Arc<dyn Inbox>,
     group: Group,
     /// The number of this end in its group.
@@ -165,6 +195,7 @@ pub(crate) struct Listening {
     pub(crate) sends: bool,
     pub(crate) promise: Promise,
     pub(crate) signal: Interrupt,
+    pub(crate) bell: Bell,
     pub(crate) inbox: Arc<dyn Inbox>,
     pub(crate) group: Group,
     pub(crate) place: usize,
@@ -184,6 +215,8 @@ impl Ear {
             promise: listening.promise,
             opened: rc_network::stamp(0),
             signal: listening.signal,
+            is_watched: matches!(listening.bell, Bell::Watcher(_)),
+            bell: Arc::new(listening.bell).into(),
             inbox: listening.inbox,
             group: listening.group,
             place: listening.place,
@@ -206,13 +239,25 @@ impl Ear {
         lock(&self.group).retain(|(_, other)| !Arc::ptr_eq(other, reader));
     }
 
-    /// Puts what has come into the inbox.
+    /// Puts what has come into the inbox, and rings for whoever owns the end.
     pub(crate) fn listen(&self) {
+        // What the library writes beside the bell, for those who poll.
+        for (_, reader) in &*lock(&self.group) {
+            reader.drain_read_notifications();
+        }
+        if self.hear() {
+            self.signal.wake();
+        }
+    }
+
+    /// Puts what has come into the inbox; says whether there was anything. What comes later rings.
+    pub(crate) fn hear(&self) -> bool {
         let group = lock(&self.group);
         let mut samples = Vec::new();
         let mut heard = false;
         for (place, reader) in &*group {
-            reader.drain_read_notifications();
+            // Before the look, so that nothing comes between.
+            reader.set_waker(Some(self.bell.clone()));
             loop {
                 match reader.try_take_one() {
                     Ok(Some(change)) => samples.push(Sample::of(change, *place)),
@@ -231,15 +276,14 @@ impl Ear {
             peer.is_none_or(|peer| peer.fits)
         });
         drop(peers);
-        if samples.is_empty() && !heard {
-            return;
+        if samples.is_empty() {
+            return heard;
         }
         if group.len() > 1 {
             samples.sort_by_key(|sample| sample.received);
         }
         self.inbox.put(samples);
-        drop(group);
-        self.signal.wake();
+        true
     }
 
     /// Another end was found. Gives it where its types differ.
@@ -456,8 +500,17 @@ impl Ear {
         is_fresh && sample.stamp != 0 && sample.stamp < self.opened
     }
 
+    /// Whether an end was found, be it gone by now.
+    pub(crate) fn knows(&self, guid: &Guid) -> bool {
+        lock(&self.peers).by_guid.contains_key(guid)
+    }
+
     /// The hash of the types of whoever sent a sample, 0 of a stranger; `None` if they are not ours.
     pub(crate) fn type_hash(&self, writer: &Guid) -> Option<u64> {
+        let begin = Instant::now();
+        while !self.knows(writer) && begin.elapsed() < KNOWN {
+            self.wait(LOOK);
+        }
         let is_new = |peer: &Peer| peer.hello.is_none() && peer.since.elapsed() < CATCH_UP;
         let unknown = lock(&self.peers).by_guid.get(writer).is_some_and(is_new);
         if unknown {

@@ -1,60 +1,8 @@
 //! What addresses and types are called in ROS 2, and below it in DDS.
 
 use rc_middleware::{Endpoint, Foreign, OpenError};
-use rc_settings::ros;
+use rc_settings::ros::{self, Rule};
 use ros2_client::{MessageTypeName, NodeName, ServiceTypeName};
-
-/// A name of ROS for an address and what is below it: `/` and its parts, with `_` for what ROS does not allow in one.
-///
-/// `default/Laser` and `getLaserData` become `/default/Laser/getLaserData`.
-pub(crate) fn of(address: &str) -> String {
-    let parts = address.split('/').filter(|part| !part.is_empty());
-    parts.map(|part| format!("/{}", token(part))).collect()
-}
-
-/// A part of a name: letters, digits and single `_`, no digit at its start.
-pub(crate) fn token(text: &str) -> String {
-    let mut token = String::new();
-    for c in text.chars() {
-        let c = if c.is_ascii_alphanumeric() { c } else { '_' };
-        if token.is_empty() && !c.is_ascii_alphabetic() {
-            token.push('n');
-        }
-        if c != '_' || !token.ends_with('_') {
-            token.push(c);
-        }
-    }
-    token
-}
-
-/// `FROM:=TO` of ROS: a slot, `SLOT/operation` or a name in full, and the name in full that takes its place.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Rule {
-    from: String,
-    to: String,
-}
-
-impl Rule {
-    /// Reads a rule for a node; `None` where it is none.
-    pub(crate) fn parse(text: &str, node: &NodeName) -> Option<Self> {
-        let (from, to) = ros::remapping(text)?;
-        Some(Self {
-            from: from.to_owned(),
-            to: ros::full(to, node.namespace(), node.base_name()),
-        })
-    }
-
-    /// What an operation is called by this rule, which it has the name `usual` without.
-    fn apply(&self, foreign: &Foreign, usual: &str) -> Option<String> {
-        let Foreign {
-            slot, operation, ..
-        } = foreign;
-        if self.from == usual || self.from.split_once('/') == Some((slot, operation)) {
-            return Some(self.to.clone());
-        }
-        (self.from == *slot).then(|| format!("{}/{}", self.to, token(operation)))
-    }
-}
 
 /// A topic of DDS, and its type.
 pub(crate) type Topic = (String, String);
@@ -65,7 +13,7 @@ pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Topic, OpenEr
         .foreign
         .first()
         .ok_or_else(|| not_generated(endpoint))?;
-    let name = renamed(of(endpoint.address.as_str()), foreign, rules);
+    let name = renamed(endpoint.address.as_str(), foreign, rules);
     let (package, own) = parts(endpoint, foreign)?;
     let type_name = MessageTypeName::new(package, own).dds_msg_type();
     Ok((format!("rt{name}"), type_name))
@@ -78,7 +26,7 @@ pub(crate) fn service(
     rules: &[Rule],
 ) -> Result<[Topic; 2], OpenError> {
     let usual = format!("{}/{}", endpoint.address, foreign.operation);
-    let name = renamed(of(&usual), foreign, rules);
+    let name = renamed(&usual, foreign, rules);
     let (package, own) = parts(endpoint, foreign)?;
     let types = ServiceTypeName::new(package, own);
     let dds = |part: &str| {
@@ -114,13 +62,11 @@ fn parts<'a>(endpoint: &Endpoint, foreign: &'a Foreign) -> Result<(&'a str, &'a 
     }
 }
 
-fn renamed(usual: String, foreign: &Foreign, rules: &[Rule]) -> String {
-    // The first rule that fits counts, as in ROS.
-    let other = rules.iter().find_map(|rule| rule.apply(foreign, &usual));
-    other.unwrap_or(usual)
+fn renamed(address: &str, foreign: &Foreign, rules: &[Rule]) -> String {
+    ros::operation(address, &foreign.slot, &foreign.operation, rules)
 }
 
-/// The node of a component, by the names that somebody chose or else by its own.
+/// The node of a component.
 pub(crate) fn node(namespace: &str, name: &str) -> Result<NodeName, String> {
     NodeName::new(namespace, name).map_err(|error| format!("`{namespace}` `{name}`: {error}"))
 }
@@ -148,16 +94,6 @@ mod tests {
     }
 
     #[test]
-    fn addresses_are_names_of_ros() {
-        assert_eq!(of("patrol/lidar/Laser"), "/patrol/lidar/Laser");
-        assert_eq!(of("t0-7/2d__lidar/a.b"), "/t0_7/n2d_lidar/a_b");
-        assert_eq!(of("a/_b"), "/a/n_b");
-        for name in ["/patrol/lidar/Laser", "/t0_7/n2d_lidar/a_b", "/a/n_b"] {
-            assert!(name.starts_with('/') && ros::is_name(name));
-        }
-    }
-
-    #[test]
     fn a_service_has_two_topics() {
         let end = endpoint("default/Laser", "robocomp_laser_msgs/srv/LaserGetLaserData");
         let topics = service(&end, &end.foreign[0], &[]).expect("a service");
@@ -179,9 +115,8 @@ mod tests {
     #[test]
     fn names_can_be_others() {
         let end = endpoint("default/LaserPub/newScan", "sensor_msgs/msg/LaserScan");
-        let node = node("/robot", "lidar").expect("a node");
         let with = |rule: &str| {
-            let rule = Rule::parse(rule, &node).expect("a rule");
+            let rule = Rule::parse(rule, "/robot", "lidar").expect("a rule");
             let (topic, _) = topic(&end, &[rule]).expect("a topic");
             topic.strip_prefix("rt").expect("a topic of ROS").to_owned()
         };
@@ -190,7 +125,6 @@ mod tests {
         assert_eq!(with("/default/LaserPub/newScan:=scan"), "/robot/scan");
         assert_eq!(with("Laser1/getLaserData:=~/scan"), "/robot/lidar/scan");
         assert_eq!(with("Laser:=/scan"), "/default/LaserPub/newScan");
-        assert_eq!(Rule::parse("a:=/b c", &node), None);
         let wrong = endpoint("default/LaserPub/newScan", "LaserScan");
         assert!(topic(&wrong, &[]).is_err());
     }

@@ -59,6 +59,7 @@ impl Events {
                 ..Qos::PUBLISHER
             }),
             signal: signal(TOPIC)?,
+            is_watched: false,
             inbox: Arc::new(()),
             group: Default::default(),
         })?;

@@ -106,6 +106,7 @@ impl Services {
                 sends,
                 qos: qos::call(),
                 signal: signal.clone(),
+                is_watched: true,
                 inbox: Arc::clone(&incoming) as _,
                 group: (Arc::clone(&group), place),
             };

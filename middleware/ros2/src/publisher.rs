@@ -19,6 +19,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosPubl
         sends: true,
         qos: qos::topic(&endpoint.qos),
         signal: signal(&address)?,
+        is_watched: false,
         inbox: Arc::new(()),
         group: Default::default(),
     })?;

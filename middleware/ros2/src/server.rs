@@ -125,17 +125,25 @@ impl Reply for RosReply {
 }
 
 impl Service {
-    /// Whether what is answered now reaches the client: its reader has been found, or it has gone and hears nothing.
+    /// Whether what is answered now reaches the client: its reader has been found, or it was known, has gone and hears nothing.
     fn may_serve(&self, waiting: &Waiting<Asked>) -> bool {
         let member = waiting.sample.sample.member();
         let same = |peer: &Peer| peer.member() == member;
         self.replies.ear.has(|peer| same(peer) && peer.is_ready())
-            || !self.requests.ear.has(same)
+            || (!self.requests.ear.has(same)
+                && self.requests.ear.knows(&waiting.sample.sample.writer))
             || waiting.since.elapsed() >= HOLD
     }
 }
 
 impl RosServer {
+    /// Takes in what has come.
+    fn hear(&self) {
+        if let Some(service) = self.services.first() {
+            service.requests.ear.hear();
+        }
+    }
+
     fn failed(&self, reason: String) -> ReceiveError {
         ReceiveError {
             address: self.address.clone(),
@@ -226,15 +234,16 @@ impl Server for RosServer {
     fn acknowledge(&mut self, _woken: bool) {
         self.signal.clear();
         // All that has come is in the queue, so that clients are served in turn.
-        if let Some(service) = self.services.first() {
-            service.requests.ear.listen();
-        }
+        self.hear();
     }
 
     fn serve(
         &mut self,
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
+        if !self.queue.waits() {
+            self.hear();
+        }
         if let Some(reason) = self.queue.reasons.next() {
             return Err(self.failed(reason));
         }

@@ -1,13 +1,13 @@
 //! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
 
 use crate::config::{self, Config};
-use crate::ear::{self, Ear, Entity, Group, Inbox, Listening};
-use crate::names::Rule;
+use crate::ear::{self, Bell, Ear, Entity, Group, Inbox, Listening};
 use crate::qos::Ends;
 use crate::watcher::{Shared, Watcher};
 use crate::wire::{self, Body, Reader, Writer};
 use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
 use rc_network::{Board, Guid, Hello, Promise, Role};
+use rc_settings::ros::Rule;
 use rustdds::rpc::SampleIdentity;
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, RTPSEntity, SequenceNumber, Topic,
@@ -74,6 +74,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) sends: bool,
     pub(crate) qos: Ends,
     pub(crate) signal: Interrupt,
+    /// Whether what comes is put into the inbox by the thread that listens, and not by who owns the end.
+    pub(crate) is_watched: bool,
     pub(crate) inbox: Arc<dyn Inbox>,
     /// Those that put into the same inbox, and the number of this one among them.
     pub(crate) group: (Group, usize),
@@ -234,6 +236,11 @@ impl Session {
             connection: self.connections.get(),
             sends: wanted.sends,
             promise,
+            bell: if wanted.is_watched {
+                Bell::Watcher(Arc::clone(&self.shared.waker))
+            } else {
+                Bell::Owner(wanted.signal.clone())
+            },
             signal: wanted.signal,
             inbox: wanted.inbox,
             group: wanted.group.0,
@@ -283,12 +290,9 @@ impl Session {
             self.shared.opened(number, guid, ear);
             return Ok(Entity::Writer(writer));
         }
-        let mut reader: Reader = self
+        let reader: Reader = self
             .subscriber
             .create_simple_datareader_no_key(topic, policies)
-            .map_err(|error| error.to_string())?;
-        self.shared
-            .register(&mut reader, number)
             .map_err(|error| error.to_string())?;
         let reader = Arc::new(reader);
         self.shared.opened(number, wire::guid(reader.guid()), ear);

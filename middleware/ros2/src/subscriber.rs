@@ -43,6 +43,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubs
         sends: false,
         qos: qos::topic(&endpoint.qos),
         signal: signal(&address)?,
+        is_watched: false,
         inbox: Arc::clone(&heap) as _,
         group: Default::default(),
     })?;
@@ -64,6 +65,15 @@ pub(crate) struct RosSubscriber {
 }
 
 impl RosSubscriber {
+    /// The oldest value that has come.
+    fn next(&self) -> Option<Sample> {
+        let next = self.heap.values.next();
+        next.or_else(|| {
+            self.port.ear.hear();
+            self.heap.values.next()
+        })
+    }
+
     fn failed(&self, reason: String) -> ReceiveError {
         ReceiveError {
             address: self.address.clone(),
@@ -85,7 +95,7 @@ impl Subscriber for RosSubscriber {
         if let Some(reason) = self.heap.reasons.next() {
             return Err(self.failed(reason));
         }
-        while let Some(sample) = self.heap.values.next() {
+        while let Some(sample) = self.next() {
             // Who has other types was told so when it was found.
             let Some(type_hash) = self.port.ear.type_hash(&sample.writer) else {
                 continue;

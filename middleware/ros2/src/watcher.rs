@@ -1,5 +1,5 @@
-//! The thread of a component that listens: to the samples of all its readers, to what the library discovers, and to what
-//! other components tell of themselves. It also tells them of this one, and ROS of its node.
+//! The thread of a component that listens: to what the library discovers, to what other components tell of themselves, and
+//! to what comes to ends that nobody looks after. It also tells others of this component, and ROS of its node.
 
 use crate::config::Config;
 use crate::ear::{Ear, Peer};
@@ -9,14 +9,13 @@ use crate::wire::{self, Body, Member, Reader, Sample, Writer};
 use rc_network::{Guid, Hello, Mismatches, Promise, Role, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
-use rustdds::mio1::{Events, Interest, Poll, Registry, Token, Waker, event::Source};
+use rustdds::mio1::{Events, Interest, Poll, Token, Waker, event::Source};
 use rustdds::policy::{Durability, Liveliness};
 use rustdds::{
     DomainParticipant, DomainParticipantStatusEvent as Status, DomainParticipantStatusListener,
     GUID, QosPolicies, RTPSEntity, RepresentationIdentifier, StatusEvented, TopicKind,
 };
 use std::collections::{BTreeMap, HashMap};
-use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -25,8 +24,6 @@ const WAKE: Token = Token(0);
 const STATUS: Token = Token(1);
 const ENDS: Token = Token(2);
 const ALIVE: Token = Token(3);
-/// The first number of an end.
-const FIRST: usize = 16;
 /// In the last byte of an identity: the end is one of the library's own (RTPS 2.5, 9.3.1.2).
 const BUILT_IN: u8 = 0xc0;
 /// Of how many ends of others the types are remembered.
@@ -51,8 +48,7 @@ pub(crate) struct Shared {
     host: String,
     ends: Mutex<BTreeMap<usize, Own>>,
     members: Mutex<HashMap<Member, Other>>,
-    registry: Registry,
-    waker: Waker,
+    pub(crate) waker: Arc<Waker>,
     next: AtomicUsize,
     /// Ends of ours and of others that have found each other before ours was known here.
     early: Mutex<Vec<Early>>,
@@ -82,11 +78,6 @@ impl Shared {
     /// A number for a new end.
     pub(crate) fn number(&self) -> usize {
         self.next.fetch_add(1, Ordering::Relaxed)
-    }
-
-    /// Lets the thread hear a reader, when its end has been opened.
-    pub(crate) fn register(&self, reader: &mut Reader, number: usize) -> io::Result<()> {
-        reader.register(&self.registry, Token(number), Interest::READABLE)
     }
 
     /// An end is there.
@@ -216,9 +207,8 @@ impl Watcher {
             host: host.to_owned(),
             ends: Mutex::default(),
             members: Mutex::default(),
-            registry: registry.try_clone()?,
-            waker: Waker::new(registry, WAKE)?,
-            next: AtomicUsize::new(FIRST),
+            waker: Arc::new(Waker::new(registry, WAKE)?),
+            next: AtomicUsize::default(),
             early: Mutex::default(),
             is_new: AtomicBool::new(true),
             has_found: AtomicBool::new(false),
@@ -259,16 +249,17 @@ impl Watcher {
             }
             for event in &events {
                 match event.token() {
-                    WAKE => {}
                     STATUS => self.discovered(),
                     ENDS => self.told(),
                     ALIVE => self.lives(),
-                    Token(number) => self.heard(number),
+                    _ => self.listen(|ear| ear.is_watched),
                 }
             }
             if beat <= Instant::now() {
                 beat = Instant::now() + self.lease / BEATS;
                 self.beat();
+                // What comes to an end that is not looked after does not pile up in the library.
+                self.listen(|_| true);
             }
             self.look_at_early();
             if self.is_to_tell() && told.elapsed() >= PAUSE {
@@ -308,12 +299,11 @@ impl Watcher {
         }
     }
 
-    fn heard(&self, number: usize) {
-        let ends = lock(&self.shared.ends);
-        let ear = ends.get(&number).map(|own| Arc::clone(&own.ear));
-        drop(ends);
-        if let Some(ear) = ear {
-            ear.listen();
+    fn listen(&self, is_meant: impl Fn(&Ear) -> bool) {
+        for ear in self.shared.all() {
+            if !ear.sends && is_meant(&ear) {
+                ear.listen();
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use super::{Checker, document};
 use crate::model::Value as Given;
 use rc_diagnostics::{Diagnostic, Span};
-use rc_settings::{Key, Kind, MIDDLEWARES, Misfit, Value, instead, key, keys};
+use rc_settings::{Key, Kind, MIDDLEWARES, Misfit, Value, instead, key, keys, qos};
 use std::collections::BTreeMap;
 use toml_edit::{Item, TableLike};
 
@@ -71,8 +71,10 @@ impl Checker {
     }
 
     fn list(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<Vec<String>> {
-        if let (Kind::Remappings, Some(table)) = (&key.kind, item.as_table_like()) {
-            return self.rules(key, table, path, place);
+        match (&key.kind, item.as_table_like()) {
+            (Kind::Remappings, Some(table)) => return self.rules(key, table, path, place),
+            (Kind::Qos, Some(table)) => return self.qos(table, path, place),
+            _ => {}
         }
         let Some(array) = item.as_array() else {
             let allowed = format!("an array, each element {}", key.kind.allowed());
@@ -111,6 +113,51 @@ impl Checker {
                 self.single(key, &rule, &path, place)
             })
             .collect();
+        rules.into_iter().collect()
+    }
+
+    /// The rules of a table, where each key is a slot or an operation of one, and its value a table of policies.
+    fn qos(&mut self, table: &dyn TableLike, path: &str, place: Span) -> Option<Vec<String>> {
+        let mut rules: Vec<Option<String>> = Vec::new();
+        for (of, item) in table.iter() {
+            let path = format!("{path}.\"{of}\"");
+            let inside = self.place.of(item.span(), place);
+            let Some(policies) = item.as_table_like() else {
+                let allowed = format!("a table of {}", qos::POLICIES.join(", "));
+                self.refuse("wrong-type", item, &path, inside, &allowed);
+                rules.push(None);
+                continue;
+            };
+            for (name, item) in policies.iter() {
+                let at = self.place.of(item.span(), inside);
+                let value = match document::value(item) {
+                    Some(Given::Int(number)) if name == "depth" => number.to_string(),
+                    // As everywhere, a time without a unit is one of milliseconds.
+                    Some(Given::Int(number)) => format!("{number}ms"),
+                    Some(Given::Text(text)) if name != "depth" => text,
+                    // Of another kind, or a key that there is not, which is told below.
+                    _ => match qos::allowed(name) {
+                        Some(allowed) => {
+                            let path = format!("{path}.{name}");
+                            self.refuse("wrong-type", item, &path, at, &allowed);
+                            rules.push(None);
+                            continue;
+                        }
+                        None => String::new(),
+                    },
+                };
+                let rule = format!("{of}.{name}:={value}");
+                match qos::Rule::parse(&rule) {
+                    Ok(rule) => rules.push(Some(rule.text())),
+                    Err(reason) => {
+                        let message = format!("`{path}`: {reason}");
+                        self.found
+                            .push(Diagnostic::error("bad-setting", at, message));
+                        rules.push(None);
+                    }
+                }
+            }
+        }
         rules.into_iter().collect()
     }
 

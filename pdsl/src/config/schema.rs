@@ -6,7 +6,7 @@
 use super::{COMPONENT, LEVELS, SHORTEST_PERIOD};
 use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
 use rc_diagnostics::duration_text;
-use rc_settings::{Key, Kind as Takes, MIDDLEWARES};
+use rc_settings::{Key, Kind as Takes, MIDDLEWARES, qos};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
@@ -17,6 +17,7 @@ const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";
 /// A namespace of ROS 2, the name of a node, and a rule that gives another name.
 const NAMESPACE: &str = "^/([A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*)?$";
 const NODE: &str = "^[A-Za-z_][A-Za-z0-9_]*$";
+const QOS: &str = "^[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)?\\.[a-z]+:=[a-z0-9._]+$";
 const REMAPPING: &str = "^[A-Za-z0-9_/~]+:=[A-Za-z0-9_/~]+$";
 
 /// A slot of the component: its name, and what it is, for people.
@@ -132,6 +133,10 @@ fn setting(key: &Key) -> Json {
             { "type": "array", "items": { "type": "string", "pattern": REMAPPING } },
             { "type": "object", "additionalProperties": { "type": "string" } },
         ] }),
+        Takes::Qos => json!({ "anyOf": [
+            { "type": "array", "items": { "type": "string", "pattern": QOS } },
+            { "type": "object", "additionalProperties": policies() },
+        ] }),
     };
     let default = match &key.kind {
         Takes::Int(_) | Takes::Bool => key.default.and_then(|text| serde_json::from_str(text).ok()),
@@ -143,6 +148,28 @@ fn setting(key: &Key) -> Json {
     }
     describe(&mut schema, key.doc.to_owned());
     schema
+}
+
+/// What can be set of the quality of service of a topic.
+fn policies() -> Json {
+    let time = || {
+        let mut time = duration(json!({ "exclusiveMinimum": 0 }), Json::Null);
+        if let Some(either) = time.get_mut("anyOf").and_then(Json::as_array_mut) {
+            either.push(json!({ "const": "none" }));
+        }
+        time
+    };
+    object(qos::POLICIES.map(|policy| {
+        let schema = match policy {
+            "reliability" => json!({ "enum": ["reliable", "best_effort"] }),
+            "durability" => json!({ "enum": ["transient_local", "volatile"] }),
+            "depth" => {
+                json!({ "type": "integer", "minimum": qos::DEPTH.start(), "maximum": qos::DEPTH.end() })
+            }
+            _ => time(),
+        };
+        (policy, schema)
+    }))
 }
 
 /// A table that has these keys and no others.

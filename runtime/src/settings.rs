@@ -1,0 +1,161 @@
+//! What is set of middlewares: by the configuration, and by the command line in its place.
+
+use crate::arguments::Arguments;
+use crate::component::{Description, Role, Slot};
+use crate::ports;
+use crate::ros_arguments::ROS2;
+use rc_middleware::{Address, Durability, OpenError, Qos, Reliability, Settings};
+use rc_pdsl::config::Configuration;
+use rc_settings::qos::{self, Policy};
+use rc_settings::ros;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.
+#[derive(Debug, PartialEq)]
+pub(crate) struct RosOverride {
+    /// `/scan`
+    pub(crate) topic: String,
+    /// Of which of its ends.
+    pub(crate) role: Role,
+    pub(crate) policy: Policy,
+}
+
+/// Everything that is set. What concerns nothing of the component is told in the log: a network may have it for another one.
+pub(crate) fn settings(
+    description: &Description,
+    arguments: &Arguments,
+    configuration: &Configuration,
+    bindings: &BTreeMap<String, Address>,
+) -> Result<Settings, OpenError> {
+    let mut settings = Settings::default();
+    for (middleware, keys) in &configuration.middleware {
+        for (key, set) in keys {
+            settings.set(middleware, key, set.values.clone());
+        }
+    }
+    settings.extend(&arguments.settings);
+    prepend(&mut settings, "remap", arguments.remap.clone());
+    let overrides = overrides(description, arguments, &settings, bindings)?;
+    prepend(&mut settings, "qos", overrides);
+    warn(description, &settings);
+    Ok(settings)
+}
+
+/// Puts rules before those that are set.
+fn prepend(settings: &mut Settings, key: &str, mut rules: Vec<String>) {
+    if !rules.is_empty() {
+        rules.extend_from_slice(settings.values(ROS2, key));
+        settings.set(ROS2, key, rules);
+    }
+}
+
+/// The slots whose topics ROS 2 carries, each with its number.
+fn topics(description: &Description) -> impl Iterator<Item = (usize, &'static Slot)> {
+    let slots = description.slots.iter().enumerate();
+    slots.filter(|(_, slot)| {
+        slot.backend == ROS2 && matches!(slot.role, Role::Publishes | Role::SubscribesTo)
+    })
+}
+
+/// What the command line of ROS 2 says of topics by their names there, as rules for slots and operations.
+fn overrides(
+    description: &Description,
+    arguments: &Arguments,
+    settings: &Settings,
+    bindings: &BTreeMap<String, Address>,
+) -> Result<Vec<String>, OpenError> {
+    if arguments.qos.is_empty() {
+        return Ok(Vec::new());
+    }
+    let one = |key: &str| settings.values(ROS2, key).first().cloned();
+    let (network, name) = (&arguments.network, &arguments.name);
+    let (namespace, node) = ros::node(network, name, one("namespace"), one("node"));
+    let remap = settings.values(ROS2, "remap").iter();
+    let remap = remap.filter_map(|rule| ros::Rule::parse(rule, &namespace, &node));
+    let remap: Vec<ros::Rule> = remap.collect();
+    let mut named = Vec::new();
+    for (at, slot) in topics(description) {
+        let address = ports::address(network, &description.slots[at], bindings)?;
+        for operation in slot.operations {
+            let own = address.join(operation.name);
+            let topic = ros::operation(own.as_str(), slot.name, operation.name, &remap);
+            named.push((
+                topic,
+                slot.role,
+                format!("{}/{}", slot.name, operation.name),
+            ));
+        }
+    }
+    let mut rules = Vec::new();
+    for RosOverride {
+        topic,
+        role,
+        policy,
+    } in &arguments.qos
+    {
+        let of = named
+            .iter()
+            .filter(|(name, r, _)| (name, r) == (topic, role));
+        let of = of.map(|(_, _, own)| {
+            qos::Rule {
+                of: own,
+                policy: *policy,
+            }
+            .text()
+        });
+        let before = rules.len();
+        rules.extend(of);
+        if rules.len() == before {
+            let names = named.iter().filter(|(_, r, _)| r == role);
+            let names: Vec<&str> = names.map(|(name, ..)| name.as_str()).collect();
+            let hint = match rc_diagnostics::nearest(topic, names.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("there are: {}", names.join(", ")),
+            };
+            let (name, word) = (description.name, role.word());
+            tracing::warn!("qos_overrides: {name} has no topic `{topic}` that it {word}; {hint}");
+        }
+    }
+    Ok(rules)
+}
+
+/// Tells of rules that concern nothing of this component.
+fn warn(description: &Description, settings: &Settings) {
+    let of = |slot: &Slot| slot.operations.iter().map(|o| o.name).collect();
+    let name = description.name;
+    let slots: Vec<(&str, Vec<&str>)> = description.slots.iter().map(|s| (s.name, of(s))).collect();
+    for rule in settings.values(ROS2, "remap") {
+        let from = ros::remapping(rule).map_or("", |(from, _)| from);
+        if let Some(hint) = ros::misses(from, &slots) {
+            tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
+        }
+    }
+    let slots: Vec<(&str, Vec<&str>)> = topics(description).map(|(_, s)| (s.name, of(s))).collect();
+    for rule in settings.values(ROS2, "qos") {
+        let of = qos::Rule::parse(rule).map_or("", |rule| rule.of);
+        if let Some(hint) = qos::misses(of, &slots) {
+            tracing::warn!("qos `{rule}`: {name} has no topic `{of}` in ROS 2; {hint}");
+        }
+    }
+}
+
+/// The quality of service of an operation of a slot that is a topic.
+pub(crate) fn topic(slot: &Slot, operation: usize, settings: &Settings) -> Qos {
+    let mut qos = slot.qos;
+    let time = |nanoseconds: Option<u64>| nanoseconds.map(Duration::from_nanos);
+    let rules = settings.values(slot.backend, "qos");
+    for policy in qos::policies(rules, slot.name, slot.operations[operation].name) {
+        match policy {
+            Policy::Reliable(true) => qos.reliability = Reliability::Reliable,
+            Policy::Reliable(false) => qos.reliability = Reliability::BestEffort,
+            Policy::TransientLocal(true) => qos.durability = Durability::TransientLocal,
+            Policy::TransientLocal(false) => qos.durability = Durability::Volatile,
+            Policy::Depth(depth) => qos.depth = depth,
+            Policy::Deadline(limit) => qos.deadline = time(limit),
+            Policy::Lifespan(limit) => qos.lifespan = time(limit),
+            Policy::Liveliness(limit) => qos.liveliness = time(limit),
+        }
+    }
+    qos
+}
