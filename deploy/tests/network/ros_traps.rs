@@ -122,7 +122,7 @@ fn other_types_at_a_topic_of_ros_are_told() {
     let Some(python) = python("other_types_at_a_topic_of_ros_are_told") else {
         return;
     };
-    let domain = Domain::over(Over::Ros2, "ros_types", 19);
+    let domain = Domain::over(Over::Ros2, "ros_types", 20);
     let envoy = domain.start(&[]);
     let other = domain.stranger(python, "other_type.py", &[]);
     // Cyclone DDS compares types itself.
