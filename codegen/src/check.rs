@@ -59,7 +59,12 @@ pub fn file(
 ) -> io::Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("cdsl") => {
-            let (project, more) = Project::load(path, sources, loader)?;
+            let (project, mut more) = Project::load(path, sources, loader)?;
+            if let Some(node) = project.as_ref().filter(|project| project.is_node())
+                && !more.has_errors()
+            {
+                more.extend(ros::refused(&node.component.library));
+            }
             let right = !more.has_errors();
             found.extend(more);
             let own = configuration::own(path).filter(|own| !was_read(own, sources));

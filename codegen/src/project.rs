@@ -1,7 +1,9 @@
 //! One component with everything that its `.cdsl` names.
 
+use crate::note::Note;
 use crate::{load, ros};
 use rc_cdsl::Component;
+use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_pdsl::model::Parameters;
 use rc_smdsl::Machine;
@@ -41,6 +43,10 @@ impl Project {
         };
         if !found.has_errors() {
             found.extend(ros::annotations(&component.library));
+            let mut slots = component.slots.iter();
+            if slots.any(|slot| slot.backend == Some(Backend::Ros2)) {
+                found.extend(ros::refused(&component.library));
+            }
         }
         let mut parameters = None;
         if let Some(file) = &component.parameters {
@@ -75,6 +81,12 @@ impl Project {
             }),
             found,
         ))
+    }
+
+    /// Whether the code that was generated for it last is that of a node of ROS 2, also where no slot of it says so.
+    pub(crate) fn is_node(&self) -> bool {
+        let note = Note::of_generated(self.folder());
+        note.is_ok_and(|note| note.is_some_and(|note| note.middleware == Backend::Ros2.word()))
     }
 
     /// The folder of the `.cdsl` file.

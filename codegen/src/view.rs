@@ -259,7 +259,8 @@ fn backends(project: &Project, middleware: Backend, found: &mut Diagnostics) -> 
             used.push(backend);
         }
     }
-    if used.contains(&Backend::Ros2) {
+    // Of slots that say so themselves it is known since the component was read.
+    if middleware == Backend::Ros2 {
         found.extend(ros::refused(&component.library));
     }
     used.iter()

@@ -406,6 +406,53 @@ fn names_are_checked_for_a_component_that_is_a_node() {
     assert_eq!((code, err.as_str()), (0, ""));
 }
 
+/// `rcgen check` finds them where the component says that it is a node, or was generated as one.
+#[test]
+fn names_are_checked_before_generation() {
+    let folder = folder("module M { struct Data { int x; }; interface I { void go(Data d); }; };");
+    let path = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(path.join(name), text).expect("a file");
+    let cdsl = |slots: &str| {
+        write(
+            "C.cdsl",
+            &format!(
+                "import \"M.idsl\"; Component C {{ communications {{ {slots} }}; language rust; }};"
+            ),
+        );
+    };
+    let check = || {
+        let (code, _, err) = rcgen(path, &["check", ".", "--format", "short"]);
+        (code, err)
+    };
+    cdsl("publishes I;");
+    let (code, _, err) = rcgen(path, &["C.cdsl", "--middleware", "ros2"]);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(check(), (0, String::new()));
+    write(
+        "M.idsl",
+        "module M { struct Data { int x; }; struct D_Ata { int x; }; interface I { void go(Data d); }; };",
+    );
+    // It was generated as a node.
+    let (code, of_node) = check();
+    expect![[r#"
+        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; the other one at M.idsl:1:19 (rename one of the two)
+    "#]]
+    .assert_eq(&of_node);
+    assert_eq!(code, 1);
+    // From there it comes to another middleware.
+    let (code, _, err) = rcgen(path, &["C.cdsl", "--middleware", "dds"]);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(check(), (0, String::new()));
+    // A slot that is one of ROS 2, whatever it was generated for; told once, also at generation.
+    cdsl("publishes I(ros2);");
+    assert_eq!(check(), (1, of_node.clone()));
+    for middleware in ["dds", "ros2"] {
+        let args = ["C.cdsl", "--format", "short", "--middleware", middleware];
+        let (code, _, err) = rcgen(path, &args);
+        assert_eq!((code, err.as_str()), (1, of_node.as_str()));
+    }
+}
+
 fn library(path: &Path) -> rc_idsl::Library {
     let loader = FileLoader::new(&[]);
     let mut sources = SourceMap::new();

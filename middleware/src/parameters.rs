@@ -40,6 +40,18 @@ pub struct Parameter {
     pub range: Option<(ParameterValue, ParameterValue)>,
 }
 
+/// What has become of parameters at one time. What is secret is told of never.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterEvent {
+    /// What there is from now on: all, when the component begins.
+    pub new: Vec<Parameter>,
+    /// What has another value now.
+    pub changed: Vec<Parameter>,
+}
+
+/// Hears of parameters. It is called on a thread that has other things to do, and returns at once.
+pub type ParameterListener = Box<dyn Fn(ParameterEvent) + Send>;
+
 /// The parameters of one component. It is asked from any thread but that of the worker, and answers within a few seconds.
 pub trait ParameterService: Send + Sync {
     /// All of them, in the order of the `.pdsl`; an error is a component that ends or does not answer.
@@ -47,4 +59,8 @@ pub trait ParameterService: Send + Sync {
 
     /// Changes all of these, or none; an error says why nothing has changed.
     fn set(&self, changes: &[(String, ParameterValue)]) -> Result<(), String>;
+
+    /// Tells `listener` of all parameters, and from then on of every change that was accepted, whoever asked for it; changes that
+    /// were asked for together are told together.
+    fn watch(&self, listener: ParameterListener);
 }

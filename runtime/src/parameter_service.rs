@@ -2,7 +2,7 @@
 //! socket is.
 
 use crate::parameters::{Asker, Refusal, Tuning};
-use rc_middleware::parameters::{Parameter, ParameterService, ParameterValue};
+use rc_middleware::parameters::{Parameter, ParameterListener, ParameterService, ParameterValue};
 use rc_pdsl::config::ParameterStatus;
 use rc_pdsl::model::{Type, Value as Given};
 use serde_json::{Map, Value, json};
@@ -22,6 +22,7 @@ pub(crate) const CALLER: u64 = u64::MAX;
 enum Question {
     List(SyncSender<Vec<ParameterStatus>>),
     Set(Map<String, Value>, SyncSender<Result<Value, Refusal>>),
+    Watch(ParameterListener),
 }
 
 /// The management thread's side: it answers at once, or when the worker has decided.
@@ -57,6 +58,7 @@ impl Backends {
                     };
                     tuning.change(asker, changes);
                 }
+                Question::Watch(listener) => tuning.watch(listener),
             }
         }
     }
@@ -108,14 +110,22 @@ impl Questions {
         *self.waiting() = None;
     }
 
+    /// Gives a question to the management thread; false when the component ends.
+    fn put(&self, question: Question) -> bool {
+        match &mut *self.waiting() {
+            Some(waiting) => waiting.push(question),
+            None => return false,
+        }
+        let _ = (&*self.end).write_all(b"p");
+        true
+    }
+
     fn ask<T>(&self, question: impl FnOnce(SyncSender<T>) -> Question) -> Result<T, String> {
         let (answer, answered) = sync_channel(1);
         let ends = "the component ends";
-        match &mut *self.waiting() {
-            Some(waiting) => waiting.push(question(answer)),
-            None => return Err(ends.to_owned()),
+        if !self.put(question(answer)) {
+            return Err(ends.to_owned());
         }
-        let _ = (&*self.end).write_all(b"p");
         answered.recv_timeout(LIMIT).map_err(|error| match error {
             std::sync::mpsc::RecvTimeoutError::Disconnected => ends.to_owned(),
             std::sync::mpsc::RecvTimeoutError::Timeout => {
@@ -127,9 +137,7 @@ impl Questions {
 
 impl ParameterService for Questions {
     fn list(&self) -> Result<Vec<Parameter>, String> {
-        let all = self.ask(Question::List)?;
-        let shown = all.iter().filter(|status| !status.secret);
-        Ok(shown.map(parameter).collect())
+        Ok(shown(&self.ask(Question::List)?))
     }
 
     fn set(&self, changes: &[(String, ParameterValue)]) -> Result<(), String> {
@@ -153,6 +161,17 @@ impl ParameterService for Questions {
         let answer = self.ask(|answer| Question::Set(wanted, answer))?;
         answer.map(drop).map_err(|refusal| refusal.message)
     }
+
+    fn watch(&self, listener: ParameterListener) {
+        // Of a component that ends there is nothing to tell.
+        self.put(Question::Watch(listener));
+    }
+}
+
+/// What backends may know.
+pub(crate) fn shown(all: &[ParameterStatus]) -> Vec<Parameter> {
+    let shown = all.iter().filter(|status| !status.secret);
+    shown.map(parameter).collect()
 }
 
 fn parameter(status: &ParameterStatus) -> Parameter {

@@ -5,8 +5,10 @@
 //! wait their turn.
 
 use crate::component::{Component, WorkerError};
+use crate::parameter_service;
 use crate::status::{Shared, State, Wish};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, render};
+use rc_middleware::parameters::{ParameterEvent, ParameterListener};
 use rc_pdsl::Parameters;
 use rc_pdsl::config::{Accepted, Live, ParamChange, ParameterStatus, Unsaved, Values};
 use serde_json::{Map, Value, json};
@@ -174,6 +176,8 @@ pub(crate) struct Tuning {
     end: Arc<UnixStream>,
     queue: VecDeque<Request>,
     in_flight: Option<InFlight>,
+    /// Who is told of every change.
+    listeners: Vec<ParameterListener>,
 }
 
 impl Tuning {
@@ -190,6 +194,7 @@ impl Tuning {
             end,
             queue: VecDeque::new(),
             in_flight: None,
+            listeners: Vec::new(),
         }
     }
 
@@ -233,6 +238,18 @@ impl Tuning {
     /// All of them.
     pub(crate) fn all(&self) -> Vec<ParameterStatus> {
         self.live.list(&[]).unwrap_or_default()
+    }
+
+    /// Tells a listener of all, and from now on of every change.
+    pub(crate) fn watch(&mut self, listener: ParameterListener) {
+        let new = parameter_service::shown(&self.all());
+        if !new.is_empty() {
+            listener(ParameterEvent {
+                new,
+                ..ParameterEvent::default()
+            });
+        }
+        self.listeners.push(listener);
     }
 
     /// Changes, which there are: the answer comes with [`Tuning::turn`].
@@ -335,8 +352,33 @@ impl Tuning {
             "changed": list(&accepted.changes),
             "pending": list(&accepted.pending),
         });
-        self.live.accept(accepted);
+        if self.listeners.is_empty() {
+            self.live.accept(accepted);
+        } else {
+            let before = self.all();
+            self.live.accept(accepted);
+            self.tell(&before);
+        }
         answer
+    }
+
+    /// Tells the listeners what is not as it was: whole parameters, also where an element was changed.
+    fn tell(&self, before: &[ParameterStatus]) {
+        // None comes or goes.
+        let pairs = self.all().into_iter().zip(before);
+        let changed = pairs.filter(|(now, before)| now.value != before.value);
+        let changed: Vec<ParameterStatus> = changed.map(|(now, _)| now).collect();
+        let changed = parameter_service::shown(&changed);
+        if changed.is_empty() {
+            return;
+        }
+        let event = ParameterEvent {
+            changed,
+            ..ParameterEvent::default()
+        };
+        for listener in &self.listeners {
+            listener(event.clone());
+        }
     }
 
     /// How long until a change has waited long enough.

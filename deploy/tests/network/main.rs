@@ -18,6 +18,7 @@ mod pty;
 mod python;
 mod restored;
 mod ros_bytes;
+mod ros_parameters;
 mod ros_real;
 mod ros_strangers;
 mod ros_traps;

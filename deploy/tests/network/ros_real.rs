@@ -40,6 +40,7 @@ impl Ros {
             .arg(format!("source '{setup}' && {script}"))
             .env("ROS_DOMAIN_ID", self.domain.id.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .env("PYTHONUNBUFFERED", "1")
             .env("ROS_LOG_DIR", self.domain.site.path("ros"));
         command
     }
@@ -131,6 +132,55 @@ fn a_component_is_a_node_of_ros() {
     for number in 0..10 {
         assert_eq!(client.add(number, 1).expect("a sum"), number + 1);
     }
+}
+
+/// `ros2 param` with the parameters of a component, and what ROS hears when somebody else changes one.
+#[test]
+fn parameters_are_those_of_a_node_of_ros() {
+    let Some(ros) = Ros::new("parameters_are_those_of_a_node_of_ros", 18) else {
+        return;
+    };
+    let network = ros.domain.site.network.clone();
+    let _envoy = ros.domain.start(&[]);
+    let param = |verb: &str, rest: &str| format!("ros2 param {verb} /{network}/envoy {rest}");
+    ros.says(&param("list", ""), "arm.joints");
+    let listed = ros.run(&param("list", ""));
+    assert!(!listed.stdout.contains("token"), "{listed:?}");
+    for (name, value) in [
+        ("speed", "Double value is: 1.0"),
+        ("count", "Integer value is: 7"),
+        ("arm.joints", "String values are: ['a', 'b']"),
+    ] {
+        ros.says(&param("get", name), value);
+    }
+    ros.says(&param("describe", "speed"), "Max value: 10.0");
+    ros.says(&param("set", "speed 2.5"), "Set parameter successful");
+    ros.says(&param("get", "speed"), "Double value is: 2.5");
+    for (wanted, why) in [
+        ("speed 11.0", "from 0 to 10"),
+        ("count 8", "fixed when the component starts"),
+    ] {
+        let refused = ros.run(&param("set", wanted));
+        let said = format!("{}{}", refused.stdout, refused.stderr);
+        assert!(
+            said.contains("Setting parameter failed") && said.contains(why),
+            "{refused:?}"
+        );
+    }
+    let echo = "ros2 topic echo /parameter_events rcl_interfaces/msg/ParameterEvent";
+    let echo = ros.start("events", echo);
+    let set = |value: &str| {
+        let change = format!("speed={value}");
+        let set = ["params", "set", &network, "envoy", &change];
+        let ran = ros.domain.site.rcdeploy(&set, false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+    };
+    // It is told once, and whoever listens needs a moment to be found.
+    Site::until("a change by rcdeploy is told", || {
+        set("4.25");
+        set("4.75");
+        echo.has_said("double_value: 4.75")
+    });
 }
 
 /// What `rcgen export` writes, built with colcon.

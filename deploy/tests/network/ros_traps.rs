@@ -116,6 +116,55 @@ fn what_does_not_fit_in_ros_is_told() {
     misfit.end();
 }
 
+/// An end of another type at the same topic is told once, with both types, and not heard; whoever fits is.
+#[test]
+fn other_types_at_a_topic_of_ros_are_told() {
+    let Some(python) = python("other_types_at_a_topic_of_ros_are_told") else {
+        return;
+    };
+    let domain = Domain::over(Over::Ros2, "ros_types", 20);
+    let envoy = domain.start(&[]);
+    let other = domain.stranger(python, "other_type.py", &[]);
+    // Cyclone DDS compares types itself.
+    assert_eq!(other.line(), "matched 0 0");
+    let told = |topic: &str| {
+        let log = envoy.log();
+        let both = [
+            "envoy_msgs::msg::dds_::Report_",
+            "std_msgs::msg::dds_::String_",
+        ];
+        let about = |line: &&str| line.contains(topic) && both.iter().all(|ty| line.contains(ty));
+        log.lines().filter(about).count()
+    };
+    Site::until("both ends are told of", || {
+        told("Reports/report") > 0 && told("Echoes/echo") > 0
+    });
+    Site::until("the order came", || {
+        domain.slot("Orders")["handlers"]["count"] == 1
+    });
+    for slot in ["Reports", "Echoes"] {
+        assert_eq!(domain.slot(slot)["peers"], 0, "{slot}");
+    }
+    let reports = domain.slot("Reports");
+    assert_eq!(reports["handlers"]["count"], 0, "{reports}");
+    // Who fits is heard beside them.
+    let mut stranger = domain.stranger(python, "repeat.py", &["3"]);
+    stranger.says("met");
+    Site::until("the envoy finds the stranger", || {
+        domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
+    });
+    stranger.write("\n");
+    assert_eq!(stranger.end(), ["told 3 heard 3"]);
+    let log = envoy.log();
+    assert_eq!(
+        (told("Reports/report"), told("Echoes/echo")),
+        (1, 1),
+        "{log}"
+    );
+    assert_eq!(domain.slot("Reports")["handlers"]["errors"], 0, "{log}");
+    other.end();
+}
+
 /// ros2-client knows nothing of the variables of ROS 2.
 #[test]
 fn the_variables_of_ros_are_respected() {

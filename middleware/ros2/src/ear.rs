@@ -25,6 +25,14 @@ const MOST_LOOKS: usize = 64;
 /// How long a publisher that was found may send what it has kept.
 const CATCH_UP: Duration = Duration::from_secs(2);
 
+/// The hash of types that are no component's own: only their names in DDS are compared.
+pub(crate) const STRANGER: u64 = 0;
+
+/// Whether two ends have the same types, as far as they tell.
+pub(crate) fn fit(ours: &TypeIdentity, theirs: &TypeIdentity) -> bool {
+    ours == theirs || ours.hash == STRANGER || theirs.hash == STRANGER
+}
+
 /// Where an end puts what it hears.
 pub(crate) trait Inbox: Send + Sync {
     /// Keeps samples, or does not.
@@ -296,6 +304,13 @@ impl Ear {
                 break;
             }
         }
+        // Who does not fit takes no place from who does.
+        let peers = lock(&self.peers);
+        samples.retain(|sample| {
+            let peer = peers.by_guid.get(&sample.writer);
+            peer.is_none_or(|peer| peer.fits)
+        });
+        drop(peers);
         if !samples.is_empty() {
             samples.sort_by_key(|sample| sample.received);
             self.inbox.put(samples);
@@ -332,7 +347,9 @@ impl Ear {
         has_found_us: bool,
         same_type: bool,
     ) -> Option<Peer> {
-        let same = hello.as_ref().is_none_or(|hello| hello.types == self.types);
+        let same = hello
+            .as_ref()
+            .is_none_or(|hello| fit(&hello.types, &self.types));
         let fits = same && same_type;
         let peer = Peer {
             guid,
@@ -371,7 +388,7 @@ impl Ear {
             changed |= peer.hello.is_none() || peer.has_found_us != has_found_us;
             peer.has_found_us |= has_found_us;
             if peer.hello.is_none() {
-                peer.fits = hello.types == self.types;
+                peer.fits &= fit(&hello.types, &self.types);
                 each(&hello);
                 peer.hello = Some(hello);
                 if !peer.fits {
@@ -453,7 +470,7 @@ impl Ear {
                 return false;
             };
             if peer.hello.is_none() {
-                peer.fits = notice.hello.types == self.types;
+                peer.fits &= fit(&notice.hello.types, &self.types);
                 peer.hello = Some(notice.hello.clone());
             }
             let changes = !peer.has_found_us && notice.found.contains(&own);

@@ -6,6 +6,7 @@ mod client;
 mod config;
 mod ear;
 mod names;
+mod parameter_events;
 mod parameters;
 mod presence;
 mod publisher;
@@ -18,6 +19,7 @@ mod subscriber;
 mod watcher;
 mod wire;
 
+use parameter_events::Events;
 use parameters::Services;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{
@@ -41,7 +43,7 @@ pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError>
 }
 
 struct Ros2 {
-    parameters: RefCell<Option<Services>>,
+    parameters: RefCell<Option<(Services, Events)>>,
     session: Rc<Session>,
 }
 
@@ -67,8 +69,9 @@ impl Backend for Ros2 {
     }
 
     fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
-        let services = Services::open(&self.session, service)?;
-        self.parameters.replace(Some(services));
+        let services = Services::open(&self.session, Arc::clone(&service))?;
+        let events = Events::open(&self.session, &*service)?;
+        self.parameters.replace(Some((services, events)));
         Ok(())
     }
 

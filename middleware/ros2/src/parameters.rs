@@ -2,7 +2,7 @@
 
 use crate::calls::{self, Id};
 use crate::config::Mapping;
-use crate::ear::{Ear, Group, Inbox, Peer};
+use crate::ear::{Ear, Group, Inbox, Peer, STRANGER};
 use crate::qos;
 use crate::rcl::{self, Service};
 use crate::session::{self, Port, Session, Wanted, signal};
@@ -90,7 +90,7 @@ impl Services {
             let address = format!("{node}/{name}");
             let types = TypeIdentity {
                 name: format!("rcl_interfaces/srv/{type_name}"),
-                hash: 1,
+                hash: STRANGER,
             };
             let topic = |kind: &str, part: &str, ending: &str| {
                 (

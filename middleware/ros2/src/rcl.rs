@@ -1,6 +1,6 @@
-//! The six parameter services of ROS 2 as bytes: the messages of `rcl_interfaces`, and what answers them.
+//! The parameter services and events of ROS 2 as bytes: the messages of `rcl_interfaces`, and what answers requests.
 
-use rc_middleware::parameters::{Parameter, ParameterService, ParameterValue};
+use rc_middleware::parameters::{Parameter, ParameterEvent, ParameterService, ParameterValue};
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
 /// A parameter service.
@@ -172,6 +172,25 @@ fn result(result: &Result<(), String>, writer: &mut Writer) {
     text(result.as_ref().err().map_or("", String::as_str), writer);
 }
 
+/// `rcl_interfaces/msg/ParameterEvent` of the node `node`, at `stamp`, in nanoseconds since 1970.
+pub(crate) fn event(stamp: i64, node: &str, event: &ParameterEvent) -> Result<Vec<u8>, String> {
+    const SECOND: i64 = 1_000_000_000;
+    let mut writer = Writer::default();
+    writer.put(&i32::try_from(stamp.div_euclid(SECOND)).unwrap_or(i32::MAX));
+    writer.put(&(stamp.rem_euclid(SECOND) as u32));
+    text(node, &mut writer);
+    for parameters in [&event.new, &event.changed] {
+        writer.length(parameters.len());
+        for Parameter { path, value, .. } in parameters {
+            writer.put(&Named(path.clone(), value.clone()));
+        }
+    }
+    // None is ever taken away.
+    writer.length(0);
+    let body = writer.finish().map_err(|error| error.to_string())?;
+    Ok(body.to_vec())
+}
+
 /// The names with one of `prefixes`, or all where there is none, at most `depth` parts long behind it, or of any length where
 /// that is 0; and the paths that they are in.
 fn listed(all: &[Parameter], prefixes: &[String], depth: u64) -> (Vec<String>, Vec<String>) {
@@ -251,6 +270,7 @@ pub(crate) fn answer(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rc_middleware::parameters::ParameterListener;
 
     struct Fixed;
 
@@ -271,6 +291,8 @@ mod tests {
         fn set(&self, _: &[(String, ParameterValue)]) -> Result<(), String> {
             Err("no".to_owned())
         }
+
+        fn watch(&self, _: ParameterListener) {}
     }
 
     #[test]
@@ -311,6 +333,26 @@ mod tests {
             let Named(name, back) = Reader::new(&bytes).get().expect("a parameter");
             assert_eq!((name.as_str(), back), ("n", value));
         }
+    }
+
+    #[test]
+    fn an_event_has_its_time_its_node_and_three_lists() {
+        let told = ParameterEvent {
+            new: Vec::new(),
+            changed: Fixed.list().expect("parameters"),
+        };
+        let body = event(1_763_700_000_000_000_007, "/robot/arm", &told).expect("a body");
+        let mut reader = Reader::new(&body);
+        assert_eq!(reader.get(), Ok(1_763_700_000_i32));
+        assert_eq!(reader.get(), Ok(7_u32));
+        assert_eq!(reader.get(), Ok("/robot/arm".to_owned()));
+        assert_eq!(reader.get(), Ok(0_u32));
+        let changed: Vec<Named> = reader.get().expect("what has changed");
+        let names: Vec<&str> = changed.iter().map(|named| named.0.as_str()).collect();
+        assert_eq!(names, ["speed", "arm.joints", "arm.left.max"]);
+        assert!(changed.iter().all(|n| n.1 == ParameterValue::Float(1.5)));
+        assert_eq!(reader.get(), Ok(0_u32));
+        assert_eq!(reader.rest(), [0; 0]);
     }
 
     /// Whatever comes, it is an answer or an error, and asks for no memory.

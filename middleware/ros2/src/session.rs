@@ -1,7 +1,7 @@
 //! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
 
 use crate::config::{self, Config, Mapping};
-use crate::ear::{Ear, Entity, Group, Inbox, Listener, Listening};
+use crate::ear::{self, Ear, Entity, Group, Inbox, Listener, Listening};
 use crate::qos::Ends;
 use crate::shared::Shared;
 use crate::watcher::Watcher;
@@ -172,7 +172,7 @@ impl Session {
         let own = wire::member(&wire::guid(self.participant.guid()));
         hellos.extend(self.shared.told_at(&wanted.topic.0, own, &self.host));
         for hello in hellos {
-            if hello.types != types {
+            if !ear::fit(&hello.types, &types) {
                 return Err(OpenError::TypeMismatch {
                     address: wanted.address.to_owned(),
                     ours: types.to_string(),

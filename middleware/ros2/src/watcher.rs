@@ -7,7 +7,7 @@ use crate::presence::{self, Told};
 use crate::qos;
 use crate::shared::{Early, Other, Shared};
 use crate::wire::{self, Body, Copying, Member, Reader, Sample, Writer};
-use rc_network::{Guid, Hello, Mismatches, Promise, Role, Seldom, hex, lock};
+use rc_network::{Guid, Hello, Mismatches, Promise, Role, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
 use rustdds::mio1::{Events, Interest, Poll, Token, Waker, event::Source};
@@ -46,8 +46,6 @@ pub(crate) struct Watcher {
     member: Gid,
     node: NodeName,
     lease: Duration,
-    /// Ends that do not fit, and of which nothing else tells.
-    seldom: Seldom,
     /// Whether the library has stopped working.
     is_lost: bool,
     /// The types of the ends of others: the library compares only topics.
@@ -117,7 +115,6 @@ impl Watcher {
             member: Gid::from(participant.guid()),
             node: config.node.clone(),
             lease: config.lease,
-            seldom: Seldom::new(),
             is_lost: false,
             types: HashMap::new(),
             ends,
@@ -394,22 +391,6 @@ impl Watcher {
                     requested_qos,
                     offered_qos,
                 } => self.incompatible(local_reader, remote_writer, &offered_qos, &requested_qos),
-                Status::InconsistentTopic {
-                    previous_topic_data,
-                    discovered_topic_data,
-                    ..
-                } => {
-                    if let Some(passed) = self.seldom.now() {
-                        let (count, topic) = (passed + 1, &previous_topic_data.name);
-                        let (ours, theirs) = (
-                            &previous_topic_data.type_name,
-                            &discovered_topic_data.type_name,
-                        );
-                        tracing::warn!(
-                            "topic `{topic}` is {ours} to one and {theirs} to another ({count} times)"
-                        );
-                    }
-                }
                 _ => {}
             }
         }
@@ -445,10 +426,10 @@ impl Watcher {
             match theirs {
                 Some(theirs) if ear.may_tell_of(&other) => {
                     let (topic, ours) = (&ear.topic, &ear.type_name);
-                    tracing::error!(
+                    self.shared.mismatches.error(format!(
                         "`{topic}` is {ours} here and {theirs} to the end {}; they do not hear each other",
                         hex(&other)
-                    );
+                    ));
                 }
                 _ => self.differ(&ear, &misfit),
             }

@@ -29,11 +29,92 @@ fn environment(machine: &str) -> (Environment, RunDirectory) {
     (environment, directory)
 }
 
-fn topic(qos: Qos) -> Endpoint {
-    let address = format!("default/Laser/scan{}", std::process::id());
+fn topic(name: &str, qos: Qos) -> Endpoint {
+    let address = format!("default/Laser/{name}{}", std::process::id());
     Endpoint {
         qos,
         ..rc_conformance::network::endpoint(&address)
+    }
+}
+
+/// What is told of ends that do not fit, when something is.
+fn told(backend: &dyn Backend) -> Vec<String> {
+    let start = Instant::now();
+    loop {
+        let told = backend.mismatches();
+        if !told.is_empty() {
+            return told;
+        }
+        assert!(start.elapsed() < LIMIT, "nothing was told");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// `rustdds` brings together whoever names the same topic, and sends what it cannot read to a reader of another type.
+#[test]
+fn who_has_another_type_is_told_of_once_and_not_heard() {
+    let ((here, one), (there, other)) = (join("hears"), join("says"));
+    let right = topic("pose", Qos::PUBLISHER);
+    let mut subscriber = here.subscriber(&right).expect("an end");
+    let mut wrong = right.clone();
+    // Nothing is known of its types but their name in DDS.
+    wrong.types.hash = 0;
+    for foreign in &mut wrong.foreign {
+        "std_msgs/msg/String".clone_into(&mut foreign.type_name);
+    }
+    let mut wrong = there.publisher(&wrong).expect("an end");
+    let told = told(&*here);
+    for name in [
+        "conformance_msgs::msg::dds_::any_",
+        "std_msgs::msg::dds_::String_",
+    ] {
+        assert!(told.len() == 1 && told[0].contains(name), "{told:?}");
+    }
+    // On another machine, as it were, so that nobody there compares the two.
+    let (third, last) = join("says-too");
+    let mut publisher = third.publisher(&right).expect("an end");
+    let mut hear = || {
+        let (mut heard, mut is_right) = (0, true);
+        let mut take = |_, body: &[u8]| {
+            heard += 1;
+            is_right &= body == [1; 8];
+        };
+        while subscriber.receive(&mut take).expect("no error") {}
+        assert!(is_right, "what has another type is heard");
+        heard
+    };
+    let mut sequence = 0;
+    let mut say = || {
+        let mut header = rc_conformance::network::header(sequence);
+        sequence += 1;
+        publisher.publish(header, &[1; 8]).expect("to send");
+        // More than a subscriber keeps.
+        for _ in 0..2 * right.qos.depth {
+            header.sequence += 1;
+            wrong.publish(header, &[9; 8]).expect("to send");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let start = Instant::now();
+    while hear() == 0 {
+        assert!(start.elapsed() < LIMIT, "nothing is heard");
+        say();
+    }
+    // Who does not fit takes no place from who does.
+    let mut heard = 0;
+    (0..20).for_each(|_| {
+        say();
+        heard += hear();
+    });
+    while heard < 20 {
+        assert!(start.elapsed() < LIMIT, "{heard} were heard");
+        std::thread::sleep(Duration::from_millis(1));
+        heard += hear();
+    }
+    assert_eq!(subscriber.peers(), 1);
+    assert_eq!(here.mismatches(), [""; 0]);
+    for directory in [one, other, last] {
+        directory.remove().expect("to remove it");
     }
 }
 
@@ -44,22 +125,14 @@ fn what_a_late_publisher_does_not_offer_is_told() {
         reliability: Reliability::Reliable,
         ..Qos::SUBSCRIBER
     };
-    let _subscriber = here.subscriber(&topic(reliable)).expect("an end");
+    let _subscriber = here.subscriber(&topic("scan", reliable)).expect("an end");
     assert_eq!(here.mismatches(), [""; 0]);
     let careless = Qos {
         reliability: Reliability::BestEffort,
         ..Qos::PUBLISHER
     };
-    let publisher = there.publisher(&topic(careless)).expect("an end");
-    let start = Instant::now();
-    let told = loop {
-        let told = here.mismatches();
-        if !told.is_empty() {
-            break told;
-        }
-        assert!(start.elapsed() < LIMIT, "nothing was told");
-        std::thread::sleep(Duration::from_millis(10));
-    };
+    let publisher = there.publisher(&topic("scan", careless)).expect("an end");
+    let told = told(&*here);
     assert!(told[0].contains("hears nothing of"), "{told:?}");
     drop(publisher);
     for directory in [one, other] {

@@ -277,6 +277,67 @@ fn the_parameter_services_answer_in_the_cyclone_mapping() {
     services_answer("cyclone", 1);
 }
 
+/// Whose own interface stands for the message of ROS is refused by nobody and hears what is told.
+#[test]
+fn a_component_hears_of_parameters() {
+    let network = format!("rosparam_heard_{}", std::process::id());
+    let domain = (20 + (3 + std::process::id() * 2) % 80).to_string();
+    let mut settings = Settings::default();
+    settings.set("ros2", "domain", vec![domain.clone()]);
+    let rule = "Events/told:=/parameter_events".to_owned();
+    settings.set("ros2", "remap", vec![rule]);
+    let asker = Asker::new(&network, settings).expect("another node");
+    let endpoint = Endpoint {
+        address: Address::parse(&format!("{network}/Events/told")).expect("an address"),
+        types: TypeIdentity {
+            name: "Own::Events/told".to_owned(),
+            hash: 99,
+        },
+        qos: Qos {
+            depth: 10,
+            ..Qos::PUBLISHER
+        },
+        foreign: vec![Foreign {
+            slot: "Events".to_owned(),
+            operation: "told".to_owned(),
+            id: 1,
+            type_name: "rcl_interfaces/msg/ParameterEvent".to_owned(),
+        }],
+    };
+    let mut events = asker.backend.subscriber(&endpoint).expect("an end");
+    let setting = format!("ros2.domain={domain}");
+    let args = ["--network", &network, "--set-middleware", &setting];
+    let component = embed(&NODE, Worker::start, &args).expect("a component");
+    let node = format!("/{network}/tuned");
+    // How many are new, and the name of the first that has changed.
+    let mut next = || {
+        let begin = std::time::Instant::now();
+        let mut told = None;
+        while told.is_none() {
+            assert!(begin.elapsed() < LIMIT, "nothing is told");
+            std::thread::sleep(Duration::from_millis(5));
+            let mut take = |_: Header, body: &[u8]| {
+                let mut reader = Reader::new(body);
+                let _: (i32, u32) = (get(&mut reader), get(&mut reader));
+                // Others of this domain tell on the same topic.
+                if get::<String>(&mut reader) == node {
+                    let new: u32 = get(&mut reader);
+                    let changed =
+                        (new == 0).then(|| (get::<u32>(&mut reader), get::<String>(&mut reader)));
+                    told = Some((new, changed));
+                }
+            };
+            events.receive(&mut take).expect("no error");
+        }
+        told.expect("it was told")
+    };
+    assert_eq!(next(), (3, None));
+    assert_eq!(asker.set("speed", 3, 2.5), (true, String::new()));
+    assert_eq!(next(), (0, Some((1, "speed".to_owned()))));
+    component.stop();
+    component.join().expect("a good end");
+}
+
 /// What a node of ROS 2 on Cyclone DDS hears from the six services.
 #[test]
 fn a_stranger_lists_describes_gets_and_sets() {

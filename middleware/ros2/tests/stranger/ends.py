@@ -1,4 +1,5 @@
-"""Tells which ends there are in a domain beside its own, and then waits until they have gone: ends.py NETWORK DOMAIN COUNT."""
+"""Tells which ends there are in a domain beside its own, those of parameters aside, and then waits until they have gone:
+ends.py NETWORK DOMAIN COUNT."""
 
 import sys
 
@@ -16,6 +17,11 @@ readers = [
 ends = {}
 
 
+def is_meant(topic):
+    """Whether it is one of this network's, and not one of the services that every node with parameters has."""
+    return network in topic and "parameter" not in topic
+
+
 def look():
     """Takes what has been discovered and what has gone."""
     for does, reader in readers:
@@ -23,7 +29,7 @@ def look():
             key = str(end.key)
             if not end.sample_info.valid_data:
                 ends.pop(key, None)
-            elif end.participant_key != here.member.guid and network in end.topic_name:
+            elif end.participant_key != here.member.guid and is_meant(end.topic_name):
                 reliable = Policy.Reliability.BestEffort not in end.qos
                 kept = Policy.Durability.TransientLocal in end.qos
                 words = [does, end.topic_name, end.type_name, reliable and "reliable", kept and "kept"]

@@ -6,7 +6,7 @@ use crate::description::DESCRIPTION;
 use crate::slots;
 use rc_runtime::middleware::Reader;
 use rc_runtime::middleware::typed::{HandlerError, Request};
-use rc_runtime::{Component, Core, Embedded, Ports, StartError, Values, WorkerError};
+use rc_runtime::{Component, Core, Embedded, ParamChange, Ports, StartError, Values, WorkerError};
 use std::process::ExitCode;
 
 /// What every worker does. `compute` runs on its period; an error of it is logged and counted, and the next
@@ -17,6 +17,18 @@ pub trait Worker: Sized {
 
     /// Runs once a period.
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError>;
+
+    /// Parameters were changed while the component runs; `ctx.params` has the new values already. An error refuses the
+    /// change: it is the answer to who asked, `ctx.params` has the old values again, and nothing has changed. Called
+    /// between two computes or handlers, with all changes that were made at once.
+    fn params_changed(
+        &mut self,
+        ctx: &mut Context,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
+        let _ = (ctx, changes);
+        Ok(())
+    }
 
     /// Runs once a period instead of `compute`, while the component is in the state Emergency.
     fn emergency(&mut self, ctx: &mut Context) {
@@ -83,6 +95,14 @@ where
 
     fn compute(&mut self) -> Result<(), WorkerError> {
         Worker::compute(&mut self.worker, &mut self.ctx)
+    }
+
+    fn set_parameters(&mut self, values: &Values) {
+        self.ctx.set_parameters(values);
+    }
+
+    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+        Worker::params_changed(&mut self.worker, &mut self.ctx, changes)
     }
 
     fn emergency(&mut self) {

@@ -41,4 +41,4 @@ pub(crate) const TYPES_ARCHIVE: &[&str] = &["envoy_msgs/msg/ArchiveKeep"];
 
 /// What tools find in the executable.
 pub(crate) const NOTE: &[u8] =
-    b"\x02rc-note\x03\x1e\x1f{\"component\":\"envoy\",\"model\":\"1819d98d7e3f166b\",\"middleware\":\"ros2\"}\0";
+    b"\x02rc-note\x03\x1e\x1f{\"component\":\"envoy\",\"model\":\"46efd67639a76dd2\",\"middleware\":\"ros2\"}\0";

@@ -2,6 +2,7 @@
 //! What the worker gets with every call: its parameters and what it calls and publishes.
 
 use crate::interfaces::*;
+use crate::parameters::Params;
 use rc_runtime::middleware::OpenError;
 use rc_runtime::{Core, Ports, Values};
 use std::ops::{Deref, DerefMut};
@@ -9,6 +10,8 @@ use std::ops::{Deref, DerefMut};
 /// Everything that the worker can reach. It dereferences to the runtime's own part: name, period, stop.
 pub struct Context {
     core: Core,
+    /// The parameters of the configuration.
+    pub params: Params,
     /// requires `Oracle`
     pub oracle: OracleClient,
     /// publishes `Echoes`
@@ -21,9 +24,9 @@ pub struct Context {
 
 impl Context {
     pub(crate) fn new(core: Core, ports: &Ports, values: &Values) -> Result<Self, OpenError> {
-        let _ = values;
         Ok(Self {
             core,
+            params: Params::from_values(values),
             oracle: OracleClient::new(ports.caller(1)?),
             echoes: EchoesPublisher::new(ports, 5)?,
             gossip: GossipPublisher::new(ports, 6)?,
@@ -33,6 +36,10 @@ impl Context {
 
     pub(crate) fn core(&mut self) -> &mut Core {
         &mut self.core
+    }
+
+    pub(crate) fn set_parameters(&mut self, values: &Values) {
+        self.params = Params::from_values(values);
     }
 
     pub(crate) fn sending_peers(&self, peers: &mut [usize]) {

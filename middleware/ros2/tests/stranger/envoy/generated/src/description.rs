@@ -3,6 +3,7 @@
 
 use crate::backend;
 use crate::interfaces;
+use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
 use rc_runtime::middleware::{Durability, Reliability};
@@ -128,10 +129,10 @@ const SLOT_ARCHIVE: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "envoy",
-    model_hash: 0x1819d98d7e3f166b,
+    model_hash: 0x46efd67639a76dd2,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
-    parameters: None,
+    parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[
         SLOT_ENVOY,

@@ -1,0 +1,147 @@
+//! What a node tells of its parameters on `/parameter_events`, on a thread of its own.
+
+use crate::ear::STRANGER;
+use crate::qos;
+use crate::rcl;
+use crate::session::{self, Port, Session, Unsent, Wanted, signal};
+use crate::wire::{Body, Writer};
+use rc_middleware::parameters::{ParameterEvent, ParameterService};
+use rc_middleware::{OpenError, Qos, TypeIdentity};
+use rc_network::{Role, Seldom, stamp};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// All nodes have the same one.
+const TOPIC: &str = "/parameter_events";
+/// How many may wait to be sent, and are kept until all have confirmed them: as `rclcpp` has it.
+const MOST: u32 = 1000;
+/// So long after a node began the others have found it, also with Fast DDS; what is told before is heard by nobody.
+const DISCOVERY: Duration = Duration::from_millis(1500);
+
+/// What is told, and when it happened, in nanoseconds since 1970.
+type Told = (i64, ParameterEvent);
+
+/// What tells of parameters, as long as this is there.
+pub(crate) struct Events {
+    /// Who it has not told yet: whoever listens to the parameters has no other way to the thread, which ends without it.
+    queue: Option<Arc<SyncSender<Told>>>,
+    thread: Option<JoinHandle<()>>,
+    /// Goes after the thread.
+    _port: Port,
+}
+
+impl Events {
+    pub(crate) fn open(
+        session: &Rc<Session>,
+        parameters: &dyn ParameterService,
+    ) -> Result<Self, OpenError> {
+        let failed = |reason: String| OpenError::Backend {
+            address: TOPIC.to_owned(),
+            reason,
+        };
+        let port = session.end(Wanted {
+            address: TOPIC,
+            topic: (
+                format!("rt{TOPIC}"),
+                "rcl_interfaces::msg::dds_::ParameterEvent_".to_owned(),
+            ),
+            role: Role::Publisher,
+            types: &TypeIdentity {
+                name: "rcl_interfaces/msg/ParameterEvent".to_owned(),
+                hash: STRANGER,
+            },
+            sends: true,
+            qos: qos::topic(&Qos {
+                depth: MOST,
+                ..Qos::PUBLISHER
+            }),
+            signal: signal(TOPIC)?,
+            is_watched: false,
+            inbox: Arc::new(()),
+            group: Default::default(),
+        })?;
+        let writer = port.writer().map(Arc::clone);
+        let writer = writer.ok_or_else(|| failed("this end does not send".to_owned()))?;
+        let sender = Sender {
+            node: session.config.node.fully_qualified_name(),
+            writer,
+            seldom: Seldom::default(),
+        };
+        let (queue, events) = sync_channel(MOST as usize);
+        let thread = std::thread::Builder::new()
+            .name("rc-ros2-event".to_owned())
+            .spawn(move || sender.run(&events))
+            .map_err(|error| failed(format!("a thread cannot be started: {error}")))?;
+        let queue = Arc::new(queue);
+        let listener = Arc::downgrade(&queue);
+        let seldom = Seldom::default();
+        parameters.watch(Box::new(move |event| {
+            let Some(queue) = listener.upgrade() else {
+                return;
+            };
+            if queue.try_send((stamp(0), event)).is_err() {
+                untold(&seldom, "too many wait");
+            }
+        }));
+        Ok(Self {
+            queue: Some(queue),
+            thread: Some(thread),
+            _port: port,
+        })
+    }
+}
+
+impl Drop for Events {
+    fn drop(&mut self) {
+        self.queue = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Says that nobody hears of a change.
+fn untold(seldom: &Seldom, reason: &str) {
+    if let Some(passed) = seldom.now() {
+        let count = passed + 1;
+        tracing::warn!("a change of parameters is not told on `{TOPIC}` ({count} times): {reason}");
+    }
+}
+
+/// The thread.
+struct Sender {
+    node: String,
+    writer: Arc<Writer>,
+    seldom: Seldom,
+}
+
+impl Sender {
+    fn run(self, events: &Receiver<Told>) {
+        let begin = Instant::now();
+        let mut held = Vec::new();
+        while held.len() < MOST as usize
+            && let left = DISCOVERY.saturating_sub(begin.elapsed())
+            && let Ok(told) = events.recv_timeout(left)
+        {
+            held.push(told);
+        }
+        // A node that ends by now tells what it has to.
+        for (stamp, event) in held.into_iter().chain(events) {
+            if let Err(reason) = self.send(stamp, &event) {
+                untold(&self.seldom, &reason);
+            }
+        }
+    }
+
+    fn send(&self, stamp: i64, event: &ParameterEvent) -> Result<(), String> {
+        let body = rcl::event(stamp, &self.node, event)?;
+        match session::write(&self.writer, Body::of(&[&body]), stamp, None, None) {
+            Ok(_) => Ok(()),
+            Err(Unsent::Full) => Err("somebody confirms nothing".to_owned()),
+            Err(Unsent::Failed(reason)) => Err(reason),
+        }
+    }
+}
