@@ -118,6 +118,11 @@ pub trait Backend {
         Vec::new()
     }
 
+    /// Why this middleware works no more in this process, so that only a new one helps; `None` as long as it does.
+    fn lost(&self) -> Option<String> {
+        None
+    }
+
     /// Waits until what was sent has reached those who are there, at most `limit`; called before the ports of
     /// a component that ends are closed.
     fn linger(&self, limit: Duration);

@@ -509,6 +509,11 @@ impl<'a> EventLoop<'a> {
             slot.peers = peers;
         }
         status.news.mismatches.extend(mismatches);
+        drop(status);
+        // Whoever keeps components alive starts a new one.
+        if self.fatal.is_none() {
+            self.fatal = self.connections.lost();
+        }
     }
 }
 

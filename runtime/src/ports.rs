@@ -133,6 +133,11 @@ impl Ports {
         all.flat_map(|backend| backend.mismatches()).collect()
     }
 
+    /// Why a middleware works no more in this process, if one does not.
+    pub(crate) fn lost(&self) -> Option<String> {
+        self.backends.iter().find_map(|(_, backend)| backend.lost())
+    }
+
     /// Lets what was sent arrive.
     pub(crate) fn linger(&self, limit: Duration) {
         for (_, backend) in &self.backends {

@@ -86,11 +86,17 @@ static ENDS: Mutex<BTreeMap<String, Qos>> = Mutex::new(BTreeMap::new());
 fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     let (network, settings) = (environment.network.clone(), environment.settings.clone());
     SEEN.lock().expect("the settings").insert(network, settings);
-    Ok(Box::new(Watched(rc_local::connect(environment)?)))
+    Ok(Box::new(Watched {
+        backend: rc_local::connect(environment)?,
+        is_lost: environment.instance == "lost",
+    }))
 }
 
-/// A backend that notes how its ends are to be.
-struct Watched(Box<dyn Backend>);
+/// A backend that notes how its ends are to be, and may work no more.
+struct Watched {
+    backend: Box<dyn Backend>,
+    is_lost: bool,
+}
 
 impl Watched {
     fn note(endpoint: &Endpoint) {
@@ -106,24 +112,28 @@ impl Backend for Watched {
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
         Self::note(endpoint);
-        self.0.publisher(endpoint)
+        self.backend.publisher(endpoint)
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
         Self::note(endpoint);
-        self.0.subscriber(endpoint)
+        self.backend.subscriber(endpoint)
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        self.0.client(endpoint)
+        self.backend.client(endpoint)
     }
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
-        self.0.server(endpoint)
+        self.backend.server(endpoint)
+    }
+
+    fn lost(&self) -> Option<String> {
+        self.is_lost.then(|| "the network is gone".to_owned())
     }
 
     fn linger(&self, limit: Duration) {
-        self.0.linger(limit);
+        self.backend.linger(limit);
     }
 }
 
@@ -234,6 +244,16 @@ fn topics_get_another_quality_of_service() {
         ..WANTED
     };
     assert_eq!(of("base/newState"), base);
+}
+
+/// Nobody could start it anew, if it went on without one.
+#[test]
+fn a_component_without_its_middleware_ends() {
+    let network = format!("ros_lost_{}", std::process::id());
+    let args = ["--network", &network, "--name", "lost"];
+    let component = embed(&NODE, Worker::start, &args).expect("a component");
+    let error = component.join().expect_err("an end");
+    assert!(error.to_string().contains("the network is gone"), "{error}");
 }
 
 #[test]

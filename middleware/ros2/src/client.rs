@@ -157,6 +157,12 @@ pub(crate) struct RosClient {
 }
 
 impl Service {
+    /// Whether this server hears and answers this client.
+    fn meets(&self, server: Member) -> bool {
+        let same = |peer: &Peer| peer.member() == server && is_server(peer) && peer.is_ready();
+        self.replies.ear.has(same) && self.requests.ear.has(same)
+    }
+
     /// The servers that hear and answer this client.
     fn servers(&self) -> BTreeSet<Member> {
         let member = |peer: &Peer| (is_server(peer) && peer.is_ready()).then_some(peer.member());
@@ -164,6 +170,20 @@ impl Service {
         let mut hearing: BTreeSet<Member> = self.requests.ear.here(member).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
+    }
+
+    /// One of them, which is given a moment to find this client, too.
+    fn find_server(&self) -> Option<Member> {
+        let (mut servers, begin) = (self.servers(), Instant::now());
+        while servers.is_empty() && begin.elapsed() < MEETING {
+            let awaits = self.awaits_server();
+            servers = self.servers();
+            if !awaits {
+                break;
+            }
+            self.requests.ear.wait(LOOK);
+        }
+        servers.first().copied()
     }
 
     /// Whether a server has been found that has not found this client yet, as far as is known.
@@ -256,17 +276,8 @@ impl RosClient {
     ) -> Result<(usize, i64, Member), CallError> {
         let (at, id) = self.operation(request)?;
         let service = &self.services[at];
-        let (mut servers, begin) = (service.servers(), Instant::now());
-        while servers.is_empty() && begin.elapsed() < MEETING {
-            let awaits = service.awaits_server();
-            servers = service.servers();
-            if !awaits {
-                break;
-            }
-            service.requests.ear.wait(LOOK);
-        }
-        let same = self.asked.filter(|asked| servers.contains(asked));
-        let server = same.or_else(|| servers.first().copied());
+        let same = self.asked.filter(|asked| service.meets(*asked));
+        let server = same.or_else(|| service.find_server());
         let server = server.ok_or_else(|| CallError::NoServer(self.address.clone()))?;
         self.make_room(server, at)?;
         let body = request.get(rpc::ENVELOPE..).unwrap_or_default();

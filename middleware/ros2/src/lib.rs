@@ -75,6 +75,10 @@ impl Backend for Ros2 {
         Ok(())
     }
 
+    fn lost(&self) -> Option<String> {
+        self.session.shared.lost.get().cloned()
+    }
+
     fn mismatches(&self) -> Vec<String> {
         self.session.mismatches()
     }

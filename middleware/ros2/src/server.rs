@@ -175,13 +175,13 @@ impl RosServer {
         let port = &mut self.services[place].replies;
         // What is large, or no answer to strangers, goes to the one end of that process that waits for it; what is small costs
         // less to send to all than to tell the others that they miss nothing.
-        let ends = port
-            .ear
-            .here(|peer| (peer.member() == member).then_some(peer.guid));
-        let to = match ends[..] {
-            [only] if body.len() > calls::LARGE || id.1 < 0 => Some(only),
-            _ => None,
-        };
+        let mut to = None;
+        if body.len() > calls::LARGE || id.1 < 0 {
+            let same = |peer: &Peer| (peer.member() == member).then_some(peer.guid);
+            if let [only] = port.ear.here(same)[..] {
+                to = Some(only);
+            }
+        }
         let body = Body::of(&[&mark.header, body]);
         let sent = match port.send(body.clone(), stamp(0), mark.related, to) {
             Err(Unsent::Full) => match port.renew() {

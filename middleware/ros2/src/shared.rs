@@ -7,7 +7,7 @@ use rc_network::{Guid, Hello, Mismatches, lock};
 use rustdds::mio1::Waker;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// An end of this component.
@@ -31,6 +31,8 @@ pub(crate) struct Shared {
     pub(crate) has_found: AtomicBool,
     pub(crate) stops: AtomicBool,
     pub(crate) mismatches: Mismatches,
+    /// Why the library works no more.
+    pub(crate) lost: OnceLock<String>,
 }
 
 /// An end of ours and one of others that have found each other, and when.

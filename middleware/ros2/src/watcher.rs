@@ -18,7 +18,7 @@ use rustdds::{
 };
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 const WAKE: Token = Token(0);
@@ -46,8 +46,6 @@ pub(crate) struct Watcher {
     member: Gid,
     node: NodeName,
     lease: Duration,
-    /// Whether the library has stopped working.
-    is_lost: bool,
     /// The types of the ends of others: the library compares only topics.
     types: HashMap<Guid, String>,
     // Readers and writers go before the participant does.
@@ -107,6 +105,7 @@ impl Watcher {
             has_found: AtomicBool::new(false),
             stops: AtomicBool::new(false),
             mismatches: Mismatches::default(),
+            lost: OnceLock::new(),
         });
         Ok(Self {
             shared,
@@ -115,7 +114,6 @@ impl Watcher {
             member: Gid::from(participant.guid()),
             node: config.node.clone(),
             lease: config.lease,
-            is_lost: false,
             types: HashMap::new(),
             ends,
             alive,
@@ -229,15 +227,13 @@ impl Watcher {
         }
     }
 
-    /// Says where the library does not discover any more. Its threads end for good when a wait of theirs is interrupted
+    /// Notes where the library does not discover any more. Its threads end for good when a wait of theirs is interrupted
     /// (`rustdds` 0.15.1, `Discovery::discovery_event_loop`), and nothing but a new process has new ones. The one that
     /// discovers takes no commands then.
     fn look_at_library(&mut self) {
-        if !self.is_lost && self.participant.assert_liveliness().is_err() {
-            self.is_lost = true;
-            self.shared.mismatches.error(
-                "ROS 2 finds nobody any more and is found by nobody: rustdds ends where its process was stopped and resumed, or its machine slept. Start this component anew".to_owned(),
-            );
+        if self.shared.lost.get().is_none() && self.participant.assert_liveliness().is_err() {
+            let reason = "ROS 2 finds nobody any more and is found by nobody: rustdds ends where its process was stopped and resumed, or its machine slept. Start this component anew";
+            let _ = self.shared.lost.set(reason.to_owned());
         }
     }
 

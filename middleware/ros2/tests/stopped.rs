@@ -111,12 +111,8 @@ fn another_process() {
     match part.as_str() {
         "watched" => {
             say("ready");
-            let mut told = Vec::new();
-            until("something is told", || {
-                told = backend.mismatches();
-                !told.is_empty()
-            });
-            say(&told.join(" "));
+            until("it is lost", || backend.lost().is_some());
+            say(&backend.lost().unwrap_or_default());
         }
         other => panic!("`{other}` is no part"),
     }
