@@ -3,9 +3,10 @@
 use crate::connect::{Endpoint, slot};
 use crate::model::{Deployment, Host, Setting};
 use rc_cdsl::Component;
-use rc_cdsl::model::{Backend, Qos};
+use rc_cdsl::model::{Backend, Qos, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
 use rc_idsl::canonical::operation_text;
+use rc_settings::Key;
 use rc_settings::qos::{self, Policy};
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -149,20 +150,34 @@ impl<'a> Agreement<'a> {
             found.push(error.help("use `middleware dds`, or let both run on one host"));
             return false;
         }
-        // Shared memory knows no domains.
-        let Some(key) = rc_settings::key(here.word(), "domain") else {
-            return true;
-        };
-        let setting = |end: Endpoint| {
+        let is_call = slot(self.components, consumer).is_some_and(|s| s.role == Role::Requires);
+        // Shared memory knows no domains, and topics no mapping of services.
+        ["domain", "service_mapping"]
+            .iter()
+            .filter(|name| is_call || **name == "domain")
+            .filter_map(|name| rc_settings::key(here.word(), name))
+            .all(|key| self.is_set_alike(span, here, key, [consumer, provider], found))
+    }
+
+    /// Whether a setting that both ends have to share is the same at both.
+    fn is_set_alike(
+        &self,
+        span: Span,
+        backend: Backend,
+        key: &Key,
+        ends: [Endpoint; 2],
+        found: &mut Diagnostics,
+    ) -> bool {
+        let set = ends.map(|end| {
             let instance = &self.deployment.instances[end.instance];
-            instance.setting(here, key.name)
-        };
-        let (one, other) = (setting(consumer), setting(provider));
+            instance.setting(backend, key.name)
+        });
         let value = |set: Option<&Setting>| {
             let value = set.and_then(|set| set.values.first().cloned());
             value.or(key.default.map(str::to_owned))
         };
-        if value(one) == value(other) {
+        let values = set.map(value);
+        if values[0] == values[1] {
             return true;
         }
         let word = |set: Option<&Setting>| match set {
@@ -172,13 +187,19 @@ impl<'a> Agreement<'a> {
                 None => "what ROS_DOMAIN_ID says".to_owned(),
             },
         };
-        let message = format!(
-            "{ends} are in different domains: {} and {}",
-            word(one),
-            word(other)
-        );
-        let mut error = Diagnostic::error("domain-mismatch", span, message);
-        for set in [one, other].into_iter().flatten() {
+        let [one, other] = set.map(word);
+        let names = ends
+            .map(|end| format!("`{}`", self.name(end)))
+            .join(" and ");
+        let mut error = if key.name == "domain" {
+            let message = format!("{names} are in different domains: {one} and {other}");
+            Diagnostic::error("domain-mismatch", span, message)
+        } else {
+            let message =
+                format!("{names} tell requests apart in different ways: {one} and {other}");
+            Diagnostic::error("service-mapping-mismatch", span, message)
+        };
+        for set in set.into_iter().flatten() {
             error = error.label(set.span, "set here");
         }
         found.push(error);

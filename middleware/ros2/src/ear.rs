@@ -459,7 +459,9 @@ impl Ear {
 
     /// Looks at the notices of those on this machine who they are, and which of them have found this end.
     pub(crate) fn look(&self) {
-        let waits = |peer: &Peer| peer.here && !peer.has_found_us;
+        // Who has hung out no notice by then is no component on this machine.
+        let may_tell = |peer: &Peer| peer.hello.is_some() || peer.since.elapsed() < CATCH_UP;
+        let waits = |peer: &Peer| peer.here && !peer.has_found_us && may_tell(peer);
         if !lock(&self.peers).by_guid.values().any(waits) {
             return;
         }

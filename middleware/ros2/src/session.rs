@@ -264,8 +264,9 @@ impl Session {
         }));
         let number = self.shared.number();
         let entity = self
-            .entity(&topic, &policies, wanted.sends, number, &ear)
+            .entity(&topic, &policies, wanted.sends)
             .map_err(|error| backend(&error))?;
+        self.opened(&entity, number, &ear);
         let guid = entity.guid();
         let mut port = Port {
             entity: Some(entity),
@@ -282,14 +283,12 @@ impl Session {
         Ok(port)
     }
 
-    /// A writer, or a reader that is heard from now on.
+    /// A writer or a reader.
     fn entity(
         &self,
         topic: &Topic,
         policies: &rustdds::QosPolicies,
         sends: bool,
-        number: usize,
-        ear: &Arc<Ear>,
     ) -> Result<Entity, String> {
         let policies = Some(policies.clone());
         if sends {
@@ -301,18 +300,21 @@ impl Session {
             let mut writers = self.writers.borrow_mut();
             writers.retain(|writer| writer.strong_count() > 0);
             writers.push(Arc::downgrade(&writer));
-            let guid = wire::guid(writer.guid());
-            self.shared.opened(number, guid, ear);
             return Ok(Entity::Writer(writer));
         }
         let reader: Reader = self
             .subscriber
             .create_simple_datareader_no_key(topic, policies)
             .map_err(|error| error.to_string())?;
-        let reader = Arc::new(reader);
-        self.shared.opened(number, wire::guid(reader.guid()), ear);
-        ear.attach(&reader);
-        Ok(Entity::Reader(reader))
+        Ok(Entity::Reader(Arc::new(reader)))
+    }
+
+    /// From now on an end is known, and heard.
+    fn opened(&self, entity: &Entity, number: usize, ear: &Arc<Ear>) {
+        self.shared.opened(number, entity.guid(), ear);
+        if let Entity::Reader(reader) = entity {
+            ear.attach(reader);
+        }
     }
 
     /// Waits until new ends and those on this machine have found each other. Who cannot be reached costs a component
@@ -450,12 +452,11 @@ impl Port {
                 "somebody who hears `{topic}` confirms nothing any more and is left behind ({count} times)"
             );
         }
+        // Where there is no other one, the old one stays, and the next thing that is sent tries again.
+        let entity = self.session.entity(&self.topic, &self.qos, true)?;
         self.ear.withdraw();
         self.ear.forget();
-        // Where there is no other one, the old one stays, and the next thing that is sent tries again.
-        let entity = self
-            .session
-            .entity(&self.topic, &self.qos, true, self.number, &self.ear)?;
+        self.session.opened(&entity, self.number, &self.ear);
         self.guid = entity.guid();
         self.entity = Some(entity);
         self.unconfirmed = 0;

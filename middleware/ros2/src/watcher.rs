@@ -35,6 +35,11 @@ const PAUSE: Duration = Duration::from_millis(5);
 const OPENING: Duration = Duration::from_secs(1);
 /// How many ends are remembered that were found before they were known.
 const MOST_EARLY: usize = 1024;
+/// How often it is looked at what has come to all ends.
+const LISTEN: Duration = Duration::from_millis(250);
+/// After so much silence nothing is known of a component any more. The library forgets it after 50 s; if it is back, it tells all
+/// again.
+const FORGOTTEN: Duration = Duration::from_secs(300);
 /// How often a component says in one lease that it lives.
 const BEATS: u32 = 4;
 
@@ -130,8 +135,9 @@ impl Watcher {
         let mut events = Events::with_capacity(64);
         let mut beat = Instant::now();
         let mut told = beat;
+        let mut listened = beat;
         while !self.shared.stops.load(Ordering::SeqCst) {
-            let mut until = beat;
+            let mut until = beat.min(listened + LISTEN);
             if self.is_to_tell() {
                 until = until.min(told + PAUSE);
             }
@@ -151,6 +157,9 @@ impl Watcher {
             if beat <= Instant::now() {
                 beat = Instant::now() + self.lease / BEATS;
                 self.beat();
+            }
+            if listened.elapsed() >= LISTEN {
+                listened = Instant::now();
                 // What comes to an end that is not looked after does not pile up in the library.
                 self.listen(|_| true);
             }
@@ -206,7 +215,11 @@ impl Watcher {
         let _ = self.alive.1.write(presence::string(""), None);
         self.look_at_library();
         let mut silent = Vec::new();
-        for (member, other) in lock(&self.shared.members).iter_mut() {
+        let mut members = lock(&self.shared.members);
+        members.retain(|_, other| {
+            other.heard.elapsed() < FORGOTTEN.max(other.lease.saturating_mul(2))
+        });
+        for (member, other) in members.iter_mut() {
             // Who says seldom that it lives is not dead in between.
             if !other.silent && other.heard.elapsed() > self.lease.max(other.lease) {
                 other.silent = true;
@@ -216,6 +229,7 @@ impl Watcher {
                 ));
             }
         }
+        drop(members);
         for (member, hello) in silent {
             if let Some(hello) = hello {
                 let (who, lease) = (hello.who(&self.shared.host), self.lease);
