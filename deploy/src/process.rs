@@ -2,6 +2,7 @@
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
+use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 use std::io::Read;
 use std::os::fd::{AsFd, OwnedFd};
@@ -176,6 +177,7 @@ impl Mark {
 /// Those with all of these in their environment; `None` if there are none, but one that may turn out to.
 fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
     let own = std::process::id();
+    let program = std::fs::read_link("/proc/self/exe").ok();
     let mut unsettled = false;
     let mut found = Vec::new();
     for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
@@ -192,18 +194,27 @@ fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
         let Ok(descriptor) = pidfd_open(process, PidfdFlags::empty()) else {
             continue;
         };
-        match environment(pid) {
-            Some(environment) if environment.is_empty() => unsettled |= in_exec(pid),
-            Some(environment) => {
-                let has = |wanted: &String| {
-                    let mut entries = environment.split(|&byte| byte == 0);
-                    entries.any(|entry| entry == wanted.as_bytes())
-                };
-                if wanted.iter().all(has) && Identity::of(pid).is_some() {
-                    found.push(descriptor);
-                }
+        // Looked at first: what is another program by now has its own environment.
+        let is_copy =
+            program.is_some() && program == std::fs::read_link(format!("/proc/{pid}/exe")).ok();
+        let mut seen = environment(pid);
+        if seen.as_ref().is_some_and(Vec::is_empty) {
+            match has_environment(pid) {
+                Some(false) => unsettled = true,
+                // It was on its way a moment ago.
+                Some(true) => seen = environment(pid),
+                None => {}
             }
-            None => {}
+        }
+        let Some(environment) = seen else { continue };
+        let has = |wanted: &String| {
+            let mut entries = environment.split(|&byte| byte == 0);
+            entries.any(|entry| entry == wanted.as_bytes())
+        };
+        if !wanted.iter().all(has) {
+            unsettled |= is_copy && is_before_exec(pid);
+        } else if Identity::of(pid).is_some() {
+            found.push(descriptor);
         }
     }
     (!found.is_empty() || !unsettled).then_some(found)
@@ -217,26 +228,45 @@ fn environment(pid: i32) -> Option<Vec<u8>> {
     Some(environment)
 }
 
-/// Whether a process without an environment is only on its way into its program: `execve` replaces the memory first
-/// and says where the environment is afterwards, and whoever started the process may have gone on in between.
-fn in_exec(pid: i32) -> bool {
-    std::fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| lacks_environment(&stat))
+/// Whether a copy of this program is about to become another one. Until `execve` has replaced its memory it has the environment,
+/// and the command line, of whoever started it a moment ago, who goes on before that is done, or has been killed.
+fn is_before_exec(pid: i32) -> bool {
+    let line = |pid: i32| std::fs::read(format!("/proc/{pid}/cmdline")).ok();
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let parent = stat.rsplit_once(')').and_then(|(_, rest)| {
+        let mut fields = rest.split_ascii_whitespace();
+        fields.nth(1)?.parse().ok()
+    });
+    let is_alike = parent.is_some_and(|parent| parent == 1 || line(parent) == line(pid));
+    is_alike && starttime(&stat).is_some_and(is_young)
 }
 
-/// Whether this `stat` of proc(5) is of a program whose `env_end` is not yet known.
-fn lacks_environment(stat: &str) -> bool {
+/// Whether so many clock ticks after the start of the system were less than a second ago.
+fn is_young(starttime: u64) -> bool {
+    let second = rustix::param::clock_ticks_per_second();
+    let now = clock_gettime(ClockId::Boottime);
+    let (seconds, nanoseconds) = (now.tv_sec.unsigned_abs(), now.tv_nsec.unsigned_abs());
+    let now = seconds * second + nanoseconds * second / 1_000_000_000;
+    now.saturating_sub(starttime) < second
+}
+
+/// Whether a process has an environment by now, see [`knows_environment`].
+fn has_environment(pid: i32) -> Option<bool> {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    knows_environment(&stat)
+}
+
+/// Whether the `env_end` of this `stat` of proc(5) is known; `None` of what never has one. `execve` replaces the memory first and
+/// says where the environment is afterwards, and whoever started the process may have gone on in between.
+fn knows_environment(stat: &str) -> Option<bool> {
     /// `PF_KTHREAD` of the kernel's `sched.h`: its own threads never have an environment.
     const KERNEL: u64 = 0x0020_0000;
-    let Some((_, rest)) = stat.rsplit_once(')') else {
-        return false;
-    };
+    let (_, rest) = stat.rsplit_once(')')?;
     let mut fields = rest.split_ascii_whitespace();
-    let state = fields.next();
-    let flags: Option<u64> = fields.nth(5).and_then(|flags| flags.parse().ok());
-    let end = fields.nth(41);
-    !matches!(state, None | Some("Z" | "X"))
-        && flags.is_some_and(|flags| flags & KERNEL == 0)
-        && end == Some("0")
+    let state = fields.next()?;
+    let flags: u64 = fields.nth(5)?.parse().ok()?;
+    let end = fields.nth(41)?;
+    (!matches!(state, "Z" | "X") && flags & KERNEL == 0).then_some(end != "0")
 }
 
 #[cfg(test)]
@@ -268,12 +298,11 @@ mod tests {
             let middle = "0 ".repeat(41);
             format!("7 (a) S 1 7 7 0 -1 {flags} {middle}{end} 0")
         };
-        assert!(lacks_environment(&stat(0x40_0000, 0)));
-        assert!(!lacks_environment(&stat(0x40_0000, 4711)));
-        assert!(!lacks_environment(&stat(0x20_8040, 0)));
-        assert!(!lacks_environment(
-            &stat(0x40_0000, 0).replace(") S", ") Z")
-        ));
+        assert_eq!(knows_environment(&stat(0x40_0000, 0)), Some(false));
+        assert_eq!(knows_environment(&stat(0x40_0000, 4711)), Some(true));
+        assert_eq!(knows_environment(&stat(0x20_8040, 0)), None);
+        let ended = stat(0x40_0000, 0).replace(") S", ") Z");
+        assert_eq!(knows_environment(&ended), None);
     }
 
     #[test]
