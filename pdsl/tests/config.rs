@@ -326,7 +326,7 @@ fn quality_of_service_of_ros() {
     assert_eq!(rendered, "");
     assert_eq!(configuration.middleware["ros2"]["qos"].values, rules);
     let text = "[middleware.ros2.qos]\nLaser = 1\n\
-                [middleware.ros2.qos.Base]\ndepth = 0\ndept = 1\nreliability = \"best\"\ndeadline = true\n\
+                [middleware.ros2.qos.Base]\ndepth = 0\ndept = 1\nreliability = \"best\"\ndeadline = true\ndurability = 1\n\
                 [middleware.ros2.qos.\"/scan\"]\ndepth = 1\n";
     let (_, _, rendered) = read(text, None);
     expect![[r#"
@@ -335,7 +335,8 @@ fn quality_of_service_of_ros() {
         config.toml:5:8: error[bad-setting]: `middleware.ros2.qos."Base"`: `dept` is not a quality of service that can be set; did you mean `depth`?
         config.toml:6:15: error[bad-setting]: `middleware.ros2.qos."Base"`: `reliability` cannot be `best`; allowed is reliable or best_effort
         config.toml:7:12: error[wrong-type]: `middleware.ros2.qos."Base".deadline` cannot be `true` (allowed is a time such as 500ms, at most a day, or none)
-        config.toml:9:9: error[bad-setting]: `middleware.ros2.qos."/scan"`: `/scan.depth:=1` is not SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as LaserPub/newScan.depth:=1
+        config.toml:8:14: error[wrong-type]: `middleware.ros2.qos."Base".durability` cannot be the number 1 (allowed is volatile or transient_local)
+        config.toml:10:9: error[bad-setting]: `middleware.ros2.qos."/scan"`: `/scan.depth:=1` is not SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as LaserPub/newScan.depth:=1
     "#]].assert_eq(&rendered);
     let (_, _, rendered) = read("middleware.ros2.qos = [\"Laser.depth=1\"]", None);
     expect![[r#"

@@ -50,11 +50,11 @@ fn prepend(settings: &mut Settings, key: &str, mut rules: Vec<String>) {
     }
 }
 
-/// The slots whose topics ROS 2 carries, each with its number.
-fn topics(description: &Description) -> impl Iterator<Item = (usize, &'static Slot)> {
-    let slots = description.slots.iter().enumerate();
-    slots.filter(|(_, slot)| {
-        slot.backend == ROS2 && matches!(slot.role, Role::Publishes | Role::SubscribesTo)
+/// The slots of topics that a middleware carries.
+fn topics(description: &Description, middleware: &str) -> impl Iterator<Item = &'static Slot> {
+    let slots = description.slots.iter();
+    slots.filter(move |slot| {
+        slot.backend == middleware && matches!(slot.role, Role::Publishes | Role::SubscribesTo)
     })
 }
 
@@ -75,8 +75,8 @@ fn overrides(
     let remap = remap.filter_map(|rule| ros::Rule::parse(rule, &namespace, &node));
     let remap: Vec<ros::Rule> = remap.collect();
     let mut named = Vec::new();
-    for (at, slot) in topics(description) {
-        let address = ports::address(network, &description.slots[at], bindings)?;
+    for slot in topics(description, ROS2) {
+        let address = ports::address(network, slot, bindings)?;
         for operation in slot.operations {
             let own = address.join(operation.name);
             let topic = ros::operation(own.as_str(), slot.name, operation.name, &remap);
@@ -125,17 +125,22 @@ fn warn(description: &Description, settings: &Settings) {
     let of = |slot: &Slot| slot.operations.iter().map(|o| o.name).collect();
     let name = description.name;
     let slots: Vec<(&str, Vec<&str>)> = description.slots.iter().map(|s| (s.name, of(s))).collect();
-    for rule in settings.values(ROS2, "remap") {
-        let from = ros::remapping(rule).map_or("", |(from, _)| from);
-        if let Some(hint) = ros::misses(from, &slots) {
-            tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
+    for (middleware, _) in description.backends {
+        for rule in settings.values(middleware, "remap") {
+            let from = ros::remapping(rule).map_or("", |(from, _)| from);
+            if let Some(hint) = ros::misses(from, &slots) {
+                tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
+            }
         }
-    }
-    let slots: Vec<(&str, Vec<&str>)> = topics(description).map(|(_, s)| (s.name, of(s))).collect();
-    for rule in settings.values(ROS2, "qos") {
-        let of = qos::Rule::parse(rule).map_or("", |rule| rule.of);
-        if let Some(hint) = qos::misses(of, &slots) {
-            tracing::warn!("qos `{rule}`: {name} has no topic `{of}` in ROS 2; {hint}");
+        let topics = topics(description, middleware).map(|slot| (slot.name, of(slot)));
+        let topics: Vec<(&str, Vec<&str>)> = topics.collect();
+        for rule in settings.values(middleware, "qos") {
+            let of = qos::Rule::parse(rule).map_or("", |rule| rule.of);
+            if let Some(hint) = qos::misses(of, &topics) {
+                tracing::warn!(
+                    "qos `{rule}`: {name} has no topic `{of}` over {middleware}; {hint}"
+                );
+            }
         }
     }
 }

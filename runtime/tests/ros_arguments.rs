@@ -253,6 +253,7 @@ fn a_component_without_its_middleware_ends() {
     let args = ["--network", &network, "--name", "lost"];
     let component = embed(&NODE, Worker::start, &args).expect("a component");
     let error = component.join().expect_err("an end");
+    assert!(matches!(error, StartError::System(_)), "{error}");
     assert!(error.to_string().contains("the network is gone"), "{error}");
 }
 

@@ -15,6 +15,8 @@ pub const POLICIES: [&str; 6] = [
     "lifespan",
     "liveliness",
 ];
+/// Those that are times.
+pub const TIMES: [&str; 3] = ["deadline", "lifespan", "liveliness"];
 /// How many values may be kept.
 pub const DEPTH: RangeInclusive<u32> = 1..=1000;
 
@@ -41,9 +43,7 @@ pub fn allowed(policy: &str) -> Option<String> {
         "reliability" => "reliable or best_effort".to_owned(),
         "durability" => "volatile or transient_local".to_owned(),
         "depth" => format!("a whole number from {} to {}", DEPTH.start(), DEPTH.end()),
-        "deadline" | "lifespan" | "liveliness" => {
-            "a time such as 500ms, at most a day, or none".to_owned()
-        }
+        _ if TIMES.contains(&policy) => "a time such as 500ms, at most a day, or none".to_owned(),
         _ => return None,
     })
 }

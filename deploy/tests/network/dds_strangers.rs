@@ -2,20 +2,10 @@
 //! `middleware/dds/README.md` tells them. The programs are in `middleware/dds/tests/stranger`, for people to begin with;
 //! so is the component, `herald`.
 
+use crate::asker::{Asker, PATIENCE};
 use crate::dds::{Domain, Stranger, python};
 use crate::site::Site;
-use rc_middleware::typed::{Caller, Operation};
-use rc_middleware::{
-    Address, Backend, CallError, Endpoint, Environment, Interrupt, Qos, Settings, TypeIdentity,
-};
-use std::time::{Duration, Instant};
-
-/// The generated description of the herald, for what it says of the types of its slots.
-const DESCRIPTION: &str =
-    include_str!("../../../middleware/dds/tests/stranger/herald/generated/src/description.rs");
-
-/// Longest that a call lasts here; what is noticed is noticed long before that.
-const PATIENCE: Duration = Duration::from_secs(10);
+use std::time::Instant;
 
 /// A string, numbers, an enum, a structure in another one, a sequence of them: there and back, nothing lost, in order.
 #[test]
@@ -116,7 +106,7 @@ fn who_comes_late_gets_what_was_kept() {
     early.says("ready");
     let _herald = domain.start(&[]);
     // Five were ordered; the last three were kept.
-    let mut client = Herald::meet(&domain, "early");
+    let mut client = asker(&domain, "early");
     Site::until("the orders came", || {
         domain.slot("Orders")["handlers"]["count"] == 3
     });
@@ -165,7 +155,7 @@ fn what_does_not_fit_is_told() {
                 .any(|line| line.contains(topic) && line.ends_with(values))
         })
     });
-    let mut client = Herald::meet(&domain, "asker");
+    let mut client = asker(&domain, "asker");
     Site::until("the order came", || {
         domain.slot("Orders")["handlers"]["count"] == 1
     });
@@ -200,7 +190,7 @@ fn a_call_ends_with_its_server() {
                 domain.slot("Oracle")["peers"] == 1
             });
             std::thread::scope(|scope| {
-                let answer = scope.spawn(|| Herald::meet(&domain, "asker").consult("hold"));
+                let answer = scope.spawn(|| asker(&domain, "asker").consult("hold"));
                 while !oracle.has_said("asked hold") {
                     if answer.is_finished() {
                         return None;
@@ -266,81 +256,7 @@ fn a_wrong_interface_is_told_with_those_there_are() {
     assert!(names.any(|name| name == "lo (127.0.0.1)"), "{ran:?}");
 }
 
-/// A client of the herald, in this process.
-struct Herald {
-    caller: Caller,
-    _backend: Box<dyn Backend>,
-}
-
-impl Herald {
-    const NOTE: Operation = Self::operation("note", -900_475_222, false);
-    const NOTED: Operation = Self::operation("noted", 1_175_885_854, true);
-    const CONSULT: Operation = Self::operation("consult", 3_440_400, true);
-
-    /// As a stranger does, it tells no types of its operations.
-    const fn operation(name: &'static str, id: i32, two_way: bool) -> Operation {
-        Operation {
-            name,
-            id,
-            type_hash: 0,
-            two_way,
-            answers: &[],
-        }
-    }
-
-    /// Joins the domain, and waits until the herald is found.
-    fn meet(domain: &Domain, name: &str) -> Self {
-        let mut settings = Settings::default();
-        settings.set("dds", "domain", vec![domain.id.to_string()]);
-        settings.set("dds", "interfaces", vec!["lo".to_owned()]);
-        let environment = Environment {
-            network: domain.site.network.clone(),
-            instance: name.to_owned(),
-            directory: domain.site.directory(),
-            interrupt: Interrupt::new().expect("an interrupt"),
-            settings,
-        };
-        let backend = rc_dds::connect(&environment).expect("the domain");
-        let address = format!("{}/Herald", domain.site.network);
-        let (_, slot) = DESCRIPTION
-            .split_once("const SLOT_HERALD")
-            .expect("the slot");
-        let (_, hash) = slot.split_once("type_hash: 0x").expect("its hash");
-        let endpoint = Endpoint {
-            address: Address::parse(&address).expect("an address"),
-            types: TypeIdentity {
-                name: "RcHerald::Herald".to_owned(),
-                hash: u64::from_str_radix(&hash[..16], 16).expect("a hash"),
-            },
-            qos: Qos::CALL,
-            foreign: Vec::new(),
-        };
-        let client = backend.client(&endpoint).expect("a client");
-        Site::until("the herald is found", || client.peers() == 1);
-        Self {
-            caller: Caller::new(client, PATIENCE),
-            _backend: backend,
-        }
-    }
-
-    fn note(&mut self, text: &str) {
-        self.caller.begin(&Self::NOTE).put(&text.to_owned());
-        self.caller.send().expect("to note");
-    }
-
-    fn noted(&mut self) -> Vec<String> {
-        self.caller.begin(&Self::NOTED).put(&0_u8);
-        let (case, mut reader) = self.caller.call().expect("an answer");
-        assert_eq!(case, 0);
-        reader.get().expect("what was noted")
-    }
-
-    fn consult(&mut self, question: &str) -> Result<String, CallError> {
-        let writer = self.caller.begin(&Self::CONSULT);
-        writer.put(&question.to_owned());
-        writer.put(&(PATIENCE.as_millis() as i32));
-        let (case, mut reader) = self.caller.call()?;
-        assert_eq!(case, 0);
-        Ok(reader.get()?)
-    }
+/// A client of the herald.
+fn asker(domain: &Domain, name: &str) -> Asker {
+    Asker::meet(domain, name, &[], &[])
 }

@@ -1,5 +1,6 @@
 //! Whole networks of the components of this repository.
 
+mod asker;
 mod bytes;
 mod camera;
 mod changed;

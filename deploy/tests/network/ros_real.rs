@@ -3,7 +3,7 @@
 
 use crate::dds::{Domain, Over};
 use crate::python::skipped;
-use crate::ros_strangers::Envoy;
+use crate::ros_strangers::adding_at;
 use crate::site::{Ran, Site};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -128,7 +128,7 @@ fn a_component_is_a_node_of_ros() {
     );
     // The other way round.
     let _server = ros.start("server", "ros2 run demo_nodes_cpp add_two_ints_server");
-    let mut client = Envoy::adding_at(&ros.domain, "/add_two_ints");
+    let mut client = adding_at(&ros.domain, "/add_two_ints");
     for number in 0..10 {
         assert_eq!(client.add(number, 1).expect("a sum"), number + 1);
     }

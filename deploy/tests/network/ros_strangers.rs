@@ -3,20 +3,12 @@
 //! the component, `envoy`. What ROS 2's default mapping of services is for is tested between components, here and in
 //! `middleware/ros2/tests/conformance.rs`.
 
+use crate::asker::{Asker, PATIENCE};
 use crate::dds::{Domain, Over, Stranger, python};
 use crate::site::{Running, Site};
-use rc_middleware::typed::{Caller, Operation};
-use rc_middleware::{
-    Address, Backend, CallError, Endpoint, Environment, Foreign, Interrupt, Qos, Settings,
-    TypeIdentity,
-};
-use std::time::{Duration, Instant};
+use rc_middleware::CallError;
+use std::time::Instant;
 
-/// The generated description of the envoy, for what it says of the types of its slots.
-const DESCRIPTION: &str =
-    include_str!("../../../middleware/ros2/tests/stranger/envoy/generated/src/description.rs");
-/// Longest that a call lasts here; what is noticed is noticed long before that.
-const PATIENCE: Duration = Duration::from_secs(10);
 /// A stranger on Cyclone DDS has no other mapping.
 const CYCLONE: &str = "ros2.service_mapping=cyclone";
 
@@ -116,7 +108,7 @@ fn the_first_call_is_answered() {
     // The same between components, in the other mapping.
     let _envoy = domain.start(&[]);
     for number in 0..10 {
-        let mut client = Envoy::meet(&domain, &format!("asker{number}"));
+        let mut client = asker(&domain, &format!("asker{number}"), "enhanced");
         assert_eq!(client.add(number, 1).expect("an answer"), number + 1);
     }
 }
@@ -166,7 +158,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
     early.says("ready");
     let _envoy = domain.start(&[]);
     // Five were ordered; the last three were kept.
-    let mut client = Envoy::meet(&domain, "early");
+    let mut client = asker(&domain, "early", "enhanced");
     Site::until("the orders came", || {
         domain.slot("Orders")["handlers"]["count"] == 3
     });
@@ -196,7 +188,7 @@ fn who_comes_late_into_ros_gets_what_was_kept() {
 fn components_call_each_other_in_ros() {
     let domain = domain("ros_enhanced", 7);
     let _envoy = domain.start(&[]);
-    let mut client = Envoy::meet(&domain, "asker");
+    let mut client = asker(&domain, "asker", "enhanced");
     assert_eq!(client.add(40, 2).expect("a sum"), 42);
     let mut noted = Vec::new();
     for size in [3, 1000, 1021, 1400, 2051, 200 * 1024 + 1] {
@@ -221,7 +213,7 @@ fn a_call_in_ros_ends_with_its_server() {
     let mut envoy = domain.start(&[CYCLONE]);
     let mut oracle = domain.stranger(python, "oracle.py", &[]);
     oracle.says("ready");
-    let mut attempt = |envoy: &mut Running, client: &mut Envoy| {
+    let mut attempt = |envoy: &mut Running, client: &mut Asker| {
         Site::until("the envoy finds the oracle", || {
             domain.slot("Oracle")["peers"] == 1
         });
@@ -241,7 +233,7 @@ fn a_call_in_ros_ends_with_its_server() {
             assert!(took < PATIENCE / 2, "{took:?}");
         });
     };
-    let mut client = Envoy::meet_with(&domain, "asker", "cyclone");
+    let mut client = asker(&domain, "asker", "cyclone");
     attempt(&mut envoy, &mut client);
     // The same client finds who comes next, and the one after that.
     let mut envoy = domain.start(&[CYCLONE]);
@@ -274,129 +266,20 @@ fn a_killed_subscriber_holds_nobody_up() {
     assert_eq!(stranger.end(), ["told 5000 heard 5000"], "{}", envoy.log());
 }
 
-/// A client of the envoy, in this process.
-pub(crate) struct Envoy {
-    caller: Caller,
-    _backend: Box<dyn Backend>,
+/// A client of the envoy.
+fn asker(domain: &Domain, name: &str, mapping: &str) -> Asker {
+    let types = [
+        (Asker::NOTE, "envoy_msgs/srv/EnvoyNote"),
+        (Asker::NOTED, "envoy_msgs/srv/EnvoyNoted"),
+        (Asker::CONSULT, "envoy_msgs/srv/EnvoyConsult"),
+        (Asker::ADD, "example_interfaces/srv/AddTwoInts"),
+    ];
+    Asker::meet(domain, name, &[("service_mapping", mapping)], &types)
 }
 
-impl Envoy {
-    const NOTE: Operation = Self::operation("note", -900_475_222, false);
-    const NOTED: Operation = Self::operation("noted", 1_175_885_854, true);
-    const CONSULT: Operation = Self::operation("consult", 3_440_400, true);
-    const ADD: Operation = Self::operation("add", -59_184_076, true);
-
-    /// It tells no types of its operations.
-    const fn operation(name: &'static str, id: i32, two_way: bool) -> Operation {
-        Operation {
-            name,
-            id,
-            type_hash: 0,
-            two_way,
-            answers: &[],
-        }
-    }
-
-    /// Joins the domain, and waits until the envoy is found.
-    fn meet(domain: &Domain, name: &str) -> Self {
-        Self::meet_with(domain, name, "enhanced")
-    }
-
-    /// The same, with a mapping of services.
-    fn meet_with(domain: &Domain, name: &str, mapping: &str) -> Self {
-        let types = [
-            (Self::NOTE, "envoy_msgs/srv/EnvoyNote"),
-            (Self::NOTED, "envoy_msgs/srv/EnvoyNoted"),
-            (Self::CONSULT, "envoy_msgs/srv/EnvoyConsult"),
-            (Self::ADD, "example_interfaces/srv/AddTwoInts"),
-        ];
-        Self::open(domain, name, &[("service_mapping", mapping)], &types)
-    }
-
-    /// A client of somebody else, who adds at `service`.
-    pub(crate) fn adding_at(domain: &Domain, service: &str) -> Self {
-        let rule = format!("Envoy/add:={service}");
-        let types = [(Self::ADD, "example_interfaces/srv/AddTwoInts")];
-        Self::open(domain, "adder", &[("remap", &rule)], &types)
-    }
-
-    fn open(
-        domain: &Domain,
-        name: &str,
-        more: &[(&str, &str)],
-        types: &[(Operation, &str)],
-    ) -> Self {
-        let mut settings = Settings::default();
-        let id = domain.id.to_string();
-        let own = [("domain", id.as_str()), ("interfaces", "lo")];
-        for (key, value) in own.iter().chain(more) {
-            settings.set("ros2", key, vec![(*value).to_owned()]);
-        }
-        let environment = Environment {
-            network: domain.site.network.clone(),
-            instance: name.to_owned(),
-            directory: domain.site.directory(),
-            interrupt: Interrupt::new().expect("an interrupt"),
-            settings,
-        };
-        let backend = rc_ros2::connect(&environment).expect("the domain");
-        let address = format!("{}/Envoy", domain.site.network);
-        let (_, slot) = DESCRIPTION
-            .split_once("const SLOT_ENVOY")
-            .expect("the slot");
-        let (_, hash) = slot.split_once("type_hash: 0x").expect("its hash");
-        let endpoint = Endpoint {
-            address: Address::parse(&address).expect("an address"),
-            types: TypeIdentity {
-                name: "RcEnvoy::Envoy".to_owned(),
-                hash: u64::from_str_radix(&hash[..16], 16).expect("a hash"),
-            },
-            qos: Qos::CALL,
-            foreign: types
-                .iter()
-                .map(|(operation, type_name)| Foreign {
-                    slot: "Envoy".to_owned(),
-                    operation: operation.name.to_owned(),
-                    id: operation.id,
-                    type_name: (*type_name).to_owned(),
-                })
-                .collect(),
-        };
-        let client = backend.client(&endpoint).expect("a client");
-        Site::until("the envoy is found", || client.peers() == 1);
-        Self {
-            caller: Caller::new(client, PATIENCE),
-            _backend: backend,
-        }
-    }
-
-    pub(crate) fn add(&mut self, a: i64, b: i64) -> Result<i64, CallError> {
-        let writer = self.caller.begin(&Self::ADD);
-        writer.put(&a);
-        writer.put(&b);
-        let (case, mut reader) = self.caller.call()?;
-        assert_eq!(case, 0);
-        Ok(reader.get()?)
-    }
-
-    fn note(&mut self, text: &str) {
-        self.caller.begin(&Self::NOTE).put(&text.to_owned());
-        self.caller.send().expect("to note");
-    }
-
-    fn noted(&mut self) -> Vec<String> {
-        self.caller.begin(&Self::NOTED).put(&0_u8);
-        let (case, mut reader) = self.caller.call().expect("an answer");
-        assert_eq!(case, 0);
-        reader.get().expect("what was noted")
-    }
-
-    fn consult(&mut self, question: &str) -> Result<String, CallError> {
-        let writer = self.caller.begin(&Self::CONSULT);
-        writer.put(&question.to_owned());
-        writer.put(&(PATIENCE.as_millis() as i32));
-        let (case, mut reader) = self.caller.call()?;
-        assert_eq!(case, 0);
-        Ok(reader.get()?)
-    }
+/// A client of somebody else, who adds at `service`.
+pub(crate) fn adding_at(domain: &Domain, service: &str) -> Asker {
+    let rule = format!("Envoy/add:={service}");
+    let types = [(Asker::ADD, "example_interfaces/srv/AddTwoInts")];
+    Asker::meet(domain, "adder", &[("remap", &rule)], &types)
 }

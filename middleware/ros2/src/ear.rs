@@ -297,10 +297,12 @@ impl Ear {
         // What came to one reader before something else came to another one is there when that is seen: all are looked at again
         // until nothing is new. That takes less time than the next sample.
         for _ in 0..MOST_LOOKS {
-            let rung = group.iter().filter(|heard| heard.has_rung());
-            let taken = rung.map(|heard| self.take(heard, &mut samples)).max();
-            is_any |= taken == Some(true);
-            if taken != Some(true) || group.len() == 1 {
+            let mut is_new = false;
+            for heard in group.iter().filter(|heard| heard.has_rung()) {
+                is_new |= self.take(heard, &mut samples);
+            }
+            is_any |= is_new;
+            if !is_new || group.len() == 1 {
                 break;
             }
         }

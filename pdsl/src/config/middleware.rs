@@ -133,7 +133,7 @@ impl Checker {
                 let value = match document::value(item) {
                     Some(Given::Int(number)) if name == "depth" => number.to_string(),
                     // As everywhere, a time without a unit is one of milliseconds.
-                    Some(Given::Int(number)) => format!("{number}ms"),
+                    Some(Given::Int(number)) if qos::TIMES.contains(&name) => format!("{number}ms"),
                     Some(Given::Text(text)) if name != "depth" => text,
                     // Of another kind, or a key that there is not, which is told below.
                     _ => match qos::allowed(name) {
