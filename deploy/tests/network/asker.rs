@@ -119,10 +119,11 @@ impl Asker {
         reader.get().expect("what was noted")
     }
 
-    pub(crate) fn consult(&mut self, question: &str) -> Result<String, CallError> {
+    /// Has the oracle asked, who is waited for so long.
+    pub(crate) fn consult(&mut self, question: &str, limit: Duration) -> Result<String, CallError> {
         let writer = self.caller.begin(&Self::CONSULT);
         writer.put(&question.to_owned());
-        writer.put(&(PATIENCE.as_millis() as i32));
+        writer.put(&(limit.as_millis() as i32));
         let (case, mut reader) = self.caller.call()?;
         assert_eq!(case, 0);
         Ok(reader.get()?)

@@ -4,7 +4,7 @@ use crate::python;
 use crate::site::{Running, Site};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -37,6 +37,12 @@ impl Over {
             Self::Dds => rc_dds::NAME,
             Self::Ros2 => rc_ros2::NAME,
         }
+    }
+
+    /// Where its strangers are.
+    pub(crate) fn strangers(self) -> PathBuf {
+        let middleware = Path::new(env!("CARGO_MANIFEST_DIR")).join("../middleware");
+        middleware.join(self.name()).join("tests/stranger")
     }
 
     /// The component that strangers talk to.
@@ -100,23 +106,25 @@ impl Domain {
         args: &[&str],
         config: &str,
     ) -> Stranger {
-        let folder = format!(
-            "{}/../middleware/{}/tests/stranger",
-            env!("CARGO_MANIFEST_DIR"),
-            self.over.name()
-        );
         let mut command = Command::new(python);
+        command
+            // What Python compiles is not to lie in the repository.
+            .arg("-B")
+            .arg(self.over.strangers().join(program))
+            .env("CYCLONEDDS_URI", format!("{LOOPBACK}{config}"));
+        self.beside(command, args)
+    }
+
+    /// Starts a program that is told this network, this domain and `args`.
+    pub(crate) fn beside(&self, mut command: Command, args: &[&str]) -> Stranger {
         self.site.place(&mut command);
         let mut child = command
-            // What Python compiles is not to lie in the repository.
-            .args(["-B", &format!("{folder}/{program}"), &self.site.network])
-            .arg(self.id.to_string())
+            .args([&self.site.network, &self.id.to_string()])
             .args(args)
-            .env("CYCLONEDDS_URI", format!("{LOOPBACK}{config}"))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
-            .expect("Python");
+            .expect("a program");
         let input = child.stdin.take();
         let output = BufReader::new(child.stdout.take().expect("a pipe"));
         let (line, lines) = channel();

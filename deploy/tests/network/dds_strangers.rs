@@ -190,7 +190,7 @@ fn a_call_ends_with_its_server() {
                 domain.slot("Oracle")["peers"] == 1
             });
             std::thread::scope(|scope| {
-                let answer = scope.spawn(|| asker(&domain, "asker").consult("hold"));
+                let answer = scope.spawn(|| asker(&domain, "asker").consult("hold", PATIENCE));
                 while !oracle.has_said("asked hold") {
                     if answer.is_finished() {
                         return None;

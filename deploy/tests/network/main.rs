@@ -7,6 +7,8 @@ mod changed;
 mod dds;
 mod dds_bytes;
 mod dds_strangers;
+#[path = "../../../codegen/tests/export/debian.rs"]
+mod debian;
 mod groups;
 mod joints;
 mod late;
@@ -19,6 +21,7 @@ mod pty;
 mod python;
 mod restored;
 mod ros_bytes;
+mod ros_fast;
 mod ros_parameters;
 mod ros_real;
 mod ros_strangers;

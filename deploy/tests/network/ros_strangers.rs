@@ -1,7 +1,7 @@
 //! Strangers of ROS 2: programs that meet a generated component with the package `cyclonedds` of Python and ROS 2's own
 //! names, as a node on Cyclone DDS has them. The programs are in `middleware/ros2/tests/stranger`, for people to begin with; so is
-//! the component, `envoy`. What ROS 2's default mapping of services is for is tested between components, here and in
-//! `middleware/ros2/tests/conformance.rs`.
+//! the component, `envoy`. They cannot have ROS 2's default mapping of services: that is tested with Fast DDS (`ros_fast`) and
+//! between components, here and in `middleware/ros2/tests/conformance.rs`.
 
 use crate::asker::{Asker, PATIENCE};
 use crate::dds::{Domain, Over, Stranger, python};
@@ -224,7 +224,7 @@ fn a_call_in_ros_ends_with_its_server() {
                 envoy.kill();
                 Instant::now()
             });
-            let answer = client.consult("hold");
+            let answer = client.consult("hold", PATIENCE);
             let took = killer.join().expect("it was asked").elapsed();
             assert!(
                 matches!(answer, Err(CallError::ServerDied(_))),
@@ -267,7 +267,7 @@ fn a_killed_subscriber_holds_nobody_up() {
 }
 
 /// A client of the envoy.
-fn asker(domain: &Domain, name: &str, mapping: &str) -> Asker {
+pub(crate) fn asker(domain: &Domain, name: &str, mapping: &str) -> Asker {
     let types = [
         (Asker::NOTE, "envoy_msgs/srv/EnvoyNote"),
         (Asker::NOTED, "envoy_msgs/srv/EnvoyNoted"),
