@@ -1,6 +1,7 @@
 //! The three patterns over ROS 2: a component is a node, its topics are topics and its operations services of ROS. How
 //! addresses and types are called there is in `README.md`, how an IDSL becomes messages in `MAPPING.md`.
 
+mod bound;
 mod calls;
 mod client;
 mod config;

@@ -1,5 +1,6 @@
 //! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
 
+use crate::bound::bounded;
 use crate::config::{self, Config, Mapping};
 use crate::ear::{self, Ear, Entity, Group, Inbox, Listener, Listening};
 use crate::qos::Ends;
@@ -123,8 +124,10 @@ impl Session {
             .create_subscriber(&none)
             .map_err(|error| failed("nothing can be received", &error))?;
         let host = rc_network::host(&folder);
-        let watcher = Watcher::new(&participant, &publisher, &subscriber, &config, &host)
-            .map_err(|error| failed("others cannot be discovered", &error))?;
+        let make = || Watcher::new(&participant, &publisher, &subscriber, &config, &host);
+        let alone = |error: &dyn std::fmt::Display| failed("others cannot be discovered", error);
+        let watcher = bounded(make).map_err(|error| alone(&error))?;
+        let watcher = watcher.map_err(|error| alone(&error))?;
         let shared = watcher.shared();
         let watcher = std::thread::Builder::new()
             .name("rc-ros2".to_owned())
@@ -292,20 +295,19 @@ impl Session {
     ) -> Result<Entity, String> {
         let policies = Some(policies.clone());
         if sends {
-            let writer: Writer = self
-                .publisher
-                .create_datawriter_no_key(topic, policies)
-                .map_err(|error| error.to_string())?;
+            let make = || self.publisher.create_datawriter_no_key(topic, policies);
+            let writer: Writer = bounded(make)?.map_err(|error| error.to_string())?;
             let writer = Arc::new(writer);
             let mut writers = self.writers.borrow_mut();
             writers.retain(|writer| writer.strong_count() > 0);
             writers.push(Arc::downgrade(&writer));
             return Ok(Entity::Writer(writer));
         }
-        let reader: Reader = self
-            .subscriber
-            .create_simple_datareader_no_key(topic, policies)
-            .map_err(|error| error.to_string())?;
+        let make = || {
+            self.subscriber
+                .create_simple_datareader_no_key(topic, policies)
+        };
+        let reader: Reader = bounded(make)?.map_err(|error| error.to_string())?;
         Ok(Entity::Reader(Arc::new(reader)))
     }
 
