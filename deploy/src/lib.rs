@@ -7,8 +7,8 @@
 //! ```
 //!
 //! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked; with `addresses`,
-//!   what all of that is called when it runs, `machine`, what it asks of this machine, and `unsupported`, what it
-//!   cannot do yet.
+//!   what all of that is called when it runs, `ros_names`, what of that is one in ROS 2, `machine`, what it asks of
+//!   this machine, and `unsupported`, what it cannot do yet.
 //! - [`preview`], [`graph`]: what would run, as tables, as a picture, as JSON.
 //! - [`plan`]: what is to run, in which order, with which limits.
 //! - [`up`](mod@up): one thread that waits for processes, links, signals and clients in one `poll`.
@@ -59,6 +59,7 @@ mod remote;
 pub mod report;
 mod restart;
 mod restore;
+mod ros_names;
 mod rotate;
 pub mod services;
 mod signals;

@@ -117,6 +117,7 @@ pub fn load(
         texts,
     };
     network.check_topics(&mut found);
+    network.check_ros_names(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
     Ok((Some(network), found))
 }
