@@ -7,7 +7,7 @@
 //! ```
 //!
 //! - [`network`]: the only module that knows a language: a `.ddsl` with all that it names, checked; with `addresses`,
-//!   what all of that is called when it runs, `ros_names`, what of that is one in ROS 2, `machine`, what it asks of
+//!   what all of that is called when it runs, `ros_names`, what of that is one in ROS 2, or two, `machine`, what it asks of
 //!   this machine, and `unsupported`, what it cannot do yet.
 //! - [`preview`], [`graph`]: what would run, as tables, as a picture, as JSON.
 //! - [`plan`]: what is to run, in which order, with which limits.

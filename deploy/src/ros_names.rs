@@ -1,5 +1,5 @@
-//! Where two nodes, or ends that nobody connects, become the same name in ROS 2: before anything starts, and not as
-//! calls that two components execute or values that nobody hears.
+//! Where two nodes, or ends that nobody connects, become the same name in ROS 2, and where ends that are connected become
+//! two: before anything starts, and not as calls that two components execute or values that nobody hears.
 //!
 //! Names are made here as the components make them, by `rc_settings::ros`.
 
@@ -7,8 +7,8 @@ use crate::addresses::process_name;
 use crate::network::Network;
 use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
-use rc_ddsl::Endpoint;
 use rc_ddsl::model::{Instance, Setting};
+use rc_ddsl::{Connection, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
 use rc_idsl::canonical::{interface_hash, operation_hash};
 use rc_idsl::model::Operation;
@@ -39,6 +39,8 @@ struct End<'a> {
     slot: &'a Slot,
     operation: &'a Operation,
     address: String,
+    /// Its name in full.
+    name: String,
     is_renamed: bool,
 }
 
@@ -46,7 +48,12 @@ impl Network {
     /// Finds nodes, services and topics that are several by the network and one in ROS 2.
     pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
         let nodes = self.ros_nodes();
-        let merged = self.ros_ends(&nodes, found);
+        let ends = self.ros_ends(&nodes);
+        let Merged {
+            slots,
+            nodes: merged,
+        } = check_that_no_others_meet(&ends, found);
+        self.check_that_ends_meet(&ends, &slots, found);
         let mut named: BTreeMap<(Option<u16>, &str), Vec<&Node<'_>>> = BTreeMap::new();
         for node in &nodes {
             named
@@ -106,16 +113,15 @@ impl Network {
         nodes.collect()
     }
 
-    /// Compares the ends at each name; gives pairs of components whose own names are one there.
-    fn ros_ends(&self, nodes: &[Node<'_>], found: &mut Diagnostics) -> BTreeSet<(usize, usize)> {
-        // What is refused has been told, and may be meant to meet.
+    /// The ends of these components in ROS 2, but those that are refused: that has been told, and they may be meant to meet.
+    fn ros_ends<'a>(&'a self, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
         let troubles = self.connections.troubles.iter();
         let refused: BTreeSet<Endpoint> = troubles
             .filter(|t| t.other.is_some() && t.finding.severity == Severity::Error)
             .map(|t| t.end)
             .collect();
         let addresses = self.addresses();
-        let mut named: BTreeMap<_, Vec<End<'_>>> = BTreeMap::new();
+        let mut ends = Vec::new();
         for node in nodes {
             let component = &node.project.component;
             for (slot, index) in component.slots.iter().zip(0..) {
@@ -131,38 +137,77 @@ impl Network {
                     let address = format!("{}/{}", addresses[&place], operation.name.text);
                     let name =
                         ros::operation(&address, &slot.name, &operation.name.text, &node.rules);
-                    let end = End {
+                    ends.push(End {
                         node,
                         place,
                         slot,
                         operation,
                         is_renamed: name != ros::name(&address),
+                        name,
                         address,
-                    };
-                    let key = (node.domain, slot.role.is_topic(), name);
-                    named.entry(key).or_default().push(end);
+                    });
                 }
             }
         }
-        // What is said of one operation holds for the others of a slot, and what is said of the name of a component for
-        // all of its slots.
-        let (mut told, mut merged) = (BTreeSet::new(), BTreeSet::new());
-        for ((_, _, name), ends) in &named {
-            let Some((one, other)) = pair(ends) else {
-                continue;
-            };
-            let is_own = one.node.at == other.node.at;
-            let is_new = if is_own || one.is_renamed || other.is_renamed {
-                told.insert((one.place, other.place))
-            } else {
-                merged.insert((one.node.at, other.node.at))
-            };
-            if is_new {
-                found.push(one_name(name, one, other));
+        ends
+    }
+
+    /// Finds connections of which one end was renamed, once a connection. Where both were, something of somebody else may
+    /// be meant to stand between them. Of slots in `told` another mistake is known.
+    fn check_that_ends_meet(
+        &self,
+        ends: &[End<'_>],
+        told: &BTreeSet<Endpoint>,
+        found: &mut Diagnostics,
+    ) {
+        let mut of: BTreeMap<Endpoint, Vec<&End<'_>>> = BTreeMap::new();
+        for end in ends.iter().filter(|end| !told.contains(&end.place)) {
+            of.entry(end.place).or_default().push(end);
+        }
+        let of = |place| of.get(place).map_or(&[][..], Vec::as_slice);
+        for Connection { consumer, provider } in &self.connections.connections {
+            let mut pairs = of(consumer).iter().zip(of(provider));
+            let parted = pairs
+                .find(|(one, other)| one.name != other.name && one.is_renamed != other.is_renamed);
+            if let Some((one, other)) = parted {
+                found.push(two_names(one, other));
             }
         }
-        merged
     }
+}
+
+/// What has been told of.
+#[derive(Default)]
+struct Merged {
+    /// The slots of ends that are one, and were renamed.
+    slots: BTreeSet<Endpoint>,
+    /// Pairs of components whose own names are one.
+    nodes: BTreeSet<(usize, usize)>,
+}
+
+/// Compares the ends at each name.
+fn check_that_no_others_meet(ends: &[End<'_>], found: &mut Diagnostics) -> Merged {
+    let mut named: BTreeMap<_, Vec<&End<'_>>> = BTreeMap::new();
+    for end in ends {
+        let key = (end.node.domain, end.slot.role.is_topic(), &end.name);
+        named.entry(key).or_default().push(end);
+    }
+    // What is said of one operation holds for the others of a slot, and what is said of the name of a component for
+    // all of its slots.
+    let (mut told, mut merged) = (BTreeSet::new(), Merged::default());
+    for (one, other) in named.values().filter_map(|ends| pair(ends)) {
+        let is_own = one.node.at == other.node.at;
+        let is_new = if is_own || one.is_renamed || other.is_renamed {
+            merged.slots.extend([one.place, other.place]);
+            told.insert((one.place, other.place))
+        } else {
+            merged.nodes.insert((one.node.at, other.node.at))
+        };
+        if is_new {
+            found.push(one_name(one, other));
+        }
+    }
+    merged
 }
 
 fn setting<'a>(instance: &'a Instance, key: &str) -> Option<&'a Setting> {
@@ -170,18 +215,17 @@ fn setting<'a>(instance: &'a Instance, key: &str) -> Option<&'a Setting> {
 }
 
 /// Two ends at one name that must not be there together. Ends of one type that somebody has renamed so are meant to meet.
-fn pair<'a, 'b>(ends: &'b [End<'a>]) -> Option<(&'b End<'a>, &'b End<'a>)> {
-    let (first, others) = ends
-        .split_first()
-        .filter(|(_, others)| !others.is_empty())?;
-    let mut servers = ends.iter().filter(|e| e.slot.role == Role::Implements);
+fn pair<'a>(ends: &[&'a End<'a>]) -> Option<(&'a End<'a>, &'a End<'a>)> {
+    let first = *ends.first().filter(|_| ends.len() > 1)?;
+    let all = ends.iter().copied();
+    let mut servers = all.clone().filter(|e| e.slot.role == Role::Implements);
     let servers = servers.next().zip(servers.next());
     let differ = || {
         let types = first.types();
-        Some((first, others.iter().find(|other| other.types() != types)?))
+        Some((first, all.clone().find(|other| other.types() != types)?))
     };
     let merged = || {
-        let mut usual = ends.iter().filter(|end| !end.is_renamed);
+        let mut usual = all.clone().filter(|end| !end.is_renamed);
         let first = usual.next()?;
         Some((first, usual.find(|end| end.address != first.address)?))
     };
@@ -199,9 +243,18 @@ impl End<'_> {
         }
     }
 
-    fn name(&self) -> String {
+    /// What people call it.
+    fn text(&self) -> String {
         let (instance, slot) = (&self.node.instance.path, &self.slot.name);
         format!("`{instance}.{slot}/{}`", self.operation.name.text)
+    }
+
+    /// Adds where it was renamed.
+    fn label(&self, finding: Diagnostic) -> Diagnostic {
+        match setting(self.node.instance, "remap").filter(|_| self.is_renamed) {
+            Some(set) => label(finding, set.span, "renamed here"),
+            None => finding,
+        }
     }
 }
 
@@ -215,8 +268,8 @@ fn label(finding: Diagnostic, span: Span, what: &str) -> Diagnostic {
     }
 }
 
-fn one_name(name: &str, one: &End<'_>, other: &End<'_>) -> Diagnostic {
-    let ends = format!("{} and {}", one.name(), other.name());
+fn one_name(one: &End<'_>, other: &End<'_>) -> Diagnostic {
+    let (ends, name) = (format!("{} and {}", one.text(), other.text()), &one.name);
     let is_topic = one.slot.role.is_topic();
     let (code, kind) = if is_topic {
         ("ros-same-topic", "topic")
@@ -238,15 +291,38 @@ fn one_name(name: &str, one: &End<'_>, other: &End<'_>) -> Diagnostic {
         if one.node.at == other.node.at {
             error = label(error, end.slot.span, "one of both");
         }
-        if let Some(set) = setting(end.node.instance, "remap").filter(|_| end.is_renamed) {
-            error = label(error, set.span, "renamed here");
-        }
+        error = end.label(error);
     }
     error.help(if one.is_renamed || other.is_renamed {
         "give one of them another name in `remap`"
     } else {
         "names of ROS 2 have letters, digits and single `_`: call one of them otherwise, or give it another name in `remap`"
     })
+}
+
+/// Of a connection, the end that was renamed and the other one.
+fn two_names(one: &End<'_>, other: &End<'_>) -> Diagnostic {
+    let (renamed, usual) = if one.is_renamed {
+        (one, other)
+    } else {
+        (other, one)
+    };
+    let message = format!(
+        "{} and {} are connected, and do not meet in ROS 2: one is `{}`, the other one `{}`",
+        renamed.text(),
+        usual.text(),
+        renamed.name,
+        usual.name
+    );
+    let warning = Diagnostic::warning("ros-renamed-alone", usual.node.instance.name.span, message);
+    let rule = format!(
+        "{}/{}:={}",
+        usual.slot.name, usual.operation.name.text, renamed.name
+    );
+    renamed.label(warning).help(format!(
+        "give `{}` the same name, `remap \"{rule}\"`, unless something between them that is no component is meant to hear one and tell the other",
+        usual.node.instance.path
+    ))
 }
 
 fn one_node(name: &str, same: &[&Node<'_>]) -> Diagnostic {

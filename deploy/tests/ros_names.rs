@@ -1,4 +1,5 @@
-//! Nodes, services and topics of a network that are one in ROS 2 are told before anything starts, each once.
+//! Nodes, services and topics of a network that are one in ROS 2, and ends of a connection that are two, are told before
+//! anything starts, each once.
 
 use rc_codegen::FileLoader;
 use rc_deploy::network;
@@ -254,6 +255,33 @@ fn topics_of_one_name_have_one_type() {
         "cdsl \"lidar.cdsl\"; middleware ros2 { remap \"Laser/getLaserData:=/scan\"; };",
     ] {
         assert_eq!(told(&at_scan(right)), NOTHING, "{right}");
+    }
+}
+
+#[test]
+fn ends_of_a_connection_have_one_name() {
+    let renamed = "middleware ros2 { remap \"LaserPub:=/scan\"; };";
+    let two = |publisher: &str, subscriber: &str| {
+        format!(
+            "middleware ros2;\nComponent a {{ cdsl \"scans.cdsl\"; {publisher} }};\nComponent b {{ cdsl \"reader.cdsl\"; {subscriber} }};\n"
+        )
+    };
+    let meet = "`a.LaserPub/pushLaserData` and `b.LaserPub/pushLaserData` are connected, and do not meet in ROS 2: one is `/scan/pushLaserData`, the other one `/robot/a/LaserPub/pushLaserData`";
+    let expected = format!(
+        "robot.ddsl:4:11: warning[ros-renamed-alone]: {meet}; renamed here at robot.ddsl:3:52"
+    );
+    assert_eq!(told(&two(renamed, "")), [expected]);
+    let found = told(&two("", renamed));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0].contains("3:11: warning[ros-renamed-alone]"),
+        "{found:?}"
+    );
+    // Both, to one name, or for something that stands between them; or one of whom nothing is known.
+    let other = "middleware ros2 { remap \"LaserPub:=/filtered\"; };";
+    let alone = "args \"--ros-args\", \"-r\", \"LaserPub:=/scan\";";
+    for (publisher, subscriber) in [(renamed, renamed), (renamed, other), (alone, "")] {
+        assert_eq!(told(&two(publisher, subscriber)), NOTHING);
     }
 }
 
