@@ -48,6 +48,7 @@ impl Network {
     /// Finds nodes, services and topics that are several by the network and one in ROS 2.
     pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
         let nodes = self.ros_nodes();
+        self.check_ros_types(found);
         let ends = self.ros_ends(&nodes);
         let Merged {
             slots,
@@ -67,6 +68,27 @@ impl Network {
             same.retain(|node| !merged.contains(&(first, node.at)));
             if same.len() > 1 {
                 found.push(one_node(name, &same));
+            }
+        }
+    }
+
+    /// Finds types that are one in ROS 2, in the interfaces of components that only this network brings there: who reads a
+    /// component that is there by its own `.cdsl` has told it.
+    fn check_ros_types(&self, found: &mut Diagnostics) {
+        let mut known = BTreeSet::new();
+        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
+            let Some(project) = project.as_deref() else {
+                continue;
+            };
+            let slots = &project.component.slots;
+            let is_told = slots.iter().any(|s| s.backend == Some(Backend::Ros2));
+            let is_brought = slots.iter().any(|s| s.backend.is_none());
+            if instance.middleware == Backend::Ros2
+                && is_brought
+                && !is_told
+                && known.insert(&project.path)
+            {
+                found.extend(rc_codegen::ros::refused(&project.component.library));
             }
         }
     }

@@ -258,6 +258,23 @@ fn topics_of_one_name_have_one_type() {
     }
 }
 
+/// Generation would say it, after all else was built.
+#[test]
+fn types_that_are_one_in_ros_are_told_once() {
+    let idsl = "module M { interface A { void push(int oneTwo, int one_two); }; };\n";
+    let cdsl =
+        "import \"A.idsl\"; Component c { Communications { publishes A; }; language rust; };\n";
+    let files = [("A.idsl", idsl), ("one.cdsl", cdsl), ("other.cdsl", cdsl)];
+    let network = |middleware: &str| {
+        format!(
+            "middleware {middleware};\nComponent a {{ cdsl \"one.cdsl\"; }};\nComponent b {{ cdsl \"other.cdsl\"; }};\n"
+        )
+    };
+    assert_eq!(findings(&files, &network("iceoryx2")), NOTHING);
+    let expected = "A.idsl:1:52: error[ros-name]: members `oneTwo` and `one_two` are both `one_two` in ROS 2; the other one at A.idsl:1:40";
+    assert_eq!(findings(&files, &network("ros2")), [expected]);
+}
+
 #[test]
 fn ends_of_a_connection_have_one_name() {
     let renamed = "middleware ros2 { remap \"LaserPub:=/scan\"; };";
