@@ -45,7 +45,8 @@ struct End<'a> {
 }
 
 impl Network {
-    /// Finds nodes, services and topics that are several by the network and one in ROS 2.
+    /// Finds types, nodes, services and topics that are several by the network and one in ROS 2, and connections whose ends
+    /// are not.
     pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
         let nodes = self.ros_nodes();
         self.check_ros_types(found);
