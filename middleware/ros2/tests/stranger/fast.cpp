@@ -113,6 +113,17 @@ template <typename Condition> void until(const char *what, Condition condition) 
     }
 }
 
+// What services have, and topics here.
+template <typename Qos> Qos quality() {
+    Qos qos;
+    qos.reliability().kind = RELIABLE_RELIABILITY_QOS;
+    qos.history().depth = 10;
+    qos.endpoint().history_memory_policy =
+        eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    qos.data_sharing().off();
+    return qos;
+}
+
 class Node {
   public:
     Node(std::string network, uint32_t domain) : network(std::move(network)) {
@@ -132,23 +143,11 @@ class Node {
     }
 
     DataWriter *writer(const std::string &prefix, const std::string &name, const std::string &type) {
-        DataWriterQos qos;
-        qos.reliability().kind = RELIABLE_RELIABILITY_QOS;
-        qos.history().depth = 10;
-        qos.endpoint().history_memory_policy =
-            eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-        qos.data_sharing().off();
-        return made(publisher->create_datawriter(topic(prefix, name, type), qos));
+        return made(publisher->create_datawriter(topic(prefix, name, type), quality<DataWriterQos>()));
     }
 
     DataReader *reader(const std::string &prefix, const std::string &name, const std::string &type) {
-        DataReaderQos qos;
-        qos.reliability().kind = RELIABLE_RELIABILITY_QOS;
-        qos.history().depth = 10;
-        qos.endpoint().history_memory_policy =
-            eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-        qos.data_sharing().off();
-        return made(subscriber->create_datareader(topic(prefix, name, type), qos));
+        return made(subscriber->create_datareader(topic(prefix, name, type), quality<DataReaderQos>()));
     }
 
   private:
