@@ -30,6 +30,7 @@ fn program(test: &str) -> Option<&'static Path> {
 
 /// With the library of the system, else with one below the target folder, which needs no rights.
 fn make() -> Result<PathBuf, String> {
+    run(Path::new("c++"), &["--version"])?;
     if let Ok(program) = compiled(None) {
         return Ok(program);
     }
