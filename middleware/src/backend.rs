@@ -190,7 +190,7 @@ pub trait Client {
         Profile::Rpc
     }
 
-    /// Puts a command into the queue of a live server, or fails.
+    /// Puts a command into the queue of a live server, or fails; also where this component is stopping.
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError>;
 
     /// Sends a request and waits for its answer, at most `limit`. `take` gets the answer, once, where `Ok` comes back.

@@ -29,7 +29,7 @@ pub enum CallError {
     /// The server did not accept the request.
     #[error("the server refused: {0}")]
     Refused(String),
-    /// This component is stopping.
+    /// This component is stopping: it asks for no more answers. Commands are still sent.
     #[error("this component is stopping")]
     Stopping,
     /// An argument cannot be sent.

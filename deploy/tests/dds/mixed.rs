@@ -1,7 +1,9 @@
-//! Two middlewares in one network, in one component, and of one component: `patrol_mixed.ddsl`, as its file is.
+//! Two middlewares in one network, in one component, and of one component: `patrol_mixed.ddsl`, as its file is. And
+//! `patrol.ddsl`, all of it in ROS 2.
 
 use crate::patrol::of_user;
-use crate::site::{Ran, Site};
+use crate::site::{PATROL, Ran, Site};
+use crate::{await_well, patrol::END};
 use std::path::Path;
 
 const MIXED: &str = include_str!("../../../components/networks/patrol_mixed.ddsl");
@@ -19,21 +21,41 @@ fn place(name: &str) -> Site {
     site
 }
 
-fn up(site: &Site) -> Ran {
+fn place_patrol(name: &str) -> Site {
+    let site = Site::new(name);
+    site.write_ddsl(PATROL);
+    site
+}
+
+fn up(site: &Site, more: &[&str]) -> Ran {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(["up", "--build", "--detach", "--profile", "dev"]);
-    command.arg(site.ddsl()).env("CARGO_NET_OFFLINE", "true");
+    command.args(more).arg(site.ddsl());
+    // What an environment of ROS 2 has.
+    command.envs([("ROS_DOMAIN_ID", "38"), ("ROS_LOCALHOST_ONLY", "1")]);
+    command.env("CARGO_NET_OFFLINE", "true");
     site.run(command)
 }
 
-/// Builds what the network needs.
-pub(crate) fn build() {
-    let site = place("mixed_build");
-    let up = up(&site);
-    assert_eq!(up.code, 0, "{up:?}");
-    assert_eq!(site.rcdeploy(&["down"], true).code, 0);
+fn down(site: &Site) {
+    let down = site.rcdeploy(&["down"], true);
+    assert_eq!(down.code, 0, "{down:?}");
     site.assert_nothing_left();
 }
+
+/// Builds what the networks need.
+pub(crate) fn build() {
+    for (site, more) in [
+        (place("mixed_build"), &[][..]),
+        (place_patrol("patrol_ros2_build"), &IN_ROS[..]),
+    ] {
+        let up = up(&site, more);
+        assert_eq!(up.code, 0, "{up:?}");
+        down(&site);
+    }
+}
+
+const IN_ROS: [&str; 2] = ["--middleware", "ros2"];
 
 /// How many poses a component says that it has heard.
 fn poses(site: &Site, name: &str) -> u64 {
@@ -48,7 +70,7 @@ fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
     crate::built();
     let before = of_user(&COMPONENTS);
     let site = place("mixed");
-    let up = up(&site);
+    let up = up(&site, &[]);
     assert_eq!(up.code, 0, "{up:?}");
     // All is there, also what was built last for another network of this target folder.
     assert!(!up.stderr.contains("Compiling"), "{up:?}");
@@ -73,9 +95,7 @@ fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
     for component in ["monitor", "listener", "watcher"] {
         Site::until("poses come", || poses(&site, component) > 20);
     }
-    let down = site.rcdeploy(&["down"], true);
-    assert_eq!(down.code, 0, "{down:?}");
-    site.assert_nothing_left();
+    down(&site);
     assert!(
         before == of_user(&COMPONENTS),
         "something of the user has changed"
@@ -84,4 +104,24 @@ fn poses_go_from_shared_memory_to_ros_2_and_one_component_hears_them_in_both() {
         let picture = site.path("networks").join(picture);
         assert!(picture.exists(), "{} is drawn", picture.display());
     }
+}
+
+#[test]
+fn patrol_runs_in_ros_2_and_nothing_of_it_changes() {
+    crate::built();
+    let before = of_user(&COMPONENTS);
+    let site = place_patrol("patrol_ros2");
+    let up = up(&site, &IN_ROS);
+    assert_eq!(up.code, 0, "{up:?}");
+    for name in ["simulator", "avoider", "monitor"] {
+        assert_eq!(site.ask(name, "status")["middleware"], "ros2");
+    }
+    await_well(&site, "avoider");
+    Site::until("poses come", || poses(&site, "monitor") > 20);
+    down(&site);
+    assert_eq!(site.count_in_log("avoider", END), 0);
+    assert!(
+        before == of_user(&COMPONENTS),
+        "something of the user has changed"
+    );
 }

@@ -8,6 +8,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
+/// What the avoider says where its last command did not go out.
+pub(crate) const END: &str = "could not be told to stop";
+
 /// An rcdeploy in the foreground. It is ended when the test ends.
 struct Up(Child);
 
@@ -98,6 +101,7 @@ fn patrol_runs_on_dds_and_nothing_of_it_changes() {
     assert!(variant.join("generated/src/backend.rs").exists());
     assert_eq!(up.interrupt(), Some(0));
     site.assert_nothing_left();
+    assert_eq!(site.count_in_log("avoider", END), 0);
     assert!(
         before == of_user(&components),
         "something of the user has changed"

@@ -130,7 +130,7 @@ pub fn a_full_queue_is_told(subject: &dyn Subject) {
     }
 }
 
-/// A component that stops does not wait for its answers.
+/// A component that stops does not wait for its answers. It still sends its last commands, such as that its motors stop.
 pub fn a_stop_ends_a_call(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -152,6 +152,9 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
                 body.clone_into(&mut reply);
             });
             ended.send(second).expect("a test that waits");
+            let last = client.send(header(1), b"command");
+            ended.send(last).expect("a test that waits");
+            backend.linger(LIMIT);
         });
         let start = Instant::now();
         serve(&mut *server, 1, &|_, _, _| {
@@ -167,6 +170,9 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
             "no call is begun any more"
         );
         assert!(start.elapsed() < LIMIT / 2, "{:?}", start.elapsed());
+        let last = end.recv_timeout(LIMIT).expect("a result");
+        assert_eq!(last, Ok(()));
+        assert_eq!(serve(&mut *server, 1, &|_, _, _| {}), [b"command"]);
     });
 }
 

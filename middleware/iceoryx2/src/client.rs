@@ -242,6 +242,10 @@ impl Client for SharedClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
+        let stopping = || self.session.environment.interrupt.is_stopping();
+        if stopping() {
+            return Err(CallError::Stopping);
+        }
         let answered = self.answered.take();
         let lately = answered.is_some_and(|at| start.saturating_duration_since(at) < LATELY);
         // It is the one that answered, and no successor.
@@ -252,7 +256,6 @@ impl Client for SharedClient {
         }
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
-        let stopping = || self.session.environment.interrupt.is_stopping();
         if !self.spin.is_zero() && self.spin(&pending, take, limit)? {
             self.answered.set(Some(start));
             return Ok(());

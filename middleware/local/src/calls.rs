@@ -193,6 +193,9 @@ impl Client for LocalClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
+        if self.interrupt.is_stopping() {
+            return Err(CallError::Stopping);
+        }
         let slot = Arc::new(Mutex::new(Answer::default()));
         let asked = self.submit(Request {
             header: self.signed(header),

@@ -362,9 +362,6 @@ impl Client for RosClient {
     }
 
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError> {
-        if self.interrupt.is_stopping() {
-            return Err(CallError::Stopping);
-        }
         self.submit(header, request).map(drop)
     }
 
