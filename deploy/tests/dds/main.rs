@@ -1,4 +1,4 @@
-//! The components of this repository on other middlewares than they were generated for: their networks unchanged over
+//! The components of this repository on other middlewares than they were generated for: their networks unchanged over ROS 2 and
 //! DDS, also on two hosts, and one that says so itself of one component.
 //!
 //! They are built here, as a user has them built: a program of its own for these tests, so that none that has to do with

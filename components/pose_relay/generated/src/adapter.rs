@@ -28,7 +28,8 @@ pub trait Worker: Sized {
         let _ = ctx;
     }
 
-    /// Runs once before the component ends.
+    /// Runs once before the component ends. What it commands and publishes still goes out: motors are stopped here. Queries
+    /// end with `CallError::Stopping` where somebody stops the component; nobody executes them.
     fn finalize(&mut self, ctx: &mut Context) {
         let _ = ctx;
     }
