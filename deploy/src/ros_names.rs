@@ -45,11 +45,10 @@ struct End<'a> {
 }
 
 impl Network {
-    /// Finds types, nodes, services and topics that are several by the network and one in ROS 2, and connections whose ends
-    /// are not.
+    /// Finds nodes, services and topics that are several by the network and one in ROS 2, and connections whose ends are
+    /// not. Types that are one are told by `check_generated`.
     pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
         let nodes = self.ros_nodes();
-        self.check_ros_types(found);
         let ends = self.ros_ends(&nodes);
         let Merged {
             slots,
@@ -73,67 +72,54 @@ impl Network {
         }
     }
 
-    /// Finds types that are one in ROS 2, in the interfaces of components that only this network brings there: who reads a
-    /// component that is there by its own `.cdsl` has told it.
-    fn check_ros_types(&self, found: &mut Diagnostics) {
-        let mut known = BTreeSet::new();
-        for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
-            let Some(project) = project.as_deref() else {
-                continue;
-            };
-            let slots = &project.component.slots;
-            let is_told = slots.iter().any(|s| s.backend == Some(Backend::Ros2));
-            let is_brought = slots.iter().any(|s| s.backend.is_none());
-            if instance.middleware == Backend::Ros2
-                && is_brought
-                && !is_told
-                && known.insert(&project.path)
-            {
-                found.extend(rc_codegen::ros::refused(&project.component.library));
-            }
-        }
-    }
-
     /// The components that are in ROS 2 under names that are known.
     fn ros_nodes(&self) -> Vec<Node<'_>> {
         let instances = self.deployment.instances.iter().zip(&self.projects);
         let nodes = instances
             .enumerate()
             .filter_map(|(at, (instance, project))| {
-                let project = project.as_deref()?;
-                let mut slots = project.component.slots.iter();
-                let is_in_ros = instance.middleware == Backend::Ros2
-                    || slots.any(|slot| slot.backend == Some(Backend::Ros2));
-                let mut args = instance.args.iter();
-                if !is_in_ros || args.any(|a| RENAMING.iter().any(|r| a.text.starts_with(r))) {
-                    return None;
-                }
-                let values = |key| setting(instance, key).map_or(&[][..], |set| &set.values);
-                let one = |key| values(key).first().cloned();
-                let mut env = instance.env.iter();
-                let variable = || {
-                    let (_, value) = env.find(|(name, _)| name.text == "ROS_DOMAIN_ID")?;
-                    Some(value.text.clone())
-                };
-                let domain = one("domain").or_else(variable);
-                let (namespace, own) = ros::node(
-                    self.name(),
-                    &process_name(&instance.path),
-                    one("namespace"),
-                    one("node"),
-                );
-                let rules = values("remap").iter();
-                let rules = rules.filter_map(|rule| Rule::parse(rule, &namespace, &own));
-                Some(Node {
-                    at,
-                    instance,
-                    project,
-                    domain: domain.and_then(|domain| domain.parse().ok()),
-                    name: ros::full(&own, &namespace, ""),
-                    rules: rules.collect(),
-                })
+                self.ros_node(at, instance, project.as_deref()?)
             });
         nodes.collect()
+    }
+
+    fn ros_node<'a>(
+        &self,
+        at: usize,
+        instance: &'a Instance,
+        project: &'a Project,
+    ) -> Option<Node<'a>> {
+        let mut slots = project.component.slots.iter();
+        let is_in_ros = instance.middleware == Backend::Ros2
+            || slots.any(|slot| slot.backend == Some(Backend::Ros2));
+        let mut args = instance.args.iter();
+        if !is_in_ros || args.any(|a| RENAMING.iter().any(|r| a.text.starts_with(r))) {
+            return None;
+        }
+        let values = |key| setting(instance, key).map_or(&[][..], |set| &set.values);
+        let one = |key| values(key).first().cloned();
+        let mut env = instance.env.iter();
+        let variable = || {
+            let (_, value) = env.find(|(name, _)| name.text == "ROS_DOMAIN_ID")?;
+            Some(value.text.clone())
+        };
+        let domain = one("domain").or_else(variable);
+        let (namespace, own) = ros::node(
+            self.name(),
+            &process_name(&instance.path),
+            one("namespace"),
+            one("node"),
+        );
+        let rules = values("remap").iter();
+        let rules = rules.filter_map(|rule| Rule::parse(rule, &namespace, &own));
+        Some(Node {
+            at,
+            instance,
+            project,
+            domain: domain.and_then(|domain| domain.parse().ok()),
+            name: ros::full(&own, &namespace, ""),
+            rules: rules.collect(),
+        })
     }
 
     /// The ends of these components in ROS 2, but those that are refused: that has been told, and they may be meant to meet.

@@ -2,6 +2,7 @@
 //! anything starts, each once.
 
 use rc_codegen::FileLoader;
+use rc_codegen::note::Note;
 use rc_deploy::network;
 use rc_diagnostics::{Format, SourceMap, render};
 use std::fs;
@@ -51,10 +52,17 @@ fn findings(further: &[(&str, &str)], content: &str) -> Vec<String> {
     let mut sources = SourceMap::new();
     let loader = FileLoader::new(&[]);
     let path = folder.path().join("robot.ddsl");
-    let (_, found) = network::load(&path, None, &mut sources, &loader).expect("a file");
+    let (network, mut found) = network::load(&path, None, &mut sources, &loader).expect("a file");
+    network.expect("a network").check_generated(&mut found);
     let told = render(&sources, &found, Format::Short);
     let told = told.replace(&format!("{}/", folder.path().display()), "");
-    let unmeant = [": note[", "[no-publisher]", "[unused-import]"];
+    let unmeant = [
+        ": note[",
+        "[no-publisher]",
+        "[unused-import]",
+        "[missing-generated]",
+        "[stale-generated]",
+    ];
     let lines = told.lines();
     let lines = lines.filter(|line| !unmeant.iter().any(|u| line.contains(u)));
     let without_help = lines.map(|line| line.split(" (").next().unwrap_or(line).to_owned());
@@ -258,20 +266,32 @@ fn topics_of_one_name_have_one_type() {
     }
 }
 
-/// Generation would say it, after all else was built.
+/// What generation for ROS 2 would refuse, of components that were generated for another middleware.
 #[test]
 fn types_that_are_one_in_ros_are_told_once() {
-    let idsl = "module M { interface A { void push(int oneTwo, int one_two); }; };\n";
+    let idsl = "module M { struct Data { int a; }; struct D_Ata { int a; }; interface A { void push(Data x, D_Ata y); }; };\n";
     let cdsl =
         "import \"A.idsl\"; Component c { Communications { publishes A; }; language rust; };\n";
-    let files = [("A.idsl", idsl), ("one.cdsl", cdsl), ("other.cdsl", cdsl)];
+    let note = Note {
+        component: "c".to_owned(),
+        model: "0".repeat(16),
+        middleware: "iceoryx2".to_owned(),
+    };
+    let generated = format!("const NOTE: &[u8] = b\"{}\";\n", note.to_byte_string());
+    let files = [
+        ("A.idsl", idsl),
+        ("one.cdsl", cdsl),
+        ("other.cdsl", cdsl),
+        ("Cargo.toml", ""),
+        ("generated/src/backend.rs", generated.as_str()),
+    ];
     let network = |middleware: &str| {
         format!(
             "middleware {middleware};\nComponent a {{ cdsl \"one.cdsl\"; }};\nComponent b {{ cdsl \"other.cdsl\"; }};\n"
         )
     };
     assert_eq!(findings(&files, &network("iceoryx2")), NOTHING);
-    let expected = "A.idsl:1:52: error[ros-name]: members `oneTwo` and `one_two` are both `one_two` in ROS 2; the other one at A.idsl:1:40";
+    let expected = "A.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; the other one at A.idsl:1:19";
     assert_eq!(findings(&files, &network("ros2")), [expected]);
 }
 
