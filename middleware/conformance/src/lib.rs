@@ -67,6 +67,11 @@ pub trait Subject: Sync {
         usize::MAX
     }
 
+    /// Whether a descriptor may also be readable for something else than a value.
+    fn rings_for_less(&self) -> bool {
+        false
+    }
+
     /// Whether zeros may come behind a body that was sent without them.
     fn pads(&self) -> bool {
         false

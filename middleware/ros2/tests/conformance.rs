@@ -45,6 +45,11 @@ impl rc_conformance::Subject for Ros2 {
         16
     }
 
+    /// What others tell of their ends rings, too, and may come just then.
+    fn rings_for_less(&self) -> bool {
+        true
+    }
+
     /// What does not fit into the buffer of a receiver that has no processor is lost, and `rustdds` sends it again at 200 KB a
     /// second.
     fn largest(&self) -> usize {
