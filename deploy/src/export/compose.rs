@@ -6,7 +6,7 @@
 
 use super::yaml::{Map, Yaml, comment, print};
 use super::{Export, Machine, Part, Source, seconds, time};
-use crate::plan::{Component, Policy};
+use crate::network::plan::{Component, Policy};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use std::collections::BTreeSet;

@@ -7,7 +7,7 @@
 
 use super::yaml::{Map, Yaml, comment, print};
 use super::{Export, Machine, Part, Source, seconds};
-use crate::plan::Policy;
+use crate::network::plan::Policy;
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use std::collections::{BTreeSet, HashMap};

@@ -8,9 +8,9 @@ mod kubernetes;
 mod systemd;
 mod yaml;
 
-use crate::addresses::process_name;
-use crate::network::Network;
-use crate::plan::{Component, Plan, Policy};
+use crate::network::addresses::process_name;
+use crate::network::load::Network;
+use crate::network::plan::{Component, Plan, Policy};
 use rc_cdsl::model::Backend;
 use rc_codegen::Files;
 use rc_ddsl::model::Host;

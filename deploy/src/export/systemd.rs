@@ -6,8 +6,8 @@
 //!   are part of that: they stop, the dependents first.
 
 use super::{Export, Machine, Part, Source, time};
-use crate::plan::{Policy, Restart};
-use crate::restart::LONGEST_PAUSE;
+use crate::network::plan::{Policy, Restart};
+use crate::supervisor::restart::LONGEST_PAUSE;
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! What a picture shows, taken from a network and the findings about it.
 
-use crate::network::Network;
+use crate::network::load::Network;
 use rc_cdsl::model::Role;
 use rc_ddsl::model::Place;
 use rc_ddsl::{Connection as Pair, Endpoint};

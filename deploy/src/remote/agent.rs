@@ -2,23 +2,23 @@
 //! told to, and tells what becomes of them. Its standard streams are the connection; when that ends, so does all.
 
 use super::copies;
-use super::input::{Timed, read_line};
-use super::printed::Printed;
+use super::log_tail::Printed;
 use super::protocol::{File, LONGEST, Order, Word, line};
-use super::wires::{Heard, Wires};
+use super::socket_proxy::{Heard, Wires};
+use super::timed_stream::{Timed, read_line};
 use super::{BEAT, HOST_LIMIT};
-use crate::addresses::process_name;
+use crate::client::lines::{Line, Lines, Overlong};
 use crate::error::{Error, OrCannot, advice, complain};
-use crate::guard::GuardCommand;
-use crate::held::{Recovered, recover_locked};
-use crate::keep::{Guarding, Keeper};
-use crate::launch::{Exit, Launched};
-use crate::left::Sweeps;
-use crate::lines::{Line, Lines, Overlong};
-use crate::lock::Lock;
-use crate::logs::{self, Watch};
-use crate::plan::{Component, check_name};
-use crate::signals::Signals;
+use crate::guard::custody::{Guarding, Keeper};
+use crate::guard::guard_process::GuardCommand;
+use crate::guard::lock::Lock;
+use crate::guard::process_registry::{Recovered, recover_locked};
+use crate::log::logs::{self, Watch};
+use crate::network::addresses::process_name;
+use crate::network::plan::{Component, check_name};
+use crate::process::launch::{Exit, Launched};
+use crate::process::orphans::Sweeps;
+use crate::process::signals::Signals;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
 //! The beginning of a connection, which waits and copies, on a thread of its own.
 
-use super::input::{Timed, read_line};
 use super::protocol::{File, Order, Word, line};
 use super::ssh::TOKEN;
+use super::timed_stream::{Timed, read_line};
 use std::io::{self, BufReader, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;

@@ -1,7 +1,7 @@
 //! The files of a network that are copied to another machine, compared by their hashes.
 
-use super::input::{Timed, bytes};
 use super::protocol::{File, mirrored};
+use super::timed_stream::{Timed, bytes};
 use rustix::fs::{Mode, OFlags};
 use sha2::{Digest, Sha256};
 use std::fs;

@@ -2,13 +2,13 @@
 
 use super::connection::{Beginner, Beginning, Begun, own_program};
 use super::protocol::{File, LONGEST, Order, Word, line, mirrored};
-use super::wires::{Heard, Sockets};
+use super::socket_proxy::{Heard, Sockets};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
-use crate::launch::Exit;
-use crate::lines::{Line, Lines, Overlong};
-use crate::plan::{self, Component};
-use crate::process::{Mark, first_readable, kill_group};
-use crate::restart::LONGEST_PAUSE;
+use crate::client::lines::{Line, Lines, Overlong};
+use crate::network::plan::{self, Component};
+use crate::process::identity::{Mark, first_readable, kill_group};
+use crate::process::launch::Exit;
+use crate::supervisor::restart::LONGEST_PAUSE;
 use rustix::event::PollFlags;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use std::cell::RefCell;

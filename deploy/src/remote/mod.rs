@@ -11,11 +11,11 @@ mod agent;
 mod connection;
 mod copies;
 mod host;
-mod input;
-mod printed;
+mod log_tail;
 mod protocol;
+mod socket_proxy;
 mod ssh;
-mod wires;
+mod timed_stream;
 
 pub use agent::agent;
 pub(crate) use connection::{Beginning, Begun};

@@ -3,9 +3,9 @@
 //! It begins with [`Order::Network`], [`Word::Wants`], the bytes of the files that are wanted one behind the other, and
 //! [`Word::There`]; from then on both sides speak whenever they have to say something.
 
-use crate::launch::Exit;
-use crate::lines::LIMIT;
-use crate::plan::Component;
+use crate::client::lines::LIMIT;
+use crate::network::plan::Component;
+use crate::process::launch::Exit;
 use serde::{Deserialize, Serialize};
 use std::path::{Component as Part, Path, PathBuf};
 

@@ -2,9 +2,9 @@
 
 use super::model::{Component, Model, Page, Rate};
 use super::render::{fit, offset, opt, put, times};
+use super::status_types::{Role, Slot};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
-use super::told::{Role, Slot};
-use crate::params::text;
+use crate::client::params::text;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

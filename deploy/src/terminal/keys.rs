@@ -3,9 +3,9 @@
 use super::input::Key;
 use super::model::{Command, Host, Model, Page, Prompt};
 use super::rows::Kind;
-use crate::commands::Verb;
-use crate::params;
-use crate::status::State;
+use crate::client::params;
+use crate::client::status::State;
+use crate::supervisor::commands::Verb;
 
 /// The keys, for the page that explains them.
 pub(crate) const HELP: [(&str, &str); 16] = [

@@ -2,8 +2,8 @@
 
 use super::model::{LOG, Page};
 use super::session::{Asked, FRAME, Session};
-use crate::follower::Follower;
-use crate::logs::Watch;
+use crate::log::follower::Follower;
+use crate::log::logs::Watch;
 use std::path::PathBuf;
 use std::time::Instant;
 

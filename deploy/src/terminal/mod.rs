@@ -9,28 +9,28 @@
 //! up the supervision: `rcdeploy.sock` for the states, the events and orders, the management of each component for all
 //! else.
 
+mod actions;
 mod details;
 mod input;
 mod keys;
 mod log;
 mod model;
-mod orders;
 mod peer;
 mod render;
 mod rows;
 mod screen;
 mod session;
+mod status_types;
 mod style;
 #[cfg(test)]
 mod tests;
-mod told;
 mod usage;
 
 pub use screen::usable;
 
 use crate::error::{Error, OrCannot};
-use crate::plan::check_name;
-use crate::signals::Signals;
+use crate::network::plan::check_name;
+use crate::process::signals::Signals;
 use model::{Host, Model};
 use screen::Screen;
 use session::{End, Session};
@@ -59,7 +59,7 @@ pub enum Left {
 pub fn top(network: &str) -> Result<Left, Error> {
     check_name("network", network)?;
     // What is wrong is said before the terminal is taken.
-    crate::client::status(network)?;
+    crate::client::connection::status(network)?;
     // A view that is ended gives the terminal back.
     let signals = Signals::new().or_cannot("listen to signals")?;
     let end = show(Host::Top, network, signals.descriptor())?;

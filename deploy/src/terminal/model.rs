@@ -1,10 +1,10 @@
 //! What the view knows and what the user has chosen: no input, no output, no clock.
 
 use super::rows::{self, Row};
-use super::told::{Event, Report, Role, Slot, Work};
-use crate::commands::Verb;
-use crate::params::Parameters;
-use crate::status::{ComponentStatus, State, Status};
+use super::status_types::{Event, Report, Role, Slot, Work};
+use crate::client::params::Parameters;
+use crate::client::status::{ComponentStatus, State, Status};
+use crate::supervisor::commands::Verb;
 use serde_json::Value;
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;

@@ -1,8 +1,8 @@
 //! A JSON-RPC client that never waits: what the view talks to, besides the user.
 
-use crate::client::ANSWER_LENGTH;
-use crate::lines::{Line, Lines, Overlong};
-use crate::params::reason;
+use crate::client::connection::ANSWER_LENGTH;
+use crate::client::lines::{Line, Lines, Overlong};
+use crate::client::params::reason;
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
 use std::os::unix::net::UnixStream;

@@ -5,12 +5,12 @@ use super::log::Log;
 use super::model::{Host, Model, Page};
 use super::peer::{Peer, Said};
 use super::screen::Screen;
-use super::told::{Event, Report};
+use super::status_types::{Event, Report};
 use super::{render, screen, usage};
-use crate::control;
+use crate::client::status::Status;
 use crate::error::{Error, OrCannot};
-use crate::logs::Watch;
-use crate::status::Status;
+use crate::log::logs::Watch;
+use crate::supervisor::control;
 use rc_middleware::RunDirectory;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Deserialize;
@@ -89,7 +89,7 @@ impl<'s> Session<'s> {
         let supervisor = Peer::connect(&socket).map_err(|error| match error.kind() {
             ErrorKind::NotFound | ErrorKind::ConnectionRefused => Error::NotUp {
                 network: model.network.clone(),
-                others: crate::client::networks(),
+                others: crate::client::connection::networks(),
             },
             _ => Error::System {
                 action: format!("connect to {}", socket.display()),

@@ -1,7 +1,7 @@
 //! How things look: few colours, and nothing that only a colour tells.
 
 use super::model::Model;
-use crate::status::State;
+use crate::client::status::State;
 use ratatui::style::{Color, Modifier, Style};
 
 impl Model {

@@ -89,7 +89,7 @@ fn main() -> ExitCode {
                 "stop" => Verb::Stop,
                 _ => Verb::Restart,
             };
-            rc_deploy::client::command(argument(1), verb, &arguments[2..])
+            rc_deploy::client::connection::command(argument(1), verb, &arguments[2..])
                 .map(|carried| println!("{}", serde_json::to_string(&carried).expect("json")))
         }
         "recover" => {
@@ -103,7 +103,7 @@ fn main() -> ExitCode {
                 .filter(|a| *a != "--follow");
             let follow = arguments.iter().any(|a| a == "--follow");
             let out = &mut std::io::stdout();
-            rc_deploy::logs::print(argument(1), component, 10, follow, Format::Human, out)
+            rc_deploy::log::logs::print(argument(1), component, 10, follow, Format::Human, out)
         }
         other => panic!("unknown command {other}"),
     };

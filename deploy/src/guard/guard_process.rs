@@ -1,0 +1,294 @@
+//! The second process: it outlives the supervisor by a moment, ends what that left behind, and wipes its traces.
+//!
+//! The supervisor tells it of every process over a socket (the guard's standard input). When the socket closes
+//! without a farewell, the supervisor is gone, by whatever way. Components notice the same through their own link.
+
+use crate::client::lines::{Line, Lines, Overlong};
+use crate::error::{Error, OrCannot, complain};
+use crate::guard::lock::Lock;
+use crate::guard::process_registry::{Held, HeldComponent};
+use crate::process::identity::{Identity, KILL_LIMIT, Mark, first_readable};
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
+use serde::{Deserialize, Serialize};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// How long a guard may take until it guards.
+const START_LIMIT: Duration = Duration::from_secs(5);
+/// How long a line to the guard may take; a guard that does not read is replaced.
+const WRITE_LIMIT: Duration = Duration::from_millis(200);
+/// What the guard says once it is beyond the reach of signals.
+const GUARDING: &[u8] = b"guarding\n";
+
+/// How the guard process is started: `PROGRAM ARGUMENTS… --network NETWORK`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GuardCommand {
+    /// The program; it has to call [`guard()`](fn@guard).
+    pub program: PathBuf,
+    /// Its first arguments.
+    pub args: Vec<String>,
+}
+
+impl GuardCommand {
+    /// This program, with the argument `guard`.
+    pub fn own() -> io::Result<Self> {
+        Ok(Self {
+            program: std::env::current_exe()?,
+            args: vec!["guard".to_owned()],
+        })
+    }
+}
+
+/// What the supervisor tells its guard, one JSON line each.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Report {
+    /// The first line.
+    Network { mark: Mark },
+    /// A component was started.
+    Started(HeldComponent),
+    /// One has ended, with its process group.
+    Ended { pid: i32 },
+    /// All is cleaned up; nothing is left to do.
+    Farewell,
+}
+
+/// The supervisor's end: a guard that runs.
+#[derive(Debug)]
+pub(crate) struct Guard {
+    started: Instant,
+    child: Child,
+    link: UnixStream,
+    pidfd: OwnedFd,
+}
+
+impl Guard {
+    /// Starts a guard, which shares the lock.
+    pub(crate) fn start(
+        command: &GuardCommand,
+        network: &str,
+        lock: &Lock,
+        log: &Path,
+        held: &Held,
+    ) -> Result<Self, Error> {
+        let (link, theirs) = UnixStream::pair().or_cannot("make a socket for the guard")?;
+        link.set_write_timeout(Some(WRITE_LIMIT))
+            .or_cannot("limit the time of a write")?;
+        let log = File::options()
+            .create(true)
+            .append(true)
+            .open(log)
+            .or_cannot(format!("open {}", log.display()))?;
+        let child = Command::new(&command.program)
+            .args(&command.args)
+            .args(["--network", network])
+            .stdin(Stdio::from(OwnedFd::from(theirs)))
+            .stdout(Stdio::from(lock.share().or_cannot("share the lock")?))
+            .stderr(Stdio::from(log))
+            .spawn()
+            .map_err(|error| Error::Guard(format!("{}: {error}", command.program.display())))?;
+        let pidfd = pidfd_open(Pid::from_child(&child), PidfdFlags::empty())
+            .or_cannot("watch the guard process")?;
+        let mut guard = Self {
+            started: Instant::now(),
+            child,
+            link,
+            pidfd,
+        };
+        let mark = held.mark.clone();
+        guard.tell(&Report::Network { mark });
+        for component in &held.components {
+            guard.started(component);
+        }
+        Ok(guard)
+    }
+
+    /// Waits until no signal of a terminal ends it any more.
+    pub(crate) fn await_ready(&mut self) -> Result<(), Error> {
+        let mut said = [0; GUARDING.len()];
+        let read = self
+            .link
+            .set_read_timeout(Some(START_LIMIT))
+            .and_then(|()| self.link.read_exact(&mut said));
+        match read {
+            Ok(()) if said == GUARDING => Ok(()),
+            Ok(()) => Err(Error::Guard(
+                "it is another program; does it know the argument `guard`?".to_owned(),
+            )),
+            Err(error) => Err(Error::Guard(error.to_string())),
+        }
+    }
+
+    pub(crate) fn pid(&self) -> i32 {
+        Pid::from_child(&self.child).as_raw_nonzero().get()
+    }
+
+    /// Becomes readable when the guard ends.
+    pub(crate) fn descriptor(&self) -> &OwnedFd {
+        &self.pidfd
+    }
+
+    /// How long it has lived.
+    pub(crate) fn age(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// How it ended, after its descriptor was readable.
+    pub(crate) fn reap(mut self) -> String {
+        match self.child.wait() {
+            Ok(status) => status.to_string(),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    pub(crate) fn started(&mut self, component: &HeldComponent) {
+        self.tell(&Report::Started(component.clone()));
+    }
+
+    pub(crate) fn ended(&mut self, pid: i32) {
+        self.tell(&Report::Ended { pid });
+    }
+
+    /// Tells it that nothing is left to do, and waits for its end.
+    pub(crate) fn dismiss(mut self) {
+        self.tell(&Report::Farewell);
+        if first_readable([&self.pidfd], KILL_LIMIT).is_none() {
+            self.kill();
+        }
+        if first_readable([&self.pidfd], KILL_LIMIT).is_some() {
+            let _ = self.child.wait();
+        }
+    }
+
+    fn tell(&mut self, report: &Report) {
+        let Ok(mut line) = serde_json::to_vec(report) else {
+            return;
+        };
+        line.push(b'\n');
+        if self.link.write_all(&line).is_err() {
+            // Either it has ended, or it hangs: the loop sees the end of it and starts another one.
+            self.kill();
+        }
+    }
+
+    fn kill(&self) {
+        crate::process::identity::signal(&self.pidfd, Signal::KILL);
+    }
+}
+
+/// The guard process: the whole of `rcdeploy guard --network NETWORK`, never typed by a person.
+///
+/// `cleanup` wipes what the middleware keeps in memory for this network; it has to bear being called when there
+/// is nothing to wipe.
+pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
+    match watch(network, cleanup) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain(format_args!("guard of {network}: {error}"));
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))
+            .or_cannot("ignore signals")?;
+    }
+    // Out of the terminal's reach. It fails only for a process that leads a group already, which is as good.
+    let _ = rustix::process::setsid();
+    let lock = Lock::inherited(network).or_cannot("take over the lock")?;
+    let stdin = io::stdin()
+        .as_fd()
+        .try_clone_to_owned()
+        .or_cannot("take over the supervisor's socket")?;
+    let mut supervisor = UnixStream::from(stdin);
+    match supervisor.write_all(GUARDING) {
+        // A supervisor that was killed since: what it had said can still be read.
+        Err(error)
+            if !matches!(
+                error.kind(),
+                ErrorKind::BrokenPipe | ErrorKind::ConnectionReset
+            ) =>
+        {
+            return Err(error)
+                .or_cannot("answer the supervisor; only `rcdeploy up` starts `guard`");
+        }
+        _ => {}
+    }
+    let held = match listen(&supervisor) {
+        End::Farewell => return Ok(()),
+        // It was killed before it said a word: nothing runs yet.
+        End::Gone(None) => return wipe(&lock, cleanup),
+        End::Gone(Some(held)) => held,
+    };
+    let names: Vec<&str> = held.components.iter().map(|c| c.name.as_str()).collect();
+    complain(format_args!(
+        "guard of {network} ({}): the supervisor is gone; components left: {}",
+        Identity::own().map_or(0, |own| own.pid),
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        }
+    ));
+    let killed = held.finish_off();
+    complain(format_args!(
+        "guard of {network}: {killed} processes had to be killed"
+    ));
+    wipe(&lock, cleanup)
+}
+
+/// Removes the traces of the network, unless another one has its place already.
+fn wipe(lock: &Lock, cleanup: &dyn Fn()) -> Result<(), Error> {
+    if lock.is_current() {
+        cleanup();
+        lock.remove_directory()
+            .or_cannot("remove the run directory")?;
+    }
+    Ok(())
+}
+
+/// How the talk with the supervisor ended.
+enum End {
+    /// It has cleaned up itself.
+    Farewell,
+    /// It was killed, and held this.
+    Gone(Option<Held>),
+}
+
+/// Follows the supervisor until it says farewell or is gone.
+fn listen(supervisor: &UnixStream) -> End {
+    let mut lines = Lines::new(Overlong::Skip);
+    let mut held: Option<Held> = None;
+    loop {
+        let (complete, ended) = lines.read(supervisor);
+        for line in complete {
+            let Line::Text(text) = line else { continue };
+            match (serde_json::from_str(&text), &mut held) {
+                (Ok(Report::Network { mark }), _) => held = Some(Held::new(mark)),
+                (Ok(Report::Started(component)), Some(held)) => held.components.push(component),
+                (Ok(Report::Ended { pid }), Some(held)) => {
+                    held.components.retain(|c| c.process.pid != pid);
+                }
+                (Ok(Report::Farewell), _) => return End::Farewell,
+                (Ok(_), None) => {
+                    complain(format_args!("guard: a report before the network: {text}"));
+                }
+                // The line of a supervisor that was killed while it wrote.
+                (Err(error), _) => complain(format_args!("guard: {error} in {text}")),
+            }
+        }
+        if ended {
+            return End::Gone(held);
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Who holds a network: a locked file in its run directory.
+//!
+//! The supervisor takes the lock and its guard inherits it (as standard output, of which it needs no other use), so
+//! the network is held as long as either lives. Who removes the directory moves it away first, in one step: a lock
+//! on a file that is no longer in its place is worth nothing, and a new `up` never shares a folder with an old one.
+
+use crate::error::{Error, OrCannot};
+use crate::process::identity::Identity;
+use rc_middleware::RunDirectory;
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Write};
+use std::os::fd::AsFd;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+const NAME: &str = "rcdeploy.lock";
+
+/// How long an `up` waits for the guard of an earlier one: its components' time to end, and some more.
+const PATIENCE: Duration = Duration::from_secs(8);
+
+/// A lock that is held by this process.
+#[derive(Debug)]
+pub(crate) struct Lock {
+    file: File,
+    directory: RunDirectory,
+    path: PathBuf,
+}
+
+impl Lock {
+    /// Takes the network, or says who has it. A guard that still cleans up is waited for.
+    pub(crate) fn acquire(network: &str) -> Result<Self, Error> {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let directory =
+                RunDirectory::open(network).or_cannot("make the run directory of the network")?;
+            let path = directory.path().join(NAME);
+            let file = OpenOptions::new()
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .mode(0o600)
+                .open(&path);
+            let mut file = match file {
+                // The directory went away in between.
+                Err(error)
+                    if error.kind() == io::ErrorKind::NotFound && Instant::now() < deadline =>
+                {
+                    continue;
+                }
+                file => file.or_cannot(format!("open {}", path.display()))?,
+            };
+            match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+                Ok(()) => {
+                    let lock = Self {
+                        file,
+                        directory,
+                        path,
+                    };
+                    if lock.is_current() {
+                        lock.sign()
+                            .or_cannot(format!("write {}", lock.path.display()))?;
+                        lock.remove_moved();
+                        return Ok(lock);
+                    }
+                }
+                Err(rustix::io::Errno::WOULDBLOCK) => {
+                    if let Some(holder) = holder(&mut file) {
+                        return Err(Error::AlreadyUp {
+                            network: network.to_owned(),
+                            pid: holder.pid,
+                        });
+                    }
+                }
+                Err(error) => {
+                    return Err(error).or_cannot(format!("lock {}", path.display()));
+                }
+            }
+            if Instant::now() >= deadline {
+                return Err(Error::CleaningUp {
+                    network: network.to_owned(),
+                });
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// The lock that the supervisor gave to this process as standard output.
+    pub(crate) fn inherited(network: &str) -> io::Result<Self> {
+        let descriptor = io::stdout().as_fd().try_clone_to_owned()?;
+        let directory = RunDirectory::of(network);
+        Ok(Self {
+            file: File::from(descriptor),
+            path: directory.path().join(NAME),
+            directory,
+        })
+    }
+
+    /// The file for a process that is to share the lock.
+    pub(crate) fn share(&self) -> io::Result<File> {
+        self.file.try_clone()
+    }
+
+    /// Whether the run directory in its place is still the one that is locked.
+    pub(crate) fn is_current(&self) -> bool {
+        let same =
+            |a: std::fs::Metadata, b: std::fs::Metadata| a.ino() == b.ino() && a.dev() == b.dev();
+        match (self.file.metadata(), std::fs::metadata(&self.path)) {
+            (Ok(held), Ok(found)) => same(held, found),
+            _ => false,
+        }
+    }
+
+    pub(crate) fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+
+    /// Whether there is nothing else in the run directory.
+    pub(crate) fn is_alone(&self) -> bool {
+        std::fs::read_dir(self.directory.path()).is_ok_and(|entries| entries.count() <= 1)
+    }
+
+    /// Removes the run directory with the lock in it, unless it is someone else's by now.
+    pub(crate) fn remove_directory(&self) -> io::Result<()> {
+        if !self.is_current() {
+            return Ok(());
+        }
+        let away = moved(self.directory.path());
+        match std::fs::rename(self.directory.path(), &away) {
+            Ok(()) => remove(&away),
+            // What stands in the way is left from a removal that was interrupted.
+            Err(_) => self.directory.remove(),
+        }
+    }
+
+    /// Removes all that is in the run directory except for the lock.
+    pub(crate) fn empty_directory(&self) -> io::Result<()> {
+        for entry in std::fs::read_dir(self.directory.path())? {
+            let entry = entry?;
+            if entry.file_name() == NAME {
+                continue;
+            }
+            if entry.file_type()?.is_dir() {
+                std::fs::remove_dir_all(entry.path())?;
+            } else {
+                std::fs::remove_file(entry.path())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes what a process that was killed in the middle of [`Self::remove_directory`] has moved away.
+    fn remove_moved(&self) {
+        let path = self.directory.path();
+        let Some((base, name)) = path.parent().zip(path.file_name()) else {
+            return;
+        };
+        let start = format!(".{}.", name.to_string_lossy());
+        for entry in std::fs::read_dir(base).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let rest = name.to_str().and_then(|name| name.strip_prefix(&start));
+            let pid = rest.and_then(|rest| rest.strip_suffix(MOVED));
+            if pid.is_some_and(|pid| pid.parse::<u32>().is_ok()) {
+                // Nobody needs it; the next one tries again.
+                let _ = remove(&entry.path());
+            }
+        }
+    }
+
+    fn sign(&self) -> io::Result<()> {
+        let text = serde_json::to_string(&Identity::own())?;
+        self.file.set_len(0)?;
+        (&self.file).write_all(text.as_bytes())
+    }
+}
+
+/// How the name of a run directory ends that is being removed.
+const MOVED: &str = ".removed";
+
+fn moved(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}{MOVED}", std::process::id()))
+}
+
+/// Removes a folder; one that somebody else has removed is fine.
+fn remove(path: &Path) -> io::Result<()> {
+    match std::fs::remove_dir_all(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// The supervisor that signed the file, if it still runs.
+fn holder(file: &mut File) -> Option<Identity> {
+    let mut text = String::new();
+    file.take(4096).read_to_string(&mut text).ok()?;
+    let holder: Option<Identity> = serde_json::from_str(&text).ok()?;
+    holder.filter(Identity::is_alive)
+}

@@ -1,0 +1,155 @@
+//! Which processes a network holds, written down where the next `up` finds it, and the end of those that are left.
+
+use crate::error::{Error, OrCannot};
+use crate::guard::lock::Lock;
+use crate::process::identity::{self, Identity, KILL_LIMIT, Mark, first_readable, kill_group};
+use rc_middleware::RunDirectory;
+use rustix::process::{Pid, Signal};
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::os::fd::OwnedFd;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const NAME: &str = "components.json";
+const UNFINISHED: &str = "components.json.new";
+
+/// The longest time that components have to end by themselves once their supervisor is gone.
+const END_LIMIT: Duration = Duration::from_secs(3);
+
+/// The processes of one network.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Held {
+    /// The run of the system that the pids belong to.
+    pub boot: String,
+    /// What every process of the network carries.
+    pub mark: Mark,
+    /// The components that run.
+    pub components: Vec<HeldComponent>,
+}
+
+/// One component that runs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HeldComponent {
+    /// Its name.
+    pub name: String,
+    /// Its process, the leader of its group.
+    pub process: Identity,
+    /// How long it may take to end, in milliseconds.
+    pub stop_ms: u64,
+}
+
+/// What [`recover`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Recovered {
+    /// The network was ended in good order, or was never up.
+    Nothing,
+    /// Its supervisor and its guard were killed; so many processes were still there.
+    Killed(usize),
+}
+
+impl Held {
+    /// A network without processes.
+    pub(crate) fn new(mark: Mark) -> Self {
+        Self {
+            boot: identity::boot(),
+            mark,
+            components: Vec::new(),
+        }
+    }
+
+    /// Writes the file, in one step.
+    pub(crate) fn write(&self, directory: &RunDirectory) -> io::Result<()> {
+        let path = directory.path().join(NAME);
+        let new = directory.path().join(UNFINISHED);
+        std::fs::write(&new, serde_json::to_vec(self)?)?;
+        std::fs::rename(&new, &path)
+    }
+
+    /// Reads the file. One that makes no sense, or was not completed, names no process; the directory is wiped all
+    /// the same.
+    fn read(directory: &Path) -> Option<Self> {
+        let nobody = Self {
+            boot: String::new(),
+            mark: Mark::nobody(),
+            components: Vec::new(),
+        };
+        match std::fs::read(directory.join(NAME)) {
+            Ok(text) => Some(serde_json::from_slice(&text).unwrap_or(nobody)),
+            Err(_) => directory.join(UNFINISHED).exists().then_some(nobody),
+        }
+    }
+
+    /// Waits for the processes to end, boundedly, and kills what is left. Returns how many had to be killed.
+    pub(crate) fn finish_off(&self) -> usize {
+        if self.boot != identity::boot() {
+            return 0;
+        }
+        let limit = self.components.iter().map(|c| c.stop_ms).max();
+        let limit = Duration::from_millis(limit.unwrap_or(0)).min(END_LIMIT);
+        let mut left: Vec<(Pid, OwnedFd)> = self
+            .components
+            .iter()
+            .filter_map(|c| Some((Pid::from_raw(c.process.pid)?, c.process.open()?)))
+            .collect();
+        wait_and_kill_groups(&mut left, limit);
+        let mut killed = left.len();
+        for (pid, descriptor) in &left {
+            kill_group(*pid);
+            identity::signal(descriptor, Signal::KILL);
+        }
+        wait_and_kill_groups(&mut left, KILL_LIMIT);
+        killed += self.mark.sweep();
+        killed
+    }
+}
+
+/// Waits for the leaders of groups; what is left of a group goes with its leader.
+fn wait_and_kill_groups(left: &mut Vec<(Pid, OwnedFd)>, limit: Duration) {
+    let deadline = Instant::now() + limit;
+    while !left.is_empty() {
+        let time = deadline.saturating_duration_since(Instant::now());
+        let Some(ended) = first_readable(left.iter().map(|(_, fd)| fd), time) else {
+            return;
+        };
+        let mut ended = ended.into_iter();
+        left.retain(|(pid, _)| {
+            let ended = ended.next().unwrap_or(false);
+            if ended {
+                kill_group(*pid);
+            }
+            !ended
+        });
+    }
+}
+
+/// Ends what is left of a network whose supervisor and guard were both killed, and removes its run directory.
+///
+/// `cleanup` wipes what the middleware left behind. Fails if the network is up.
+pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered, Error> {
+    if !directory.path().is_dir() {
+        return Ok(Recovered::Nothing);
+    }
+    let name = directory.path().file_name().unwrap_or_default();
+    let lock = Lock::acquire(&name.to_string_lossy())?;
+    let found = recover_locked(&lock, cleanup)?;
+    // A supervisor that was killed at its very beginning leaves nothing but its lock.
+    if found != Recovered::Nothing || lock.is_alone() {
+        lock.remove_directory()
+            .or_cannot(format!("remove {}", directory.path().display()))?;
+    }
+    Ok(found)
+}
+
+/// The same for the holder of the lock, which keeps the directory.
+pub(crate) fn recover_locked(lock: &Lock, cleanup: &dyn Fn()) -> Result<Recovered, Error> {
+    let directory = lock.directory().path();
+    let Some(held) = Held::read(directory) else {
+        return Ok(Recovered::Nothing);
+    };
+    let killed = held.finish_off();
+    cleanup();
+    lock.empty_directory()
+        .or_cannot(format!("empty {}", directory.display()))?;
+    Ok(Recovered::Killed(killed))
+}

@@ -1,0 +1,238 @@
+//! A log that is read as it grows, over its border to the older part.
+
+use crate::client::lines::{Line, Lines, Overlong};
+use crate::log::rotation::Header;
+use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How much of the end of a log is searched for its last lines.
+const TAIL: u64 = 256 * 1024;
+/// How much is read of one log before it is another one's turn.
+const TURN: usize = 256 * 1024;
+
+/// How long a log that is being moved is waited for.
+const MOMENT: Duration = Duration::from_millis(1);
+const MOMENTS: u32 = 50;
+
+/// A log, and how far it was read.
+#[derive(Debug)]
+pub(crate) struct Follower {
+    path: PathBuf,
+    file: File,
+    position: u64,
+    lines: Lines,
+    /// How many parts the log has had; the present one comes after them.
+    part: u64,
+    /// What is left to be read of a part before.
+    older: Option<File>,
+}
+
+impl Follower {
+    /// A log from the beginning of its present part.
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        let _lock = Lock::of(&file);
+        let part = Header::of(path).map_or(0, |(header, _)| header.part);
+        Ok(Self {
+            path: path.to_owned(),
+            file: file.try_clone()?,
+            position: 0,
+            lines: Lines::new(Overlong::Split),
+            part,
+            older: None,
+        })
+    }
+
+    /// The last lines, and the log behind them.
+    pub(crate) fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
+        let mut follower = Self::open(path)?;
+        let length = follower.file.metadata()?.len();
+        let mut skipped = length.saturating_sub(TAIL);
+        follower.position = follower.file.seek(SeekFrom::Start(skipped))?;
+        if skipped == 0
+            && let Some((header, mut file)) = Header::of(path)
+        {
+            let begin = file.metadata()?.len().saturating_sub(TAIL - length);
+            let begin = file.seek(SeekFrom::Start(begin.max(header.length)))?;
+            skipped = begin - header.length + header.left_out;
+            follower.older = Some(file);
+        }
+        let mut lines = Vec::new();
+        while follower.older.is_some() || follower.position < length {
+            let (before, more) = (follower.position, follower.older.is_some());
+            lines.extend(follower.read().0);
+            if follower.position == before && !more {
+                break;
+            }
+        }
+        lines.extend(follower.finish());
+        // The first of them is half a line, if anything was skipped.
+        let first = usize::from(skipped > 0).max(lines.len().saturating_sub(count));
+        Ok((lines.split_off(first.min(lines.len())), follower))
+    }
+
+    /// The lines that have come, and whether there is more at once.
+    pub(crate) fn read(&mut self) -> (Vec<String>, bool) {
+        let mut lines = Vec::new();
+        if self.older.is_none()
+            && let Some(text) = self.turn_over()
+        {
+            lines.push(text);
+        }
+        let mut buffer = Vec::new();
+        if let Some(older) = &mut self.older {
+            let read = older.take(TURN as u64).read_to_end(&mut buffer);
+            if read.unwrap_or(0) < TURN {
+                self.older = None;
+            }
+            lines.extend(self.lines.push(&buffer).into_iter().filter_map(text));
+            return (lines, true);
+        }
+        let read = (&mut self.file).take(TURN as u64).read_to_end(&mut buffer);
+        self.position += buffer.len() as u64;
+        lines.extend(self.lines.push(&buffer).into_iter().filter_map(text));
+        (lines, read.is_ok_and(|count| count == TURN))
+    }
+
+    /// Finds out whether what was being read has become an older part; the text is about what cannot be read any more.
+    fn turn_over(&mut self) -> Option<String> {
+        // Nothing is moved while this is looked at.
+        let _lock = Lock::of(&self.file);
+        let older = Header::of(&self.path);
+        let part = older.as_ref().map_or(0, |(header, _)| header.part);
+        let length = self.file.metadata().map_or(0, |file| file.len());
+        if part == self.part && length >= self.position {
+            return None;
+        }
+        let rest = older.filter(|_| part > self.part);
+        let before = std::mem::replace(&mut self.part, part);
+        let position = std::mem::take(&mut self.position);
+        let _ = (&self.file).seek(SeekFrom::Start(0));
+        let Some((header, mut file)) = rest else {
+            // It was emptied, for a new start or because there was no room for it.
+            self.lines = Lines::new(Overlong::Split);
+            return None;
+        };
+        let known = if part == before + 1 { position } else { 0 };
+        let begin = header.length + known.saturating_sub(header.left_out);
+        let _ = file.seek(SeekFrom::Start(begin));
+        self.older = Some(file);
+        let gone = part > before + 1 || known < header.left_out;
+        gone.then(|| {
+            self.lines = Lines::new(Overlong::Split);
+            "[rcdeploy: a part of this log is gone]".to_owned()
+        })
+    }
+
+    /// The last line, if it has no end.
+    pub(crate) fn finish(&mut self) -> Option<String> {
+        self.lines.finish().and_then(text)
+    }
+}
+
+fn text(line: Line) -> Option<String> {
+    match line {
+        Line::Text(text) => Some(text),
+        Line::TooLong => None,
+    }
+}
+
+/// Keeps a log from being moved while it lives.
+struct Lock<'f>(&'f File);
+
+impl<'f> Lock<'f> {
+    /// Moving takes a moment. Where there is no lock all the same, a line may be lost or told twice at the border.
+    fn of(file: &'f File) -> Self {
+        for _ in 0..MOMENTS {
+            if flock(file, FlockOperation::NonBlockingLockShared) != Err(Errno::WOULDBLOCK) {
+                break;
+            }
+            std::thread::sleep(MOMENT);
+        }
+        Self(file)
+    }
+}
+
+impl Drop for Lock<'_> {
+    fn drop(&mut self) {
+        let _ = flock(self.0, FlockOperation::Unlock);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_is_followed_over_its_restart() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.log");
+        std::fs::write(&path, "one\ntwo\nthr").expect("written");
+        assert_eq!(
+            Follower::at_last_lines(&path, 2).expect("read").0,
+            ["two", "thr"]
+        );
+        let mut follower = Follower::open(&path).expect("opened");
+        assert_eq!(follower.read().0, ["one", "two"]);
+        std::fs::write(&path, "new\n").expect("written");
+        assert_eq!(follower.read().0, ["new"]);
+        assert_eq!(follower.finish(), None);
+    }
+
+    #[test]
+    fn a_log_is_followed_over_its_border() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.log");
+        let turn = |part: u64, left_out: u64, text: &str| {
+            let header = format!(
+                "[rcdeploy: part {part} of this log, without its first {left_out} bytes]\n"
+            );
+            std::fs::write(folder.path().join("a.log.1"), header + text).expect("written");
+        };
+        std::fs::write(&path, "one\ntwo\nthr").expect("written");
+        let mut follower = Follower::open(&path).expect("opened");
+        assert_eq!(
+            follower.read(),
+            (vec!["one".to_owned(), "two".to_owned()], false)
+        );
+        turn(1, 0, "one\ntwo\nthree\n");
+        std::fs::write(&path, "four\n").expect("written");
+        assert_eq!(follower.read().0, ["three"]);
+        assert_eq!(follower.read(), (vec!["four".to_owned()], false));
+        // Both parts are one log.
+        let tail = |count| Follower::at_last_lines(&path, count).expect("read").0;
+        assert_eq!(tail(3), ["two", "three", "four"]);
+        assert_eq!(tail(9), ["one", "two", "three", "four"]);
+        // A line that began before the border ends behind it, even where the log has grown again meanwhile.
+        std::fs::write(&path, "four\nfi").expect("written");
+        assert_eq!(follower.read().0, [""; 0]);
+        turn(2, 0, "four\nfi");
+        std::fs::write(&path, "ve\nand much more\n").expect("written");
+        assert_eq!(follower.read().0, [""; 0]);
+        assert_eq!(follower.read().0, ["five", "and much more"]);
+        // What is gone is told.
+        turn(4, 7, "eight\n");
+        std::fs::write(&path, "nine\n").expect("written");
+        assert_eq!(
+            follower.read().0,
+            ["[rcdeploy: a part of this log is gone]", "eight"]
+        );
+        assert_eq!(follower.read().0, ["nine"]);
+    }
+
+    #[test]
+    fn only_the_end_of_a_long_log_is_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.log");
+        let lines: Vec<String> = (0..100_000).map(|i| format!("line {i}")).collect();
+        std::fs::write(&path, lines.join("\n")).expect("written");
+        assert_eq!(
+            Follower::at_last_lines(&path, 2).expect("read").0,
+            ["line 99998", "line 99999"]
+        );
+    }
+}

@@ -1,0 +1,59 @@
+//! The last events of a network, for those who follow them or come late.
+
+use crate::log::events::Event;
+use serde_json::{Value, json};
+use std::collections::VecDeque;
+
+/// How many events are kept.
+const KEPT: usize = 1000;
+
+/// What happened last. Each event has a number; a reader remembers which one is its next, so that nobody waits for a
+/// slow one.
+#[derive(Debug, Default)]
+pub(crate) struct Journal {
+    first: u64,
+    events: VecDeque<Value>,
+}
+
+impl Journal {
+    pub(crate) fn add(&mut self, event: &Event) {
+        if self.events.len() >= KEPT {
+            self.events.pop_front();
+            self.first += 1;
+        }
+        self.events.push_back(json!(event));
+    }
+
+    /// How many events are kept, and the number of the first of them.
+    pub(crate) fn kept(&self) -> (usize, u64) {
+        (self.events.len(), self.first)
+    }
+
+    /// The event of that number, or how many a reader who wants it has missed; none where it has not come yet.
+    pub(crate) fn get(&self, number: u64) -> Option<Result<&Value, u64>> {
+        match number.checked_sub(self.first) {
+            None => Some(Err(self.first - number)),
+            Some(at) => self.events.get(usize::try_from(at).ok()?).map(Ok),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::events::Severity;
+
+    #[test]
+    fn a_reader_who_is_too_slow_is_told_how_much_it_has_missed() {
+        let mut journal = Journal::default();
+        assert_eq!(journal.get(0), None);
+        for i in 0..KEPT + 3 {
+            journal.add(&Event::network(Severity::Info, "up", i.to_string()));
+        }
+        assert_eq!(journal.kept(), (KEPT, 3));
+        assert_eq!(journal.get(1), Some(Err(2)));
+        let first = journal.get(3).and_then(Result::ok).expect("an event");
+        assert_eq!(first["message"], "3");
+        assert_eq!(journal.get(KEPT as u64 + 3), None);
+    }
+}

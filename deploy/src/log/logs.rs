@@ -1,0 +1,255 @@
+//! What components printed: where it is kept, and how it is shown.
+
+use crate::error::{Error, OrCannot};
+use crate::log::events::{Event, Severity};
+use crate::log::follower::Follower;
+use crate::log::reporter::Format;
+use crate::log::rotation;
+use crate::network::plan::{check_name, is_reserved};
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::fs::inotify;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, ErrorKind, Write};
+use std::mem::MaybeUninit;
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+/// The log of the supervisor and of its guard; no component has such a name, see [`is_reserved`].
+pub(crate) const SUPERVISOR: &str = "rcdeploy";
+pub(crate) const GUARD: &str = "rcdeploy-guard";
+
+/// The folder of a network's logs: `robocomp/NETWORK` in `$XDG_STATE_HOME`, else in `~/.local/state`, else
+/// `robocomp-UID/NETWORK` in the folder for temporary files.
+pub fn directory(network: &str) -> PathBuf {
+    base().0.join(network)
+}
+
+/// The folder and whether others can get at its parent.
+fn base() -> (PathBuf, bool) {
+    let absolute = |name: &str| {
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
+    if let Some(state) = absolute("XDG_STATE_HOME") {
+        return (state.join("robocomp"), false);
+    }
+    if let Some(home) = absolute("HOME") {
+        return (home.join(".local/state/robocomp"), false);
+    }
+    let name = format!("robocomp-{}", rustix::process::getuid().as_raw());
+    (std::env::temp_dir().join(name), true)
+}
+
+/// The folder, made if it does not exist.
+pub(crate) fn open_directory(network: &str) -> Result<PathBuf, Error> {
+    let (base, shared) = base();
+    let path = base.join(network);
+    std::fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(&path)
+        .or_cannot(format!("make the folder of the logs, {}", path.display()))?;
+    if shared {
+        let owner = std::fs::symlink_metadata(&base).or_cannot("look at the folder of the logs")?;
+        if owner.uid() != rustix::process::getuid().as_raw() || owner.mode() & 0o022 != 0 {
+            return Err(io::Error::from(io::ErrorKind::PermissionDenied)).or_cannot(format!(
+                "write logs to {}, which is not private; set XDG_STATE_HOME",
+                base.display()
+            ));
+        }
+    }
+    Ok(path)
+}
+
+/// The log of one component, or of the supervisor.
+pub(crate) fn file(directory: &Path, name: &str) -> PathBuf {
+    directory.join(format!("{name}.log"))
+}
+
+/// Makes a log empty, without its older part. A process that still writes to it goes on at its beginning.
+pub(crate) fn clear(path: &Path) -> io::Result<()> {
+    match std::fs::remove_file(rotation::older(path)) {
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    File::create(path).map(drop)
+}
+
+/// The last lines of a log, without their ends.
+pub fn tail(path: &Path, count: usize) -> io::Result<Vec<String>> {
+    Follower::at_last_lines(path, count).map(|(lines, _)| lines)
+}
+
+/// The last lines of a log as they stand below a failure. Lines are shortened: the whole fits into one message.
+pub(crate) fn quote(path: &Path) -> String {
+    let lines = tail(path, 10).unwrap_or_default();
+    let full = if is_full(path) {
+        "; its disk is full, and a program that minds may have ended for that: remove something, or have the logs below another XDG_STATE_HOME"
+    } else {
+        ""
+    };
+    let path = path.display();
+    if lines.is_empty() {
+        return format!("there is nothing in {path}{full}");
+    }
+    let lines = lines.iter().map(|line| {
+        let end = line
+            .char_indices()
+            .nth(400)
+            .map_or(line.len(), |(at, _)| at);
+        &line[..end]
+    });
+    let lines: Vec<&str> = lines.collect();
+    format!(
+        "the last lines of {path}{full}:\n    {}",
+        lines.join("\n    ")
+    )
+}
+
+/// Whether nothing more can be written beside this file.
+fn is_full(path: &Path) -> bool {
+    // Where a system does not count its blocks, it has none at all.
+    rustix::fs::statvfs(path).is_ok_and(|disk| disk.f_blocks > 0 && disk.f_bavail == 0)
+}
+
+/// Tells when anything in a folder is written.
+#[derive(Debug)]
+pub(crate) struct Watch(OwnedFd);
+
+impl Watch {
+    pub(crate) fn new(directory: &Path) -> io::Result<Self> {
+        let flags = inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK;
+        let watch = inotify::init(flags)?;
+        let events = inotify::WatchFlags::MODIFY | inotify::WatchFlags::CREATE;
+        inotify::add_watch(&watch, directory, events)?;
+        Ok(Self(watch))
+    }
+
+    pub(crate) fn descriptor(&self) -> &OwnedFd {
+        &self.0
+    }
+
+    /// Forgets what was told.
+    pub(crate) fn drain(&self) {
+        let mut buffer = [MaybeUninit::uninit(); 4096];
+        while let Ok(filled) = rustix::io::read(&self.0, &mut buffer) {
+            if filled.0.is_empty() {
+                return;
+            }
+        }
+    }
+}
+
+/// Prints the last `lines` of one log or of all of a network, and with `follow` whatever comes, until interrupted.
+///
+/// In [`Format::Json`], each line is an [`Event`] with the code `log`.
+pub fn print(
+    network: &str,
+    component: Option<&str>,
+    lines: usize,
+    follow: bool,
+    format: Format,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    check_name("network", network)?;
+    let directory = directory(network);
+    let nothing = |what: &Path| Error::NoLog {
+        what: what.display().to_string(),
+    };
+    let names = match component {
+        Some(name) => vec![name.to_owned()],
+        None => names(&directory),
+    };
+    let mut printer = Printer {
+        width: names.iter().map(String::len).max().unwrap_or(0),
+        bare: component.is_some(),
+        format,
+        out,
+    };
+    let watch = Watch::new(&directory).map_err(|_| nothing(&directory))?;
+    let mut followers = BTreeMap::new();
+    for name in names {
+        let path = file(&directory, &name);
+        let (last, follower) = Follower::at_last_lines(&path, lines).map_err(|_| nothing(&path))?;
+        for line in last {
+            printer.line(&name, &line)?;
+        }
+        followers.insert(name, follower);
+    }
+    if !follow {
+        return Ok(());
+    }
+    loop {
+        wait(&watch)?;
+        watch.drain();
+        if component.is_none() {
+            for name in self::names(&directory) {
+                if !followers.contains_key(&name)
+                    && let Ok(new) = Follower::open(&file(&directory, &name))
+                {
+                    followers.insert(name, new);
+                }
+            }
+        }
+        for (name, follower) in &mut followers {
+            let mut more = true;
+            while more {
+                let lines;
+                (lines, more) = follower.read();
+                for line in lines {
+                    printer.line(name, &line)?;
+                }
+            }
+        }
+    }
+}
+
+/// The components that have logs. Those of rcdeploy itself are shown when they are named.
+fn names(directory: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| {
+            let name = entry.file_name().into_string().ok()?;
+            Some(name.strip_suffix(".log")?.to_owned())
+        })
+        .filter(|name| !is_reserved(name))
+        .collect();
+    names.sort();
+    names
+}
+
+fn wait(watch: &Watch) -> Result<(), Error> {
+    let mut polled = [PollFd::from_borrowed_fd(
+        watch.descriptor().as_fd(),
+        PollFlags::IN,
+    )];
+    match poll(&mut polled, None) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
+        Err(error) => Err(error).or_cannot("wait for new lines"),
+    }
+}
+
+struct Printer<'o> {
+    width: usize,
+    bare: bool,
+    format: Format,
+    out: &'o mut dyn Write,
+}
+
+impl Printer<'_> {
+    fn line(&mut self, name: &str, line: &str) -> Result<(), Error> {
+        let width = self.width;
+        let text = match self.format {
+            Format::Human if self.bare => format!("{line}\n"),
+            Format::Human => format!("{name:width$} | {line}\n"),
+            Format::Json => Event::component(name, Severity::Info, "log", line).json_line(),
+        };
+        let written = self.out.write_all(text.as_bytes());
+        written
+            .and_then(|()| self.out.flush())
+            .or_cannot("print the log")
+    }
+}

@@ -1,0 +1,111 @@
+//! Shows what components print while `up` runs in the foreground.
+//!
+//! A write to a log wakes the loop, at most twenty times a second; nothing is looked at while nothing is written.
+
+use crate::log::events::{Event, Severity};
+use crate::log::follower::Follower;
+use crate::log::logs::Watch;
+use crate::log::reporter::Reporter;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The shortest time between two looks.
+const PAUSE: Duration = Duration::from_millis(50);
+/// How many turns a log has at the end, to show its last lines.
+const LAST_TURNS: usize = 8;
+
+/// The logs of a network.
+#[derive(Debug)]
+pub(crate) struct Relay {
+    watch: Watch,
+    logs: Vec<(String, Follower)>,
+    /// When to look, if something was written.
+    due: Option<Instant>,
+}
+
+impl Relay {
+    /// The logs, which exist and are empty.
+    pub(crate) fn new(
+        directory: &Path,
+        logs: impl IntoIterator<Item = (String, PathBuf)>,
+    ) -> io::Result<Self> {
+        let watch = Watch::new(directory)?;
+        let logs = logs
+            .into_iter()
+            .map(|(name, path)| Ok((name, Follower::open(&path)?)))
+            .collect::<io::Result<_>>()?;
+        Ok(Self {
+            watch,
+            logs,
+            due: None,
+        })
+    }
+
+    /// What to wait for; nothing while a look is due anyway.
+    pub(crate) fn descriptor(&self) -> Option<&OwnedFd> {
+        self.due.is_none().then(|| self.watch.descriptor())
+    }
+
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.due
+    }
+
+    /// Something was written.
+    pub(crate) fn wake(&mut self) {
+        self.watch.drain();
+        self.due.get_or_insert_with(|| Instant::now() + PAUSE);
+    }
+
+    /// Shows what has come, if it is time.
+    pub(crate) fn show(&mut self, now: Instant, report: &Reporter) {
+        if self.due.is_none_or(|due| now < due) {
+            return;
+        }
+        self.due = None;
+        self.watch.drain();
+        for (name, log) in &mut self.logs {
+            // What does not fit now waits in the log.
+            let mut more = true;
+            if report.has_room() {
+                let lines;
+                (lines, more) = log.read();
+                for line in lines {
+                    report.log_line(name, &line);
+                }
+            }
+            if more {
+                self.due = Some(now + PAUSE);
+            }
+        }
+        // The next time, those go first that had to wait.
+        if self.due.is_some() {
+            self.logs.rotate_left(1);
+        }
+    }
+
+    /// Shows the rest.
+    pub(crate) fn finish(&mut self, report: &Reporter) {
+        for (name, log) in &mut self.logs {
+            let mut more = true;
+            for _ in 0..LAST_TURNS {
+                if !more {
+                    break;
+                }
+                let lines;
+                (lines, more) = log.read();
+                for line in lines {
+                    report.log_line(name, &line);
+                }
+            }
+            if let Some(line) = log.finish() {
+                report.log_line(name, &line);
+            }
+            if more {
+                let text = "printed more than could be shown; its log has it all";
+                report.event(Event::component(name, Severity::Info, "log", text));
+            }
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! How events reach people and programs.
+//!
+//! A thread of its own writes, because a terminal that was paused or a pipe that nobody reads must not stop the
+//! supervision. Lines of components wait in their logs until there is room; events that nobody reads are left out in
+//! the end, and counted.
+
+use crate::log::events::{Event, Severity};
+use crate::log::journal::Journal;
+use std::cell::{Cell, Ref, RefCell};
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::AsFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::time::Duration;
+
+/// How many records may wait to be written before lines of components are held back.
+const ROOM: usize = 1024;
+/// How many before events are left out.
+const EVENTS: usize = 64 * 1024;
+/// How many lines are kept while the streams are covered.
+const COVERED: usize = 1000;
+/// How long the end of the program waits for them.
+const FLUSH_LIMIT: Duration = Duration::from_secs(1);
+
+/// In which form events are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// Lines for people: what components print on standard output, all else on standard error.
+    #[default]
+    Human,
+    /// One JSON object a line on standard output, lines of components too (code `log`).
+    Json,
+}
+
+/// Where events are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Output {
+    /// On standard output and standard error.
+    Streams,
+    /// All on standard error, which is a log file.
+    Log,
+}
+
+enum Record {
+    Out(String),
+    Err(String),
+    Flush(Sender<()>),
+}
+
+/// Takes events, never blocks.
+#[derive(Debug)]
+pub(crate) struct Reporter {
+    sender: Sender<Record>,
+    waiting: Arc<AtomicUsize>,
+    format: Format,
+    output: Output,
+    width: usize,
+    dropped: Cell<u64>,
+    journal: RefCell<Journal>,
+    covered: Arc<AtomicBool>,
+}
+
+impl Reporter {
+    /// Starts the thread. `width` is the length of the longest name of a component.
+    pub(crate) fn start(format: Format, output: Output, width: usize) -> io::Result<Self> {
+        let out = File::from(io::stdout().as_fd().try_clone_to_owned()?);
+        let err = File::from(io::stderr().as_fd().try_clone_to_owned()?);
+        let (sender, receiver) = mpsc::channel();
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let counter = Arc::clone(&waiting);
+        let covered = Arc::new(AtomicBool::new(false));
+        let hidden = Arc::clone(&covered);
+        std::thread::Builder::new()
+            .name("report".to_owned())
+            .spawn(move || write(&receiver, &counter, &hidden, &out, &err))?;
+        Ok(Self {
+            sender,
+            waiting,
+            format,
+            output,
+            width,
+            dropped: Cell::new(0),
+            journal: RefCell::default(),
+            covered,
+        })
+    }
+
+    /// Writes one event.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "an event is reported once, at the place where it is made"
+    )]
+    pub(crate) fn event(&self, event: Event) {
+        self.journal.borrow_mut().add(&event);
+        let usual = event.severity == Severity::Info && event.component.is_some();
+        if usual && self.covered.load(Ordering::Relaxed) {
+            return;
+        }
+        match self.format {
+            Format::Human => self.send(Record::Err(format!("{event}\n"))),
+            Format::Json => self.json(&event),
+        }
+    }
+
+    /// The last events.
+    pub(crate) fn journal(&self) -> Ref<'_, Journal> {
+        self.journal.borrow()
+    }
+
+    /// Set while something else covers the streams, as a full-screen view does. What is not as expected, and what
+    /// concerns the network as a whole, is written afterwards.
+    pub(crate) fn covered(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.covered)
+    }
+
+    /// Writes a line that a component printed.
+    pub(crate) fn log_line(&self, component: &str, line: &str) {
+        match self.format {
+            Format::Human => {
+                let width = self.width;
+                self.send(Record::Out(format!("{component:width$} | {line}\n")));
+            }
+            Format::Json => self.json(&Event::component(component, Severity::Info, "log", line)),
+        }
+    }
+
+    fn json(&self, event: &Event) {
+        self.send(Record::Out(event.json_line()));
+    }
+
+    /// Whether lines of components can be taken. Those that are given nevertheless are kept.
+    pub(crate) fn has_room(&self) -> bool {
+        self.waiting.load(Ordering::Relaxed) < ROOM
+    }
+
+    fn send(&self, record: Record) {
+        if self.waiting.load(Ordering::Relaxed) >= EVENTS {
+            self.dropped.set(self.dropped.get() + 1);
+            return;
+        }
+        let dropped = self.dropped.take();
+        if dropped > 0 {
+            let note = format!("warning: {dropped} events were left out here\n");
+            self.queue(Record::Err(note));
+        }
+        self.queue(match (self.output, record) {
+            (Output::Log, Record::Out(text)) => Record::Err(text),
+            (_, record) => record,
+        });
+    }
+
+    fn queue(&self, record: Record) {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        // The thread ends after this half of the channel only.
+        let _ = self.sender.send(record);
+    }
+
+    /// Waits until all is written, boundedly.
+    pub(crate) fn flush(&self) {
+        let (done, written) = mpsc::channel();
+        self.queue(Record::Flush(done));
+        let _ = written.recv_timeout(FLUSH_LIMIT);
+    }
+}
+
+fn write(
+    records: &Receiver<Record>,
+    waiting: &AtomicUsize,
+    covered: &AtomicBool,
+    mut out: &File,
+    mut err: &File,
+) {
+    let mut kept = VecDeque::new();
+    // Whoever closed these streams does not want to read them.
+    for record in records {
+        let covered = covered.load(Ordering::Relaxed);
+        if !covered {
+            for text in kept.drain(..) {
+                let _: io::Result<()> = err.write_all(String::as_bytes(&text));
+            }
+        }
+        match record {
+            Record::Out(text) | Record::Err(text) if covered => {
+                kept.push_back(text);
+                if kept.len() > COVERED {
+                    kept.pop_front();
+                }
+            }
+            Record::Out(text) => drop(out.write_all(text.as_bytes())),
+            Record::Err(text) => drop(err.write_all(text.as_bytes())),
+            Record::Flush(done) => drop(done.send(())),
+        }
+        waiting.fetch_sub(1, Ordering::Relaxed);
+    }
+}

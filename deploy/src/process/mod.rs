@@ -1,0 +1,9 @@
+//! The processes of this machine: how they start, who they are, and how they end.
+
+pub mod identity;
+pub(crate) mod launch;
+pub(crate) mod orphans;
+pub(crate) mod realtime;
+pub(crate) mod signals;
+
+pub use identity::Identity;

@@ -1,0 +1,113 @@
+//! What the components of an agent print: read from their logs as these grow, and told in pieces.
+//!
+//! The logs are files, so that a component never waits for a slow connection. What has been told is given back to the
+//! disk.
+
+use crate::log::logs;
+use rustix::fs::{FallocateFlags, fallocate};
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+
+/// The most that is told at once: as JSON it fits into a line of the protocol, whatever it consists of.
+const PIECE: usize = 8 * 1024;
+/// How much is told before it is given back.
+const BLOCK: u64 = 1 << 20;
+
+/// The log of one component.
+#[derive(Debug)]
+pub(crate) struct Printed {
+    path: PathBuf,
+    file: File,
+    told: u64,
+    given_back: u64,
+}
+
+impl Printed {
+    /// An empty log.
+    pub(crate) fn new(directory: &Path, name: &str) -> io::Result<Self> {
+        let path = logs::file(directory, name);
+        logs::clear(&path)?;
+        let file = File::options().read(true).write(true).open(&path)?;
+        Ok(Self {
+            path,
+            file,
+            told: 0,
+            given_back: 0,
+        })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The next piece; none where all has been told.
+    pub(crate) fn next(&mut self) -> Option<String> {
+        let mut buffer = [0; PIECE];
+        let count = self.file.read_at(&mut buffer, self.told).unwrap_or(0);
+        let whole = &buffer[..whole(&buffer[..count])];
+        self.told += whole.len() as u64;
+        if self.told >= self.given_back + BLOCK {
+            // Where the file system cannot do that, the log keeps all.
+            let hole = FallocateFlags::PUNCH_HOLE | FallocateFlags::KEEP_SIZE;
+            let _ = fallocate(&self.file, hole, 0, self.told);
+            self.given_back = self.told;
+        }
+        (!whole.is_empty()).then(|| String::from_utf8_lossy(whole).into_owned())
+    }
+
+    /// Removes the log; it was told.
+    pub(crate) fn remove(self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// How many of these bytes are no part of a character whose end is still to come.
+pub(super) fn whole(bytes: &[u8]) -> usize {
+    let start = bytes.len().saturating_sub(3);
+    for (at, byte) in bytes.iter().enumerate().skip(start).rev() {
+        let length = match byte {
+            0xF0..=0xF7 => 4,
+            0xE0..=0xEF => 3,
+            0xC0..=0xDF => 2,
+            0x80..=0xBF => continue,
+            _ => 1,
+        };
+        if at + length > bytes.len() {
+            return at;
+        }
+        break;
+    }
+    bytes.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn characters_are_told_whole() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut printed = Printed::new(folder.path(), "a").expect("a log");
+        assert_eq!(printed.next(), None);
+        let mut log = File::options()
+            .append(true)
+            .open(printed.path())
+            .expect("the log");
+        log.write_all("one\nzw\u{f6}".as_bytes().split_last().expect("bytes").1)
+            .expect("written");
+        assert_eq!(printed.next().as_deref(), Some("one\nzw"));
+        log.write_all(b"\xb6lf\n\xff").expect("written");
+        assert_eq!(printed.next().as_deref(), Some("\u{f6}lf\n\u{fffd}"));
+        let long = "\u{20ac}".repeat(BLOCK as usize);
+        log.write_all(long.as_bytes()).expect("written");
+        let mut all = String::new();
+        while let Some(piece) = printed.next() {
+            assert!(piece.len() <= PIECE);
+            all.push_str(&piece);
+        }
+        assert!(all == long);
+    }
+}

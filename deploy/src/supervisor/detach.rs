@@ -1,0 +1,142 @@
+//! `up --detach`: a supervisor in the background, and the word that it sends to who started it.
+
+use crate::client::lines::{Line, Lines, Overlong};
+use crate::error::{Error, OrCannot};
+use crate::log::logs;
+use crate::network::plan::Plan;
+use crate::process::identity::first_readable;
+use crate::supervisor::up::Outcome;
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// What a supervisor in the background says to who started it: one JSON line on its standard output.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Word {
+    /// All components are ready.
+    Up,
+    /// The start failed, with this message; everything was stopped again.
+    Failed(String),
+}
+
+/// The background supervisor's end.
+#[derive(Debug)]
+pub(crate) struct Starter(UnixStream);
+
+impl Starter {
+    /// Standard output, which [`detach`] made a socket, in a session of its own.
+    pub(crate) fn inherited() -> io::Result<Self> {
+        // A process that leads a group already is out of the terminal's reach, too.
+        let _ = rustix::process::setsid();
+        let descriptor = io::stdout().as_fd().try_clone_to_owned()?;
+        let stream = UnixStream::from(descriptor);
+        stream.set_write_timeout(Some(Duration::from_millis(200)))?;
+        Ok(Self(stream))
+    }
+
+    /// Becomes readable when whoever started this is gone: nothing is ever sent this way.
+    pub(crate) fn descriptor(&self) -> &UnixStream {
+        &self.0
+    }
+
+    pub(crate) fn up(self) {
+        self.say(&Word::Up);
+    }
+
+    pub(crate) fn failed(self, message: &str) {
+        self.say(&Word::Failed(message.to_owned()));
+    }
+
+    fn say(mut self, word: &Word) {
+        if let Ok(line) = serde_json::to_string(word) {
+            // Who is gone does not want to know.
+            let _ = self.0.write_all((line + "\n").as_bytes());
+        }
+    }
+}
+
+/// Starts `command`, which has to call [`up`](fn@crate::supervisor::up::up) for the same plan with
+/// [`Options::supervisor`](crate::Options), and waits until the network is up or has failed.
+///
+/// What failed is in the outcome's message, and not printed. Whoever ends this process while it waits, as by
+/// Ctrl-C, stops the start.
+pub fn detach(plan: &Plan, mut command: Command) -> Outcome {
+    match start(plan, &mut command) {
+        Ok(outcome) => outcome,
+        Err(error) => Outcome::Refused(error),
+    }
+}
+
+fn start(plan: &Plan, command: &mut Command) -> Result<Outcome, Error> {
+    plan.check()?;
+    let log_path = logs::file(&logs::open_directory(&plan.network)?, logs::SUPERVISOR);
+    // The supervisor empties it when it has the network; it may be another one's until then.
+    let log = File::options()
+        .create(true)
+        .append(true)
+        .open(&log_path)
+        .or_cannot(format!("open {}", log_path.display()))?;
+    let (ours, theirs) = UnixStream::pair().or_cannot("make a socket for the supervisor")?;
+    ours.set_nonblocking(true)
+        .or_cannot("set up the socket for the supervisor")?;
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::from(OwnedFd::from(theirs)))
+        .stderr(Stdio::from(log))
+        .spawn()
+        .or_cannot("start the supervisor")?;
+    // The command holds its end of the socket open; without it, the end of the supervisor is seen.
+    command.stdout(Stdio::null());
+    let limit = plan.start_limit();
+    let word = listen(OwnedFd::from(ours), limit);
+    let message = match word {
+        Some(Word::Up) => return Ok(Outcome::Done),
+        Some(Word::Failed(message)) => {
+            wait(&mut child, plan.stop_limit());
+            message
+        }
+        None => {
+            let ended = wait(&mut child, Duration::from_millis(500));
+            let what = ended.unwrap_or_else(|| format!("said nothing for {limit:?}"));
+            format!("the supervisor {what}; {}", logs::quote(&log_path))
+        }
+    };
+    Ok(Outcome::Failed(message))
+}
+
+fn listen(socket: OwnedFd, limit: Duration) -> Option<Word> {
+    let deadline = Instant::now() + limit;
+    let mut lines = Lines::new(Overlong::Skip);
+    let mut socket = socket;
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        first_readable([&socket], left)?;
+        let stream = UnixStream::from(socket);
+        let (complete, ended) = lines.read(&stream);
+        for line in complete {
+            if let Line::Text(text) = line
+                && let Ok(word) = serde_json::from_str(&text)
+            {
+                return Some(word);
+            }
+        }
+        if ended {
+            return None;
+        }
+        socket = OwnedFd::from(stream);
+    }
+}
+
+/// How the supervisor ended, if it does within `limit`.
+fn wait(child: &mut Child, limit: Duration) -> Option<String> {
+    let process = pidfd_open(Pid::from_child(child), PidfdFlags::empty()).ok()?;
+    first_readable([&process], limit)?;
+    let status = child.wait().ok()?;
+    Some(format!("ended with {status}"))
+}

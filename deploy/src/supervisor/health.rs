@@ -1,0 +1,283 @@
+//! What goes wrong in a component that runs: told when it begins and when it is over, and never in between.
+//!
+//! The component notices it and says so in its heartbeats. Something is over when no heartbeat of the last five seconds
+//! told of it, so that what comes and goes is one event and not many.
+
+use crate::client::status::Trouble;
+use crate::log::events::Severity;
+use crate::supervisor::link::Beat;
+use crate::supervisor::memory_growth::Growth;
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant, SystemTime};
+
+/// How many heartbeats in a row have to be good until a trouble is over.
+const CALM: u32 = 10;
+/// How many ends that do not fit are kept for `status`.
+const MISMATCHES: usize = 8;
+
+/// An event, but for the component.
+pub(crate) type Happened = (Severity, &'static str, String);
+
+/// The code of a trouble, and what it is about: a slot, a topic.
+type Key = (&'static str, String);
+
+/// What is watched of one run of a component.
+#[derive(Debug, Default)]
+pub(crate) struct Watch {
+    /// For how many more good heartbeats overruns, and silences by topic, are not over.
+    overrun: u32,
+    silent: BTreeMap<String, u32>,
+    /// Whether a slot has somebody at its other end; none where it never had.
+    peers: BTreeMap<String, bool>,
+    growth: Growth,
+    troubles: BTreeMap<Key, (SystemTime, String)>,
+    /// The network ends: others that go are no news.
+    quiet: bool,
+}
+
+impl Watch {
+    /// Others go from now on because they are to.
+    pub(crate) fn be_quiet(&mut self) {
+        self.quiet = true;
+    }
+
+    /// What a heartbeat has news of.
+    pub(crate) fn beat(&mut self, beat: Beat) -> Vec<Happened> {
+        let mut happened = Vec::new();
+        if self.quiet {
+            return happened;
+        }
+        self.overruns(&beat, &mut happened);
+        self.silences(beat.silent, &mut happened);
+        for (slot, peers) in beat.peers {
+            self.peers(slot, peers > 0, &mut happened);
+        }
+        for text in beat.mismatches {
+            let kept = self.troubles.keys().filter(|(code, _)| *code == "mismatch");
+            if kept.count() < MISMATCHES {
+                self.begin("mismatch", &text, &text);
+            }
+            happened.push((Severity::Error, "mismatch", text));
+        }
+        happened
+    }
+
+    fn overruns(&mut self, beat: &Beat, happened: &mut Vec<Happened>) {
+        let Some(overruns) = &beat.overruns else {
+            if end_of(&mut self.overrun) {
+                self.over("overrun", "");
+                let text = "keeps to its period again".to_owned();
+                happened.push((Severity::Info, "in-time", text));
+            }
+            return;
+        };
+        let text = format!(
+            "{} took {:.1} ms, longer than the period of {} ms",
+            overruns.what, overruns.ms, overruns.period_ms
+        );
+        if self.overrun == 0 {
+            happened.push((Severity::Warning, "overrun", text.clone()));
+        }
+        self.overrun = CALM;
+        self.begin("overrun", "", &text);
+    }
+
+    fn silences(&mut self, silent: BTreeMap<String, u64>, happened: &mut Vec<Happened>) {
+        let mut over = Vec::new();
+        for (topic, calm) in &mut self.silent {
+            if !silent.contains_key(topic) && end_of(calm) {
+                over.push(topic.clone());
+            }
+        }
+        for topic in over {
+            self.silent.remove(&topic);
+            self.over("silent", &topic);
+            let text = format!("{topic} is heard again in time");
+            happened.push((Severity::Info, "heard-again", text));
+        }
+        for (topic, ms) in silent {
+            let text = format!("nothing came from {topic} for {ms} ms, longer than its deadline");
+            self.begin("silent", &topic, &text);
+            if self.silent.insert(topic, CALM).is_none() {
+                happened.push((Severity::Warning, "silent", text));
+            }
+        }
+    }
+
+    fn peers(&mut self, slot: String, there: bool, happened: &mut Vec<Happened>) {
+        match (self.peers.get(&slot), there) {
+            (Some(true), false) => {
+                let text = format!("nobody is at the other end of {slot} any more");
+                self.begin("peer-vanished", &slot, &text);
+                happened.push((Severity::Warning, "peer-vanished", text));
+            }
+            (Some(false), true) => {
+                self.over("peer-vanished", &slot);
+                let text = format!("somebody is at the other end of {slot} again");
+                happened.push((Severity::Info, "peer-back", text));
+            }
+            (None, false) => return,
+            _ => {}
+        }
+        self.peers.insert(slot, there);
+    }
+
+    /// Takes how much memory the process has, in bytes. `pause` is the time between two of these.
+    pub(crate) fn memory(&mut self, bytes: u64, pause: Duration) -> Option<Happened> {
+        let text = self.growth.sample(bytes, pause)?;
+        self.begin("memory-growth", "", &text);
+        Some((Severity::Warning, "memory-growth", text))
+    }
+
+    fn begin(&mut self, code: &'static str, about: &str, text: &str) {
+        let now = SystemTime::now();
+        let trouble = self.troubles.entry((code, about.to_owned()));
+        text.clone_into(&mut trouble.or_insert((now, String::new())).1);
+    }
+
+    fn over(&mut self, code: &'static str, about: &str) {
+        self.troubles.remove(&(code, about.to_owned()));
+    }
+
+    /// What is wrong now.
+    pub(crate) fn troubles(&self) -> Vec<Trouble> {
+        let troubles = self.troubles.iter();
+        troubles
+            .map(|((code, _), (since, message))| Trouble {
+                code: (*code).to_owned(),
+                message: message.clone(),
+                since: crate::log::events::time_text(*since),
+            })
+            .collect()
+    }
+}
+
+/// Counts a good heartbeat; says whether it was the last one that a trouble needed to be over.
+fn end_of(calm: &mut u32) -> bool {
+    let before = *calm;
+    *calm = before.saturating_sub(1);
+    before == 1
+}
+
+/// When the memory of processes is read next.
+#[derive(Debug)]
+pub(crate) struct Rounds {
+    pub(crate) pause: Duration,
+    due: Instant,
+}
+
+impl Rounds {
+    pub(crate) fn new(pause: Duration) -> Self {
+        Self {
+            pause,
+            due: Instant::now() + pause,
+        }
+    }
+
+    pub(crate) fn deadline(&self) -> Instant {
+        self.due
+    }
+
+    /// Whether it is time.
+    pub(crate) fn is_due(&mut self, now: Instant) -> bool {
+        let is_due = now >= self.due;
+        if is_due {
+            self.due = now + self.pause;
+        }
+        is_due
+    }
+}
+
+/// How much of a process is in memory, in bytes: `VmRSS` of its `status` in proc(5).
+pub(crate) fn resident(pid: i32) -> Option<u64> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim_end().parse().ok()?;
+    Some(kib * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::supervisor::link::Overruns;
+
+    fn codes(happened: &[Happened]) -> Vec<&'static str> {
+        happened.iter().map(|(_, code, _)| *code).collect()
+    }
+
+    fn slow() -> Beat {
+        Beat {
+            overruns: Some(Overruns {
+                what: "compute()".to_owned(),
+                ms: 12.34,
+                period_ms: 10.0,
+            }),
+            ..Beat::default()
+        }
+    }
+
+    fn silent(topics: &[&str]) -> Beat {
+        Beat {
+            silent: topics.iter().map(|&t| (t.to_owned(), 70)).collect(),
+            ..Beat::default()
+        }
+    }
+
+    fn peers(count: usize) -> Beat {
+        Beat {
+            peers: BTreeMap::from([("Laser".to_owned(), count)]),
+            ..Beat::default()
+        }
+    }
+
+    #[test]
+    fn overruns_that_come_and_go_are_one_event() {
+        let mut watch = Watch::default();
+        let text = &watch.beat(slow())[0].2;
+        assert_eq!(
+            text,
+            "compute() took 12.3 ms, longer than the period of 10 ms"
+        );
+        for _ in 0..100 {
+            assert_eq!(codes(&watch.beat(Beat::default())), [""; 0]);
+            assert_eq!(codes(&watch.beat(slow())), [""; 0]);
+        }
+        assert_eq!(watch.troubles()[0].code, "overrun");
+        let good: Vec<_> = (0..CALM + 5)
+            .flat_map(|_| watch.beat(Beat::default()))
+            .collect();
+        assert_eq!(codes(&good), ["in-time"]);
+        assert_eq!(watch.troubles(), []);
+        assert_eq!(codes(&watch.beat(slow())), ["overrun"]);
+    }
+
+    #[test]
+    fn each_topic_is_silent_by_itself() {
+        let mut watch = Watch::default();
+        assert_eq!(
+            codes(&watch.beat(silent(&["a", "b"]))),
+            ["silent", "silent"]
+        );
+        for _ in 1..CALM {
+            assert_eq!(codes(&watch.beat(silent(&["b"]))), [""; 0]);
+        }
+        let heard = watch.beat(silent(&["b"]));
+        assert_eq!(codes(&heard), ["heard-again"]);
+        assert!(heard[0].2.starts_with("a is heard"), "{heard:?}");
+        assert_eq!(watch.troubles().len(), 1);
+    }
+
+    #[test]
+    fn a_peer_can_only_vanish_where_one_was() {
+        let mut watch = Watch::default();
+        let mut after = |count| codes(&watch.beat(peers(count)));
+        assert_eq!(after(0), [""; 0]);
+        assert_eq!(after(2), [""; 0]);
+        assert_eq!(after(1), [""; 0]);
+        assert_eq!(after(0), ["peer-vanished"]);
+        assert_eq!(after(0), [""; 0]);
+        assert_eq!(after(1), ["peer-back"]);
+        watch.be_quiet();
+        assert_eq!(codes(&watch.beat(peers(0))), [""; 0]);
+    }
+}

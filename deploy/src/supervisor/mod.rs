@@ -1,0 +1,15 @@
+//! The supervisor: it starts, watches and stops the components of a network.
+
+pub mod commands;
+pub(crate) mod control;
+pub mod detach;
+mod health;
+mod hosts;
+mod link;
+mod memory_growth;
+mod parameter_changes;
+mod process_handle;
+pub(crate) mod restart;
+mod supervise;
+mod unit;
+pub mod up;

@@ -1,0 +1,143 @@
+//! Whether and when a component that has ended is started again. It only counts; others start.
+
+use crate::network::plan::{Policy, Restart};
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// The longest pause before a start, unless the description names a longer one.
+pub(crate) const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+/// A run of this length was no part of a series of failures: the pauses start anew.
+const STEADY: Duration = Duration::from_secs(10);
+
+/// The rules for one component, and how often they were used.
+#[derive(Debug)]
+pub(crate) struct Restarts {
+    rules: Restart,
+    count: u32,
+    pause: Duration,
+    /// The last starts that the limit counts.
+    recent: VecDeque<Instant>,
+}
+
+/// What follows an end.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// Nothing.
+    Nothing,
+    /// It is started again after a pause.
+    Again(Duration),
+    /// It would have to be started more often than its description allows.
+    GiveUp(String),
+}
+
+impl Restarts {
+    pub(crate) fn new(rules: Restart) -> Self {
+        Self {
+            rules,
+            count: 0,
+            pause: rules.backoff,
+            recent: VecDeque::new(),
+        }
+    }
+
+    /// How often it was started again.
+    pub(crate) fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Somebody starts it by a command: earlier failures count no more.
+    pub(crate) fn begin_anew(&mut self) {
+        self.pause = self.rules.backoff;
+        self.recent.clear();
+    }
+
+    /// What follows the end, at `now`, of a run that took `ran`.
+    pub(crate) fn after(&mut self, failed: bool, ran: Duration, now: Instant) -> Next {
+        match self.rules.policy {
+            Policy::Always => {}
+            Policy::OnFailure if failed => {}
+            Policy::OnFailure | Policy::Never => return Next::Nothing,
+        }
+        if let Some((most, within)) = self.rules.limit {
+            self.recent
+                .retain(|start| now.duration_since(*start) < within);
+            if self.recent.len() >= most as usize {
+                let times = if most == 1 {
+                    "once"
+                } else {
+                    &format!("{most} times")
+                };
+                return Next::GiveUp(format!(
+                    "was started again {times} within {within:?} and has ended again"
+                ));
+            }
+            self.recent.push_back(now);
+        }
+        if ran >= STEADY {
+            self.pause = self.rules.backoff;
+        }
+        let pause = self.pause;
+        self.pause = (pause * 2).min(LONGEST_PAUSE.max(self.rules.backoff));
+        self.count += 1;
+        Next::Again(pause)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHORT: Duration = Duration::from_millis(10);
+
+    fn rules(policy: Policy, limit: Option<(u32, Duration)>) -> Restarts {
+        Restarts::new(Restart {
+            policy,
+            limit,
+            backoff: Duration::from_secs(2),
+        })
+    }
+
+    #[test]
+    fn the_policy_says_which_ends_count() {
+        let now = Instant::now();
+        let again = Next::Again(Duration::from_secs(2));
+        for (policy, success, failure) in [
+            (Policy::Never, Next::Nothing, &Next::Nothing),
+            (Policy::OnFailure, Next::Nothing, &again),
+            (Policy::Always, Next::Again(Duration::from_secs(2)), &again),
+        ] {
+            assert_eq!(rules(policy, None).after(false, SHORT, now), success);
+            assert_eq!(&rules(policy, None).after(true, SHORT, now), failure);
+        }
+    }
+
+    #[test]
+    fn pauses_double_until_a_run_lasts() {
+        let now = Instant::now();
+        let mut restarts = rules(Policy::Always, None);
+        let mut pause = |ran| match restarts.after(true, ran, now) {
+            Next::Again(pause) => pause.as_secs(),
+            other => panic!("{other:?}"),
+        };
+        let pauses: Vec<u64> = (0..6).map(|_| pause(SHORT)).collect();
+        assert_eq!(pauses, [2, 4, 8, 16, 30, 30]);
+        assert_eq!(pause(STEADY), 2);
+        assert_eq!(pause(SHORT), 4);
+    }
+
+    #[test]
+    fn a_limit_counts_the_starts_of_its_time() {
+        let start = Instant::now();
+        let within = Duration::from_secs(60);
+        let mut restarts = rules(Policy::OnFailure, Some((2, within)));
+        let mut at = |seconds| {
+            let now = start + Duration::from_secs(seconds);
+            matches!(restarts.after(true, SHORT, now), Next::Again(_))
+        };
+        assert!(at(0) && at(10));
+        assert!(!at(20));
+        assert!(at(60));
+        assert!(!at(61));
+        assert_eq!(restarts.count(), 3);
+    }
+}

@@ -1,0 +1,632 @@
+//! The loop: one thread, one `poll`, which starts, watches and stops the units of a plan.
+
+use super::hosts;
+use crate::client::status::{Status, digest};
+use crate::error::{Error, OrCannot, advice};
+use crate::guard::custody::{Guarding, Keeper};
+use crate::guard::guard_process::GuardCommand;
+use crate::guard::lock::Lock;
+use crate::log::events::{Event, Severity};
+use crate::log::logs;
+use crate::log::relay::Relay;
+use crate::log::reporter::Reporter;
+use crate::log::rotation::{self, Rotation};
+use crate::network::plan::Plan;
+use crate::process::orphans::Sweeps;
+use crate::process::signals::Signals;
+use crate::remote::{Host, Part};
+use crate::supervisor::commands::{self, Commands, Verb};
+use crate::supervisor::control::{self, Call, Control, Request};
+use crate::supervisor::detach::Starter;
+use crate::supervisor::health::Rounds;
+use crate::supervisor::restart::Next;
+use crate::supervisor::unit::{Overdue, Unit, until};
+use crate::supervisor::up::{Options, Outcome};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::collections::BTreeSet;
+use std::io;
+use std::os::fd::AsFd;
+use std::time::{Duration, Instant};
+
+/// How often the memory of processes is looked at.
+const MEMORY_PAUSE: Duration = Duration::from_secs(30);
+
+/// Why the network ends.
+#[derive(Debug)]
+pub(super) enum Ending {
+    Asked,
+    Failed(String),
+}
+
+/// What the loop waits for.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Signals,
+    Starter,
+    Relay,
+    Rotation,
+    Listener,
+    Client(u64),
+    Guard,
+    Host(usize, Part),
+    Link(usize),
+    Process(usize),
+}
+
+/// A network while it is up.
+pub(crate) struct Supervisor<'p> {
+    pub(super) plan: &'p Plan,
+    /// Of the `.ddsl` as it was at the start.
+    digest: Option<String>,
+    pub(super) report: &'p Reporter,
+    pub(super) units: Vec<Unit>,
+    /// Whom each unit waits for.
+    needs: Vec<BTreeSet<usize>>,
+    /// The other machines, and for each unit that runs on one of them, which.
+    pub(super) hosts: Vec<Host>,
+    pub(super) host_of: Vec<Option<usize>>,
+    pub(super) keeper: Keeper,
+    control: Control,
+    commands: Commands,
+    signals: Signals,
+    relay: Option<Relay>,
+    rotation: Rotation,
+    rounds: Rounds,
+    starter: Option<Starter>,
+    is_up: bool,
+    sweeps: Sweeps,
+    /// Units that failed after they were ready.
+    failed: Vec<String>,
+    pub(super) ending: Option<Ending>,
+}
+
+impl<'p> Supervisor<'p> {
+    /// Makes all that the loop needs; nothing is started yet but the guard.
+    pub(crate) fn new(
+        plan: &'p Plan,
+        options: &Options,
+        lock: Lock,
+        report: &'p Reporter,
+    ) -> Result<Self, Error> {
+        let log_directory = logs::open_directory(&plan.network)?;
+        let guard_log = logs::file(&log_directory, logs::GUARD);
+        let supervisor_log = logs::file(&log_directory, logs::SUPERVISOR);
+        let mut units: Vec<Unit> = plan
+            .components
+            .iter()
+            .map(|c| Unit::new(c.clone(), logs::file(&log_directory, &c.name)))
+            .collect();
+        let (hosts, host_of) = hosts::of(plan, options, &log_directory);
+        for (unit, host) in units.iter_mut().zip(&host_of) {
+            unit.away = host.map(|host| hosts[host].outbox.clone());
+        }
+        let written = units.iter().map(|unit| &unit.log);
+        let of_hosts = hosts.iter().map(|host| &host.log);
+        for path in written.chain([&guard_log, &supervisor_log]).chain(of_hosts) {
+            logs::clear(path).or_cannot(format!("write {}", path.display()))?;
+        }
+        let relay = options
+            .relay
+            .then(|| {
+                let logs = units.iter().map(|u| (u.name().to_owned(), u.log.clone()));
+                Relay::new(&log_directory, logs)
+            })
+            .transpose()
+            .or_cannot("follow the logs")?;
+        let limit = options.log_limit.unwrap_or(rotation::LIMIT);
+        let logs = units.iter().map(|unit| unit.log.clone());
+        let logs = logs.chain([guard_log.clone(), supervisor_log]).collect();
+        let rotation = Rotation::new(&log_directory, logs, limit).or_cannot("watch the logs")?;
+        let signals = Signals::new().or_cannot("listen to signals")?;
+        let guard_command = match &options.guard {
+            Some(command) => command.clone(),
+            None => GuardCommand::own().or_cannot("find out which program this is")?,
+        };
+        let mut keeper = Keeper::new(&plan.network, lock, guard_command, guard_log)?;
+        let socket = keeper.directory().socket(control::NAME);
+        let control =
+            Control::listen(&socket).or_cannot(format!("listen at {}", socket.display()))?;
+        keeper.start_guard()?;
+        let needs = plan.needs();
+        Ok(Self {
+            plan,
+            digest: digest(&plan.ddsl),
+            report,
+            units,
+            commands: Commands::new(&needs),
+            needs,
+            hosts,
+            host_of,
+            keeper,
+            control,
+            signals,
+            relay,
+            rotation,
+            rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
+            starter: None,
+            is_up: false,
+            sweeps: Sweeps::default(),
+            failed: Vec::new(),
+            ending: None,
+        })
+    }
+
+    /// With someone who waits for the word that it is up.
+    pub(crate) fn with(self, starter: Option<Starter>) -> Self {
+        Self { starter, ..self }
+    }
+
+    /// Starts the units and keeps them until they end or are to end.
+    pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
+        self.announce_hosts();
+        loop {
+            self.command();
+            while self.start_what_may() {}
+            self.command();
+            self.stop_what_may();
+            self.note_up();
+            let alive = self.units.iter().any(Unit::is_alive);
+            // What a command has stopped can be started by another one.
+            let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();
+            let to_come = self.ending.is_none() && self.units.iter().any(may_come);
+            if !alive && !to_come && self.hosts_are_left() {
+                return self.finish(cleanup);
+            }
+            self.control.tell(&self.report.journal());
+            for source in self.wait() {
+                self.turn(source);
+            }
+            self.look_at_the_clock();
+        }
+    }
+
+    pub(super) fn network_event(
+        &self,
+        severity: Severity,
+        code: &'static str,
+        message: impl Into<String>,
+    ) {
+        self.report.event(Event::network(severity, code, message));
+    }
+
+    /// Says whether there was one: others may wait for one that could not be started.
+    fn start_what_may(&mut self) -> bool {
+        let mut any = false;
+        for i in 0..self.units.len() {
+            let lets = |&j: &usize| self.units[j].lets_others_start();
+            let may = self.needs[i].iter().all(lets);
+            let due = self.units[i].is_due() && !self.sweeps.hold_back(self.units[i].name());
+            if self.ending.is_none() && may && due && self.has_host(i) {
+                self.start(i);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Goes on with what was asked for over the socket.
+    fn command(&mut self) {
+        let answers = if self.ending.is_none() {
+            self.commands.advance(&mut self.units, &self.needs)
+        } else {
+            self.commands.end(&self.units)
+        };
+        for (request, carried) in answers {
+            self.control.answer_carried(&request, &carried);
+        }
+    }
+
+    /// Takes a command, or tells why not.
+    fn take(&mut self, request: Request, verb: Verb, names: &[String]) {
+        let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
+        let members = match commands::select(names, &all) {
+            Ok(members) if self.ending.is_none() => members,
+            Ok(_) => return self.control.answer_refused(&request, "the network stops"),
+            Err(wrong) => return self.control.answer_refused(&request, &wrong),
+        };
+        let text = format!("asked to {} {}", verb.word(), names.join(", "));
+        self.network_event(Severity::Info, "asked", text);
+        self.failed.retain(|name| {
+            let again = |&i: &usize| self.units[i].name() == name;
+            !members.iter().any(again)
+        });
+        self.commands.take(request, verb, members, &self.units);
+    }
+
+    fn start(&mut self, i: usize) {
+        let unit = &mut self.units[i];
+        unit.event(self.report, Severity::Info, "starting", "starting");
+        match unit.start(self.keeper.mark()) {
+            Ok(()) => {
+                if let Some(held) = unit.held() {
+                    let noted = self.keeper.started(held);
+                    self.account(noted);
+                }
+            }
+            Err(reason) => self.not_started(i, &reason),
+        }
+    }
+
+    pub(super) fn not_started(&mut self, i: usize, reason: &str) {
+        let unit = &mut self.units[i];
+        // What has run before is tried again as its policy says: its program may be being built just now.
+        if !unit.is_restarted() {
+            return self.fail(i, reason);
+        }
+        let text = unit.failure(reason);
+        self.commands.failed(i, reason);
+        unit.event(self.report, Severity::Error, "start-failed", text);
+        let next = unit.follow(Duration::ZERO, true);
+        self.go_on(i, next, true);
+    }
+
+    /// The next `up` needs the account of processes only if supervisor and guard are both killed.
+    fn account(&self, written: io::Result<()>) {
+        if let Err(error) = written {
+            let text = format!(
+                "cannot write to the run directory: {error}{}",
+                advice(&error)
+            );
+            self.network_event(Severity::Warning, "not-written", text);
+        }
+    }
+
+    /// A component did not get ready: there will be no network.
+    fn fail(&mut self, i: usize, reason: &str) {
+        let unit = &self.units[i];
+        let text = unit.failure(reason);
+        unit.event(self.report, Severity::Error, "start-failed", text.clone());
+        let message = format!("{}: {text}", unit.name());
+        self.stop(Ending::Failed(message), "a component did not start");
+    }
+
+    pub(super) fn stop(&mut self, ending: Ending, why: &str) {
+        if self.ending.is_none() {
+            self.ending = Some(ending);
+            self.units.iter_mut().for_each(Unit::be_quiet);
+            self.network_event(Severity::Info, "stopping", format!("stopping: {why}"));
+        }
+    }
+
+    /// Dependents first: a unit is asked when all that need it have ended.
+    fn stop_what_may(&mut self) {
+        if self.ending.is_none() {
+            return;
+        }
+        for i in 0..self.units.len() {
+            let alive = |j: usize| self.needs[j].contains(&i) && self.units[j].is_alive();
+            if !(0..self.units.len()).any(alive) {
+                self.units[i].ask_to_stop();
+            }
+        }
+    }
+
+    fn note_up(&mut self) {
+        if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::lets_others_start) {
+            self.is_up = true;
+            let text = format!("network {} is up", self.plan.network);
+            self.network_event(Severity::Info, "up", text);
+            if let Some(starter) = self.starter.take() {
+                starter.up();
+            }
+        }
+    }
+
+    /// Waits until something happens, and says what. Links come before processes: last words count.
+    fn wait(&self) -> Vec<Source> {
+        let mut polled: Vec<PollFd<'_>> = Vec::new();
+        let mut sources = Vec::new();
+        let mut add = |source, descriptor, flags| {
+            polled.push(PollFd::from_borrowed_fd(descriptor, flags));
+            sources.push(source);
+        };
+        add(Source::Signals, self.signals.descriptor(), PollFlags::IN);
+        add(
+            Source::Listener,
+            self.control.listener().as_fd(),
+            PollFlags::IN,
+        );
+        if let Some(starter) = &self.starter {
+            add(Source::Starter, starter.descriptor().as_fd(), PollFlags::IN);
+        }
+        if let Some(watch) = self.relay.as_ref().and_then(Relay::descriptor) {
+            add(Source::Relay, watch.as_fd(), PollFlags::IN);
+        }
+        if let Some(watch) = self.rotation.descriptor() {
+            add(Source::Rotation, watch.as_fd(), PollFlags::IN);
+        }
+        if let Some(guard) = self.keeper.descriptor() {
+            add(Source::Guard, guard.as_fd(), PollFlags::IN);
+        }
+        for (h, host) in self.hosts.iter().enumerate() {
+            for (part, descriptor, flags) in host.descriptors() {
+                add(Source::Host(h, part), descriptor, flags);
+            }
+        }
+        for client in self.control.clients() {
+            let flags = if client.has_output() {
+                PollFlags::IN | PollFlags::OUT
+            } else {
+                PollFlags::IN
+            };
+            add(Source::Client(client.number), client.stream.as_fd(), flags);
+        }
+        for (i, unit) in self.units.iter().enumerate() {
+            if let Some(link) = unit.link() {
+                add(Source::Link(i), link.as_fd(), PollFlags::IN);
+            }
+        }
+        for (i, unit) in self.units.iter().enumerate() {
+            if let Some(process) = unit.process() {
+                add(Source::Process(i), process.as_fd(), PollFlags::IN);
+            }
+        }
+        let units = self.units.iter().filter_map(Unit::deadline);
+        let relay = self.relay.as_ref().and_then(Relay::deadline);
+        let commands = self.commands.deadline();
+        let hosts = self.hosts.iter().filter_map(Host::deadline);
+        let deadline = units.chain(relay).chain(hosts).chain(commands);
+        let deadline = deadline.chain(self.sweeps.deadline());
+        let deadline = deadline.chain(self.rotation.deadline());
+        let deadline = deadline.chain([self.rounds.deadline()]).min();
+        // A limit that no Timespec can hold is none.
+        let timeout = until(deadline).and_then(|left| Timespec::try_from(left).ok());
+        match poll(&mut polled, timeout.as_ref()) {
+            Ok(_) => polled
+                .iter()
+                .zip(sources)
+                .filter(|(fd, _)| !fd.revents().is_empty())
+                .map(|(_, source)| source)
+                .collect(),
+            // Interrupted, or short of memory for a moment.
+            Err(error) => {
+                if error != rustix::io::Errno::INTR {
+                    std::thread::sleep(Duration::from_millis(10));
+                }
+                Vec::new()
+            }
+        }
+    }
+
+    fn turn(&mut self, source: Source) {
+        match source {
+            Source::Signals => self.signalled(),
+            Source::Starter => {
+                self.starter = None;
+                self.stop(Ending::Asked, "whoever started this is gone");
+            }
+            Source::Relay => {
+                if let Some(relay) = &mut self.relay {
+                    relay.wake();
+                }
+            }
+            Source::Rotation => self.rotation.wake(),
+            Source::Listener => self.control.accept(),
+            Source::Client(number) => self.serve(number),
+            Source::Guard => self.guard_ended(),
+            Source::Host(h, Part::Link) => self.hear_host(h),
+            Source::Host(h, Part::Socket(number)) => self.hosts[h].turn_socket(number),
+            Source::Link(i) => self.units[i].read_link(self.report),
+            Source::Process(i) => self.unit_ended(i),
+        }
+    }
+
+    fn signalled(&mut self) {
+        for _ in 0..self.signals.take() {
+            if self.ending.is_none() {
+                self.stop(Ending::Asked, "interrupted; once more kills at once");
+            } else {
+                self.network_event(Severity::Warning, "stopping", "interrupted again: killing");
+                self.units.iter_mut().for_each(Unit::kill);
+            }
+        }
+    }
+
+    fn serve(&mut self, number: u64) {
+        for request in self.control.turn(number) {
+            match request.call.clone() {
+                Call::Command(verb, names) => self.take(request, verb, &names),
+                Call::Status => {
+                    let status = self.status();
+                    self.control.answer_status(&request, &status);
+                }
+                Call::Events => {
+                    let journal = self.report.journal();
+                    self.control.answer_events(&request, &journal);
+                }
+                Call::Down => {
+                    self.control.answer_down(&request);
+                    self.stop(Ending::Asked, "asked by `rcdeploy down`");
+                }
+            }
+        }
+    }
+
+    fn status(&self) -> Status {
+        Status {
+            network: self.plan.network.clone(),
+            pid: std::process::id() as i32,
+            guard: self.keeper.guard(),
+            ddsl: self.plan.ddsl.clone(),
+            digest: self.digest.clone(),
+            changed: false,
+            components: self.units.iter().map(Unit::status).collect(),
+        }
+    }
+
+    fn guard_ended(&mut self) {
+        match self.keeper.guard_ended() {
+            Some(Guarding::Again(text)) => {
+                self.network_event(Severity::Warning, "guard-ended", text);
+            }
+            Some(Guarding::Lost(text)) => self.network_event(Severity::Error, "guard-lost", text),
+            None => {}
+        }
+    }
+
+    pub(super) fn unit_ended(&mut self, i: usize) {
+        let asked = self.units[i].is_asked_to_stop();
+        let Some(end) = self.units[i].end(self.report) else {
+            return;
+        };
+        if self.host_of[i].is_none() {
+            let noted = self.keeper.ended(self.units[i].name());
+            self.account(noted);
+        }
+        let unit = &self.units[i];
+        let goes_on = self.ending.is_none();
+        // At the end of the network all are looked for at once; on another machine, its agent has looked.
+        if goes_on && self.host_of[i].is_none() {
+            let mark = self.keeper.mark();
+            self.sweeps.begin(unit.name(), mark, unit.run());
+        }
+        if goes_on && unit.is_stopped() {
+            let severity = if end.done {
+                Severity::Info
+            } else {
+                Severity::Warning
+            };
+            return unit.event(
+                self.report,
+                severity,
+                "stopped",
+                format!("stopped: {}", end.text),
+            );
+        }
+        if goes_on && !unit.is_ready() && !unit.is_restarted() {
+            return self.fail(i, &format!("ended before it was ready: {}", end.text));
+        }
+        // While the network goes on, only a component is asked that did not get ready again; others wait for one that
+        // ends without getting ready, however well it ends.
+        let failed = !end.done || (goes_on && (asked || !unit.is_ready()));
+        let text = format!("ended: {}", end.text);
+        if failed {
+            self.commands.failed(i, &unit.failure(&text));
+        }
+        if !failed {
+            unit.event(self.report, Severity::Info, "exited", text);
+        } else if asked {
+            unit.event(self.report, Severity::Warning, "exited", text);
+        } else {
+            let text = unit.failure(&text);
+            unit.event(self.report, Severity::Error, "exited", text);
+        }
+        let next = if goes_on {
+            self.units[i].follow(end.ran, failed)
+        } else {
+            Next::Nothing
+        };
+        self.go_on(i, next, failed && (goes_on || !asked));
+    }
+
+    /// Tells how many processes a component had left behind.
+    pub(super) fn left_over(&self, name: &str, count: usize) {
+        if count > 0 {
+            let text = format!("killed {count} processes that it had left behind");
+            let event = Event::component(name, Severity::Warning, "left-over", text);
+            self.report.event(event);
+        }
+    }
+
+    /// Does what follows an end.
+    fn go_on(&mut self, i: usize, next: Next, failed: bool) {
+        let unit = &self.units[i];
+        match next {
+            Next::Nothing if failed => self.failed.push(unit.name().to_owned()),
+            Next::Nothing => {}
+            Next::Again(pause) => {
+                let text = format!("is started again in {pause:?}");
+                unit.event(self.report, Severity::Warning, "restarting", text);
+            }
+            Next::GiveUp(why) => {
+                let text = unit.failure(&why);
+                unit.event(self.report, Severity::Error, "gave-up", text.clone());
+                let message = format!("{}: {text}", unit.name());
+                let why = "a component ended more often than it may";
+                self.stop(Ending::Failed(message), why);
+            }
+        }
+    }
+
+    fn look_at_the_clock(&mut self) {
+        let now = Instant::now();
+        if let Some(relay) = &mut self.relay {
+            relay.show(now, self.report);
+        }
+        self.look_at_hosts(now);
+        self.rotation.look(now, self.report);
+        if self.rounds.is_due(now) {
+            self.rotation.look_at_disk(self.report);
+            let pause = self.rounds.pause;
+            for unit in &mut self.units {
+                unit.measure(pause, self.report);
+            }
+        }
+        for (name, left) in self.sweeps.done() {
+            self.left_over(&name, left);
+        }
+        for i in 0..self.units.len() {
+            match self.units[i].check(now, self.report) {
+                Overdue::Nothing => {}
+                Overdue::NotReady if self.ending.is_none() => {
+                    let unit = &self.units[i];
+                    let text = format!("was not ready within {:?}", unit.component.ready);
+                    if unit.is_restarted() {
+                        self.commands.failed(i, &text);
+                        unit.event(self.report, Severity::Warning, "not-ready", text);
+                        self.units[i].ask_to_stop();
+                    } else {
+                        self.fail(i, &text);
+                    }
+                }
+                // It is stopped when it is its turn; until then its limit is no news.
+                Overdue::NotReady => self.units[i].ask_to_stop(),
+                Overdue::NotKilled => {
+                    self.failed.push(self.units[i].name().to_owned());
+                    // Whoever needs it would wait for ever.
+                    if self.ending.is_none() && !self.units[i].is_stopped() {
+                        self.fail(i, "cannot be ended, and so not be started again");
+                    }
+                }
+            }
+        }
+    }
+
+    /// All processes have ended.
+    fn finish(mut self, cleanup: &dyn Fn()) -> Outcome {
+        if let Some(relay) = &mut self.relay {
+            relay.finish(self.report);
+        }
+        let (left, removed, lock) = self.keeper.finish(cleanup);
+        let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
+        if left > 0 {
+            let text = format!("killed {left} processes that components had left behind");
+            event(Severity::Warning, "left-over", text);
+        }
+        if let Err(error) = removed {
+            let path = lock.directory().path().display();
+            let text = format!("cannot remove {path}: {error}");
+            event(Severity::Warning, "not-cleaned", text);
+        }
+        let text = format!("network {} is down", self.plan.network);
+        event(Severity::Info, "down", text);
+        self.control.tell(&self.report.journal());
+        self.report.flush();
+        let outcome = match (self.ending.take(), &self.failed[..]) {
+            (Some(Ending::Failed(message)), _) => Outcome::Failed(message),
+            (Some(Ending::Asked), []) => Outcome::Stopped,
+            (None, []) => Outcome::Done,
+            (_, failed) => Outcome::Failed(format!("failed: {}", failed.join(", "))),
+        };
+        if let Some(starter) = self.starter.take() {
+            match outcome.message() {
+                Some(message) => starter.failed(&message),
+                None => starter.failed("it was stopped while it started"),
+            }
+        }
+        // Those who wait for the end may start the network anew: the lock goes before their connections.
+        drop(lock);
+        drop(self.control);
+        outcome
+    }
+}

@@ -1,0 +1,655 @@
+//! One component: its process, its link, its limits. It knows nothing of the others.
+
+use crate::client::lines::Line;
+use crate::client::status::{ComponentStatus, State};
+use crate::guard::process_registry::HeldComponent;
+use crate::log::events::{Event, Severity};
+use crate::log::logs;
+use crate::log::reporter::Reporter;
+use crate::network::plan::Component;
+use crate::process::identity::{KILL_LIMIT, Mark};
+use crate::process::launch::{Exit, Launched};
+use crate::remote::{self, Distant, Outbox};
+use crate::supervisor::health::{self, Watch};
+use crate::supervisor::link::{self, HEARTBEAT_LIMIT, Message};
+use crate::supervisor::parameter_changes::Changes;
+use crate::supervisor::process_handle::Body;
+use crate::supervisor::restart::{Next, Restarts};
+use std::collections::BTreeMap;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// How long after its link a process may end before the closed link is an event of its own.
+const CLOSED_LIMIT: Duration = Duration::from_secs(1);
+
+/// A component of the plan, and what has become of it.
+#[derive(Debug)]
+pub(crate) struct Unit {
+    pub(crate) component: Component,
+    pub(crate) log: PathBuf,
+    /// The way to its host, where that is another machine, and its paths as they are there.
+    pub(crate) away: Option<Outbox>,
+    pub(crate) component_there: Option<Component>,
+    phase: Phase,
+    /// Has it been ready since its last start? It stays so when it ends, and others that need it may start.
+    ready: bool,
+    reported: Option<State>,
+    /// How many values its slots have lost, as it said last.
+    lost: BTreeMap<String, u64>,
+    hung: bool,
+    /// When it was last heard of, or became ready.
+    heard: Instant,
+    garbage: bool,
+    /// What goes wrong in this run.
+    watch: Watch,
+    restarts: Restarts,
+    /// How often it was started, also by a command.
+    runs: u32,
+    /// When it may be started again.
+    due: Option<Instant>,
+    /// A command has stopped it: it stays so until it is released.
+    stopped: bool,
+    /// A command has started it: its failures are no longer those of the network's start.
+    released: bool,
+    /// What was changed in it and not saved.
+    changes: Changes,
+    /// What of that its present run could not be told.
+    unkept: Option<String>,
+}
+
+#[derive(Debug)]
+enum Phase {
+    Waiting,
+    Alive(Running),
+    Ended(End),
+}
+
+#[derive(Debug)]
+struct Running {
+    body: Body,
+    /// When it is told that its link is closed, unless it has ended by then: a process that is killed closes its files
+    /// a moment before its end is known.
+    closed: Option<Instant>,
+    started: Instant,
+    stop: Stop,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stop {
+    No,
+    /// SIGTERM was sent; SIGKILL follows then.
+    Asked(Instant),
+    /// SIGKILL was sent; it is given up then.
+    Killed(Instant),
+}
+
+/// How a component ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct End {
+    /// It is as it should be.
+    pub(crate) done: bool,
+    /// `exit status: 1`, `signal 11 (SIGSEGV)`.
+    pub(crate) text: String,
+    /// How long it ran.
+    pub(crate) ran: Duration,
+    /// It did not end, and is given up.
+    lost: bool,
+}
+
+/// What the passing of time did to a component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Overdue {
+    Nothing,
+    /// It is not ready within its limit.
+    NotReady,
+    /// It did not even end by SIGKILL.
+    NotKilled,
+}
+
+impl Unit {
+    pub(crate) fn new(component: Component, log: PathBuf) -> Self {
+        Self {
+            restarts: Restarts::new(component.restart),
+            runs: 0,
+            due: None,
+            stopped: false,
+            released: false,
+            changes: Changes::default(),
+            unkept: None,
+            component,
+            log,
+            away: None,
+            component_there: None,
+            phase: Phase::Waiting,
+            ready: false,
+            reported: None,
+            lost: BTreeMap::new(),
+            hung: false,
+            heard: Instant::now(),
+            garbage: false,
+            watch: Watch::default(),
+        }
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.component.name
+    }
+
+    pub(crate) fn is_waiting(&self) -> bool {
+        matches!(self.phase, Phase::Waiting)
+    }
+
+    /// Whether it may be started as far as its own clock says.
+    pub(crate) fn is_due(&self) -> bool {
+        self.is_waiting() && self.due.is_none() && !self.stopped
+    }
+
+    /// Whether it has run before, or was started by a command.
+    pub(crate) fn is_restarted(&self) -> bool {
+        self.restarts.count() > 0 || self.released
+    }
+
+    /// Whether a command has stopped it, or is about to.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// Whether those that need it may start: it is ready, or will not be by itself.
+    pub(crate) fn lets_others_start(&self) -> bool {
+        self.ready || self.stopped || matches!(self.phase, Phase::Ended(_))
+    }
+
+    /// Whether it did not even end by SIGKILL.
+    pub(crate) fn is_lost(&self) -> bool {
+        matches!(&self.phase, Phase::Ended(end) if end.lost)
+    }
+
+    /// How it ended.
+    pub(crate) fn end_text(&self) -> Option<&str> {
+        match &self.phase {
+            Phase::Ended(end) => Some(&end.text),
+            _ => None,
+        }
+    }
+
+    /// Ends it, or keeps it from being started, until it is released.
+    pub(crate) fn hold(&mut self) {
+        self.stopped = true;
+        self.due = None;
+        self.ask_to_stop();
+    }
+
+    /// Its next run begins with what its configuration says.
+    pub(crate) fn forget_changes(&mut self) {
+        self.changes = Changes::default();
+    }
+
+    /// What does not run is started as if for the first time, but on its own account.
+    pub(crate) fn release(&mut self) {
+        self.stopped = false;
+        if !self.is_alive() {
+            self.phase = Phase::Waiting;
+            self.ready = false;
+            self.due = None;
+            self.released = true;
+            self.restarts.begin_anew();
+        }
+    }
+
+    pub(crate) fn is_alive(&self) -> bool {
+        matches!(self.phase, Phase::Alive(_))
+    }
+
+    /// Whether it has reported ready since its last start.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.ready
+    }
+
+    pub(crate) fn is_asked_to_stop(&self) -> bool {
+        matches!(&self.phase, Phase::Alive(running) if running.stop != Stop::No)
+    }
+
+    /// The process, for those that keep account of those of this machine.
+    pub(crate) fn held(&self) -> Option<HeldComponent> {
+        match &self.phase {
+            Phase::Alive(Running {
+                body: Body::Here(process),
+                ..
+            }) => Some(process.held(&self.component)),
+            _ => None,
+        }
+    }
+
+    /// Becomes readable when the process ends.
+    pub(crate) fn process(&self) -> Option<&OwnedFd> {
+        self.body().and_then(Body::descriptor)
+    }
+
+    /// What the component speaks over.
+    pub(crate) fn link(&self) -> Option<&UnixStream> {
+        self.body().and_then(Body::link)
+    }
+
+    fn body(&self) -> Option<&Body> {
+        match &self.phase {
+            Phase::Alive(running) => Some(&running.body),
+            _ => None,
+        }
+    }
+
+    /// Its process on another machine.
+    pub(crate) fn distant(&mut self) -> Option<&mut Distant> {
+        match &mut self.phase {
+            Phase::Alive(Running {
+                body: Body::There(process),
+                ..
+            }) => Some(process),
+            _ => None,
+        }
+    }
+
+    /// Its name, and which of its runs this is.
+    pub(crate) fn run(&self) -> String {
+        format!("{}/{}", self.name(), self.runs)
+    }
+
+    /// Starts the process.
+    pub(crate) fn start(&mut self, mark: &Mark) -> Result<(), String> {
+        self.runs += 1;
+        let run = self.run();
+        let greeting = self.changes.line();
+        let body = match &self.away {
+            None => Body::Here(Launched::start(
+                &self.component,
+                &run,
+                greeting.as_deref(),
+                &self.log,
+                mark,
+            )?),
+            Some(outbox) => {
+                let component = self.component_there.as_ref().unwrap_or(&self.component);
+                Body::There(Distant::start(component, run, greeting, outbox))
+            }
+        };
+        let now = Instant::now();
+        self.heard = now;
+        self.reported = None;
+        self.lost.clear();
+        self.unkept = self.changes.lost();
+        self.hung = false;
+        self.garbage = false;
+        self.watch = Watch::default();
+        self.phase = Phase::Alive(Running {
+            body,
+            closed: None,
+            started: now,
+            stop: Stop::No,
+        });
+        Ok(())
+    }
+
+    /// It could not be started after all, as its host says.
+    pub(crate) fn not_started(&mut self) {
+        self.phase = Phase::Waiting;
+    }
+
+    /// Takes one read from the link.
+    pub(crate) fn read_link(&mut self, report: &Reporter) {
+        let Phase::Alive(running) = &mut self.phase else {
+            return;
+        };
+        let lines = running.body.read_link();
+        if !running.body.is_linked() {
+            self.link_closed();
+        }
+        for line in lines {
+            self.hear(line, report);
+        }
+    }
+
+    /// Its link is closed: whether it has ended, or only does not speak any more, is not known yet.
+    pub(crate) fn link_closed(&mut self) {
+        if let Phase::Alive(running) = &mut self.phase {
+            running.closed = Some(Instant::now() + CLOSED_LIMIT);
+        }
+    }
+
+    /// Takes one line of the link.
+    pub(crate) fn hear(&mut self, line: Line, report: &Reporter) {
+        let message = match line {
+            Line::Text(text) => link::parse(&text),
+            Line::TooLong => Err("a line of more than 64 KiB".to_owned()),
+        };
+        match message {
+            Ok(message) => self.take(message, report),
+            Err(fault) => self.reject(&fault, report),
+        }
+    }
+
+    /// A component that closes its link while it runs cannot be watched.
+    fn report_closed_link(&self, report: &Reporter) {
+        if self.body().is_some_and(|body| !body.is_linked()) && !self.is_asked_to_stop() {
+            self.event(
+                report,
+                Severity::Warning,
+                "link-closed",
+                "closed its standard input, which is the link to its supervisor; it is no longer watched",
+            );
+        }
+    }
+
+    fn take(&mut self, message: Message, report: &Reporter) {
+        let Phase::Alive(running) = &self.phase else {
+            return;
+        };
+        match message {
+            Message::State(state) => {
+                if self.reported == Some(state) {
+                    return;
+                }
+                self.reported = Some(state);
+                let severity = match state {
+                    State::Emergency => Severity::Warning,
+                    _ => Severity::Info,
+                };
+                self.event(report, severity, "state", state.to_string());
+            }
+            Message::Ready => {
+                self.heard = Instant::now();
+                if !self.ready {
+                    self.ready = true;
+                    let seconds = running.started.elapsed().as_secs_f64();
+                    let text = format!("ready after {seconds:.2} s");
+                    self.event(report, Severity::Info, "ready", text);
+                    if let Some(text) = self.unkept.take() {
+                        self.event(report, Severity::Warning, "not-restored", text);
+                    }
+                }
+            }
+            Message::Parameters { changed, unkept } => {
+                self.changes = Changes::new(changed, unkept);
+            }
+            Message::Restored(Ok(())) => {
+                let text = self.changes.restored();
+                self.event(report, Severity::Info, "restored", text);
+            }
+            Message::Restored(Err(why)) => {
+                let text = format!(
+                    "runs with its configuration; changed parameters were not restored: {why}"
+                );
+                self.event(report, Severity::Warning, "not-restored", text);
+                self.forget_changes();
+            }
+            Message::Heartbeat(mut beat) => {
+                self.heard = Instant::now();
+                self.lost = std::mem::take(&mut beat.lost);
+                let age = beat.age;
+                if !self.is_asked_to_stop() {
+                    for (severity, code, text) in self.watch.beat(beat) {
+                        self.event(report, severity, code, text);
+                    }
+                }
+                if age <= HEARTBEAT_LIMIT {
+                    if std::mem::take(&mut self.hung) {
+                        self.event(
+                            report,
+                            Severity::Info,
+                            "answers-again",
+                            "its loop turns again",
+                        );
+                    }
+                } else if self.ready {
+                    self.hang(
+                        report,
+                        &format!("its loop has not turned for {} ms", age.as_millis()),
+                    );
+                }
+            }
+        }
+    }
+
+    /// The network ends: what goes wrong from now on is no news.
+    pub(crate) fn be_quiet(&mut self) {
+        self.watch.be_quiet();
+    }
+
+    /// Looks how much memory the process has, `pause` after the last time.
+    pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
+        // The memory of another machine cannot be looked at from here.
+        let Some(Body::Here(process)) = self.body() else {
+            return;
+        };
+        if self.ready
+            && let Some(bytes) = health::resident(process.pid())
+            && let Some((severity, code, text)) = self.watch.memory(bytes, pause)
+        {
+            self.event(report, severity, code, text);
+        }
+    }
+
+    fn reject(&mut self, fault: &str, report: &Reporter) {
+        if !std::mem::replace(&mut self.garbage, true) {
+            let text = format!("sent {fault} to its supervisor; further faults are not reported");
+            self.event(report, Severity::Warning, "garbage", text);
+        }
+    }
+
+    fn hang(&mut self, report: &Reporter, why: &str) {
+        if !self.hung && !self.is_asked_to_stop() {
+            self.hung = true;
+            self.event(report, Severity::Warning, "hung", why);
+        }
+    }
+
+    /// Asks the process to end.
+    pub(crate) fn ask_to_stop(&mut self) {
+        if let Phase::Alive(running) = &mut self.phase
+            && running.stop == Stop::No
+        {
+            running.body.terminate();
+            running.stop = Stop::Asked(Instant::now() + self.component.stop);
+        }
+    }
+
+    /// Ends the process and its group.
+    pub(crate) fn kill(&mut self) {
+        if let Phase::Alive(running) = &mut self.phase
+            && !matches!(running.stop, Stop::Killed(_))
+        {
+            running.body.kill();
+            running.stop = Stop::Killed(Instant::now() + KILL_LIMIT);
+        }
+    }
+
+    /// The process has ended: takes its last words, kills what is left of its group, and reaps it.
+    pub(crate) fn end(&mut self, report: &Reporter) -> Option<End> {
+        let Phase::Alive(running) = &mut self.phase else {
+            return None;
+        };
+        for line in running.body.last_words() {
+            self.hear(line, report);
+        }
+        let Phase::Alive(running) = &mut self.phase else {
+            return None;
+        };
+        let exit: Exit = running.body.reap();
+        let end = End {
+            done: exit.is_done(running.stop != Stop::No),
+            text: exit.text,
+            ran: running.started.elapsed(),
+            lost: false,
+        };
+        self.phase = Phase::Ended(end.clone());
+        Some(end)
+    }
+
+    /// What follows an end that was not asked for, after a run of this length. It waits for its start, where there is
+    /// to be one.
+    pub(crate) fn follow(&mut self, ran: Duration, failed: bool) -> Next {
+        let now = Instant::now();
+        let next = self.restarts.after(failed, ran, now);
+        match next {
+            Next::Again(pause) => {
+                self.phase = Phase::Waiting;
+                self.ready = false;
+                self.due = Some(now + pause);
+            }
+            Next::Nothing | Next::GiveUp(_) if self.is_waiting() => {
+                self.phase = Phase::Ended(End {
+                    done: false,
+                    text: "could not be started".to_owned(),
+                    ran,
+                    lost: false,
+                });
+            }
+            Next::Nothing | Next::GiveUp(_) => {
+                // One that was asked to end because it did not get ready may have ended well.
+                if let Phase::Ended(end) = &mut self.phase {
+                    end.done &= !failed;
+                }
+            }
+        }
+        next
+    }
+
+    /// When the passing of time next matters.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        let Phase::Alive(running) = &self.phase else {
+            return self.due;
+        };
+        let limit = match running.stop {
+            Stop::Asked(at) | Stop::Killed(at) => Some(at),
+            Stop::No if !self.ready => Some(running.started + self.component.ready),
+            Stop::No => self.silence(),
+        };
+        limit.into_iter().chain(running.closed).min()
+    }
+
+    /// When it will have been silent for too long.
+    fn silence(&self) -> Option<Instant> {
+        let linked = self.body().is_some_and(Body::is_linked);
+        (!self.hung && linked).then(|| self.heard + self.silence_limit())
+    }
+
+    /// How long it may be silent. What is on another machine is silent when that is, which is told first.
+    fn silence_limit(&self) -> Duration {
+        match self.away {
+            None => HEARTBEAT_LIMIT,
+            Some(_) => HEARTBEAT_LIMIT + remote::HOST_LIMIT,
+        }
+    }
+
+    /// Looks at the clock.
+    pub(crate) fn check(&mut self, now: Instant, report: &Reporter) -> Overdue {
+        if self.deadline().is_none_or(|deadline| now < deadline) {
+            return Overdue::Nothing;
+        }
+        if let Phase::Alive(running) = &mut self.phase
+            && running.closed.take_if(|at| now >= *at).is_some()
+        {
+            self.report_closed_link(report);
+            return Overdue::Nothing;
+        }
+        let Phase::Alive(running) = &self.phase else {
+            self.due = None;
+            return Overdue::Nothing;
+        };
+        match running.stop {
+            Stop::Asked(_) => {
+                let limit = self.component.stop;
+                let text = format!("did not end within {limit:?} and is killed");
+                self.event(report, Severity::Warning, "killed", text);
+                self.kill();
+                Overdue::Nothing
+            }
+            Stop::Killed(_) => {
+                let text = format!("process {} does not even end by SIGKILL", self.pid_text());
+                self.event(report, Severity::Error, "not-killed", text.clone());
+                let ran = running.started.elapsed();
+                self.phase = Phase::Ended(End {
+                    done: false,
+                    text,
+                    ran,
+                    lost: true,
+                });
+                Overdue::NotKilled
+            }
+            Stop::No if !self.ready => Overdue::NotReady,
+            Stop::No => {
+                let text = format!("has not sent a heartbeat for {:?}", self.silence_limit());
+                self.hang(report, &text);
+                Overdue::Nothing
+            }
+        }
+    }
+
+    fn pid_text(&self) -> String {
+        let pid = self.body().and_then(Body::pid);
+        pid.map_or_else(String::new, |pid| pid.to_string())
+    }
+
+    /// Reports something about this component.
+    pub(crate) fn event(
+        &self,
+        report: &Reporter,
+        severity: Severity,
+        code: &'static str,
+        message: impl Into<String>,
+    ) {
+        report.event(Event::component(self.name(), severity, code, message));
+    }
+
+    /// A failure with what the component printed last.
+    pub(crate) fn failure(&self, reason: &str) -> String {
+        format!("{reason}; {}", logs::quote(&self.log))
+    }
+
+    pub(crate) fn status(&self) -> ComponentStatus {
+        let running = match &self.phase {
+            Phase::Alive(running) => Some(running),
+            _ => None,
+        };
+        ComponentStatus {
+            name: self.name().to_owned(),
+            state: self.state(),
+            host: self.component.host.as_ref().map(|host| host.name.clone()),
+            pid: running.and_then(|r| r.body.pid()),
+            uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
+            ready: self.ready && running.is_some(),
+            middleware: self.component.middleware.clone(),
+            cpu: self.component.cpu.clone(),
+            priority: self.component.priority,
+            executable: self.component.executable.clone(),
+            log: self.log.clone(),
+            restarts: self.restarts.count(),
+            ready_ms: self.component.ready.as_millis() as u64,
+            stop_ms: self.component.stop.as_millis() as u64,
+            lost: self.lost.clone(),
+            troubles: running.map_or_else(Vec::new, |_| self.watch.troubles()),
+            exit: match &self.phase {
+                Phase::Ended(end) => Some(end.text.clone()),
+                _ => None,
+            },
+        }
+    }
+
+    fn state(&self) -> State {
+        match &self.phase {
+            Phase::Waiting | Phase::Ended(_) if self.stopped => State::Stopped,
+            Phase::Waiting => State::Waiting,
+            Phase::Ended(end) if end.done => State::Done,
+            Phase::Ended(_) => State::Failed,
+            Phase::Alive(running) if running.stop != Stop::No => State::Stopping,
+            Phase::Alive(_) if self.hung => State::Hung,
+            Phase::Alive(_) if self.ready => self.reported.unwrap_or(State::Running),
+            Phase::Alive(_) => State::Starting,
+        }
+    }
+}
+
+/// The time until `deadline`, for a `poll`.
+pub(crate) fn until(deadline: Option<Instant>) -> Option<Duration> {
+    deadline.map(|at| at.saturating_duration_since(Instant::now()))
+}
