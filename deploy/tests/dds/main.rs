@@ -5,11 +5,11 @@
 //! time runs beside the compiler.
 
 #[allow(dead_code, reason = "each test program uses its own part")]
-#[path = "../network/site.rs"]
+#[path = "../all/network/site.rs"]
 mod site;
 
 #[allow(dead_code, reason = "each test program uses its own part")]
-#[path = "../network/python.rs"]
+#[path = "../all/python.rs"]
 mod python;
 
 mod hosts;

@@ -1,6 +1,6 @@
 //! The parameter services of a component that runs, in both mappings, asked as another node asks them.
 
-#[path = "../../../deploy/tests/network/python.rs"]
+#[path = "../../../deploy/tests/all/python.rs"]
 mod python;
 
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};

@@ -1,0 +1,4 @@
+//! All integration tests of the CDSL, in one program.
+
+mod language;
+mod page;

@@ -1,0 +1,18 @@
+//! All integration tests of rcgen but the random texts in `tests/languages`, in one program.
+
+mod compile;
+mod config;
+mod debian;
+mod edits;
+mod export;
+mod folders;
+mod idlc;
+mod layout;
+#[path = "../../../deploy/tests/all/python.rs"]
+mod python;
+mod rcgen;
+mod ros;
+mod rosidl;
+mod stubs;
+mod wire;
+mod workspace;

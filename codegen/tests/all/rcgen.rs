@@ -1,0 +1,520 @@
+//! `rcgen` as people type it: which files it writes, which it leaves alone, and how it ends.
+
+use crate::folders::{changed, files, rcgen};
+use rc_codegen::note::Note;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+const CDSL: &str = "import \"Laser.idsl\"; import \"Speech.idsl\";\nComponent c { Communications { requires Laser; implements Speech; }; language rust; };\n";
+
+/// A folder with `c.cdsl`.
+fn folder(cdsl: &str) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("c.cdsl"), cdsl).expect("a file");
+    folder
+}
+
+fn succeeds(folder: &Path, args: &[&str]) -> String {
+    let (code, out, err) = rcgen(folder, args);
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    out
+}
+
+#[test]
+fn dds_for_all_slots_and_for_one() {
+    let cdsl = "import \"Laser.idsl\"; import \"LaserPub.idsl\";\nComponent c { Communications { requires Laser(dds); \
+                publishes LaserPub { deadline 100ms; lifespan 1500ms; liveliness 2s; }; }; language rust; };\n";
+    let folder = folder(cdsl);
+    let folder = folder.path();
+    let text = |path: &str| {
+        let text = std::fs::read_to_string(folder.join("generated").join(path));
+        text.expect("a generated file")
+    };
+    succeeds(folder, &["c.cdsl", "--middleware", "dds"]);
+    let manifest = text("Cargo.toml");
+    assert!(manifest.contains("rc-dds.workspace = true"), "{manifest}");
+    assert!(!manifest.contains("iceoryx2"), "{manifest}");
+    let backend = text("src/backend.rs");
+    assert!(
+        backend.contains("&[(\"dds\", rc_dds::connect)]"),
+        "{backend}"
+    );
+    let description = text("src/description.rs");
+    let qos = "    qos: Qos {\n        deadline: Some(Duration::new(0, 100000000)),\n        \
+               lifespan: Some(Duration::new(1, 500000000)),\n        \
+               liveliness: Some(Duration::new(2, 0)),\n        ..Qos::PUBLISHER\n    },\n";
+    assert!(description.contains(qos), "{description}");
+    succeeds(folder, &["c.cdsl"]);
+    let manifest = text("Cargo.toml");
+    for name in ["rc-dds", "rc-iceoryx2"] {
+        assert!(
+            manifest.contains(&format!("{name}.workspace")),
+            "{manifest}"
+        );
+    }
+    let backend = text("src/backend.rs");
+    assert!(backend.contains("(\"dds\", rc_dds::connect)"), "{backend}");
+    assert!(text("src/description.rs").contains("backend: \"dds\","));
+}
+
+#[test]
+fn what_is_yours_stays_over_a_change_of_middleware() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    succeeds(folder, &["c.cdsl"]);
+    std::fs::write(folder.join("src/specific_worker.rs"), "// mine\r\n").expect("a file");
+    std::fs::write(folder.join("Cargo.toml"), "# mine").expect("a file");
+    std::fs::write(folder.join("etc/config.toml"), "").expect("a file");
+    let before = files(folder);
+    let noted = || {
+        let note = Note::of_generated(folder).expect("generated code");
+        note.map(|note| (note.component, note.middleware))
+    };
+    let note = |middleware: &str| Some(("c".to_owned(), middleware.to_owned()));
+    assert_eq!(noted(), note("iceoryx2"));
+    assert_eq!(succeeds(folder, &["c.cdsl"]), "");
+    assert_eq!(changed(&before, &files(folder)), [""; 0]);
+    succeeds(folder, &["c.cdsl", "--middleware", "local"]);
+    assert_eq!(noted(), note("local"));
+    let differing = changed(&before, &files(folder));
+    assert_eq!(
+        differing,
+        ["generated/Cargo.toml", "generated/src/backend.rs"]
+    );
+    succeeds(folder, &["c.cdsl"]);
+    assert_eq!(changed(&before, &files(folder)), [""; 0]);
+}
+
+#[test]
+fn an_interface_that_is_removed_takes_its_files_with_it() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    succeeds(folder, &["c.cdsl"]);
+    assert!(folder.join("generated/src/slots/speech.rs").exists());
+    let less = CDSL
+        .replace("implements Speech;", "")
+        .replace("import \"Speech.idsl\";", "");
+    std::fs::write(folder.join("c.cdsl"), less).expect("a file");
+    let (code, out, err) = rcgen(folder, &["c.cdsl"]);
+    assert_eq!(code, 0);
+    assert!(
+        err.starts_with("note[stale-handler]: no slot `Speech` receives anything any more\n"),
+        "{err}"
+    );
+    assert!(
+        out.contains("remove ./generated/src/interfaces/speech.rs"),
+        "{out}"
+    );
+    let left = files(folder);
+    let left: Vec<&PathBuf> = left
+        .keys()
+        .filter(|p| p.to_string_lossy().contains("speech"))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
+    assert!(!folder.join("generated/src/slots").exists());
+}
+
+#[test]
+fn two_runs_write_the_same() {
+    let (one, two) = (folder(CDSL), folder(CDSL));
+    succeeds(one.path(), &["c.cdsl"]);
+    succeeds(two.path(), &["c.cdsl"]);
+    assert_eq!(changed(&files(one.path()), &files(two.path())), [""; 0]);
+}
+
+#[test]
+fn dry_runs_and_checks_write_nothing() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    let out = succeeds(folder, &["c.cdsl", "--dry-run"]);
+    assert!(
+        out.contains("specific create src/specific_worker.rs\n"),
+        "{out}"
+    );
+    assert!(
+        out.contains("generic  create generated/src/lib.rs\n"),
+        "{out}"
+    );
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--check"]);
+    assert_eq!(code, 1);
+    assert!(
+        err.contains("c.cdsl is not up to date: create generated/Cargo.toml\n"),
+        "{err}"
+    );
+    assert_eq!(files(folder).len(), 1);
+    succeeds(folder, &["c.cdsl"]);
+    succeeds(folder, &["c.cdsl", "--check"]);
+    std::fs::write(folder.join("generated/src/lib.rs"), "").expect("a file");
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--check"]);
+    assert_eq!(
+        (code, err.lines().next()),
+        (
+            1,
+            Some("c.cdsl is not up to date: update generated/src/lib.rs")
+        )
+    );
+    assert_eq!(
+        std::fs::read(folder.join("generated/src/lib.rs")).expect("a file"),
+        b""
+    );
+}
+
+#[test]
+fn an_error_writes_nothing_and_says_where() {
+    let folder = folder(&CDSL.replace("requires Laser", "requires Lasre"));
+    let (code, out, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    let wanted = "c.cdsl:2:41: error[unknown-interface]: unknown interface `Lasre` (did you mean `Laser`?)\n";
+    assert_eq!(err, wanted);
+    assert_eq!(files(folder.path()).len(), 1);
+    let (_, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "json"]);
+    for line in err.lines() {
+        let value: serde_json::Value = serde_json::from_str(line).expect("one JSON object a line");
+        assert_eq!(value["start"]["line"], 2);
+    }
+    assert_eq!(err.lines().count(), 1);
+}
+
+#[test]
+fn wrong_usage_and_a_system_that_refuses() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    assert_eq!(rcgen(folder, &["c.cdsl", "--nonsense"]).0, 2);
+    assert_eq!(rcgen(folder, &["c.idsl"]).0, 2);
+    assert_eq!(rcgen(folder, &[]).0, 2);
+    let (code, _, err) = rcgen(folder, &["c.cdsl", "--middleware", "ros"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("ros2"), "{err}");
+    let (code, _, err) = rcgen(folder, &["missing.cdsl"]);
+    assert_eq!(code, 3);
+    assert_eq!(
+        err,
+        "rcgen: error: missing.cdsl: No such file or directory (os error 2)\n"
+    );
+    assert_eq!(files(folder).len(), 1);
+}
+
+#[test]
+fn names_that_fall_together_in_rust() {
+    let folder = folder(
+        "import \"a.idsl\";\nComponent c { Communications { requires I; }; language rust; };",
+    );
+    let idsl = "module M { interface I {\nvoid getData();\nvoid get_data(); }; };";
+    std::fs::write(folder.path().join("a.idsl"), idsl).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert_eq!(
+        err,
+        "a.idsl:3:6: error[name-collision]: operations `getData` and `get_data` are both `get_data` in Rust; the other one at a.idsl:2:6\n"
+    );
+}
+
+#[test]
+fn a_new_workspace_and_a_new_component() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    succeeds(folder.path(), &["init", "robot", "--framework", root]);
+    let robot = folder.path().join("robot");
+    succeeds(&robot, &["new", "lidar"]);
+    succeeds(&robot, &["components/lidar/lidar.cdsl"]);
+    assert!(
+        robot
+            .join("components/lidar/src/specific_worker.rs")
+            .exists()
+    );
+    assert_eq!(rcgen(&robot, &["new", "lidar"]).0, 2);
+    assert_eq!(rcgen(folder.path(), &["init", "robot"]).0, 2);
+    assert_eq!(rcgen(&robot, &["new", "match"]).0, 2);
+}
+
+#[test]
+fn a_new_component_leaves_a_generated_folder_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let other = folder.path().join("generated/of_somebody_else.txt");
+    std::fs::create_dir_all(other.parent().expect("a parent")).expect("a folder");
+    std::fs::write(&other, "kept").expect("a file");
+    succeeds(folder.path(), &["new", "guard"]);
+    assert_eq!(std::fs::read_to_string(other).expect("it is there"), "kept");
+}
+
+#[test]
+fn every_file_is_checked_and_one_that_is_no_text_is_wrong_input() {
+    let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
+    std::fs::write(folder.path().join("bytes.idsl"), [0xff, 0xfe]).expect("a file");
+    let args = ["check", "bytes.idsl", "c.cdsl", "--format", "short"];
+    let (code, _, err) = rcgen(folder.path(), &args);
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("bytes.idsl:1:1: error[not-utf8]"), "{err}");
+    assert!(err.contains("error[unknown-interface]"), "{err}");
+}
+
+#[test]
+fn a_state_machine_is_checked_with_its_component() {
+    let folder = folder(&CDSL.replace("language", "statemachine \"c.smdsl\"; language"));
+    let folder = folder.path();
+    let later = "c.cdsl:2:70: warning[not-generated-yet]: `statemachine` is read and checked, but nothing is generated for it yet\n";
+    let check = |files: &[&str]| {
+        let (code, _, err) = rcgen(folder, &[&["check", "--format", "short"], files].concat());
+        (code, err)
+    };
+    let missing =
+        "c.cdsl:2:83: error[statemachine-not-found]: `c.smdsl` was not found; looked in .";
+    let help = "(the path is relative to the .cdsl file)";
+    assert_eq!(
+        check(&["c.cdsl"]),
+        (1, format!("{later}{missing} {help}\n"))
+    );
+    std::fs::write(folder.join("d.smdsl"), "d { initial_state a; }").expect("a file");
+    let help = "(did you mean `d.smdsl`?)";
+    assert_eq!(
+        check(&["c.cdsl"]),
+        (1, format!("{later}{missing} {help}\n"))
+    );
+
+    std::fs::write(folder.join("c.smdsl"), "c { states a; }").expect("a file");
+    let wrong = "c.smdsl:1:1: error[no-initial-state]: the machine has no initial state (add `initial_state NAME;`)\n";
+    assert_eq!(check(&["c.cdsl"]), (1, format!("{later}{wrong}")));
+    assert_eq!(check(&["c.smdsl"]), (1, wrong.to_owned()));
+    assert_eq!(
+        check(&["c.cdsl", "c.smdsl"]),
+        (1, format!("{later}{wrong}"))
+    );
+
+    let right = "c { initial_state a; states b; transitions { a => b; }; };";
+    std::fs::write(folder.join("c.smdsl"), right).expect("a file");
+    assert_eq!(check(&["c.cdsl"]), (0, later.to_owned()));
+    assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
+    // Nothing is generated from it, so what was generated stays up to date.
+    std::fs::write(folder.join("c.smdsl"), right.replace('b', "c")).expect("a file");
+    assert_eq!(rcgen(folder, &["c.cdsl", "--check"]).0, 0);
+}
+
+#[test]
+fn a_folder_is_checked_with_all_that_is_in_it() {
+    let folder = folder(&CDSL.replace("Laser;", "Lasr;"));
+    let folder = folder.path();
+    for (path, text) in [
+        ("etc/config.toml", "[parameter]\n"),
+        ("Cargo.toml", "not = \"a configuration\"\n"),
+        ("deeper/m.smdsl", "m { };"),
+        ("deeper/m.scxml", "<scxml>\n<state/></scxml>"),
+        ("target/m.smdsl", "m { };"),
+        (".hidden/m.smdsl", "m { };"),
+    ] {
+        let path = folder.join(path);
+        std::fs::create_dir_all(path.parent().expect("a parent")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
+    }
+    let (code, _, err) = rcgen(folder, &["check", ".", "--format", "short"]);
+    assert_eq!(code, 1);
+    let places: Vec<String> = err
+        .lines()
+        .filter_map(|line| Some(line.split_once(']')?.0.replace('\\', "/")))
+        .collect();
+    assert_eq!(
+        places,
+        [
+            "./c.cdsl:2:41: error[unknown-interface",
+            "./deeper/m.smdsl:1:1: error[no-initial-state",
+            "./deeper/m.scxml:2:2: error[missing-attribute",
+            "./etc/config.toml:1:2: error[unknown-key",
+        ]
+    );
+    std::fs::create_dir(folder.join("empty")).expect("a folder");
+    let (code, _, err) = rcgen(folder, &["check", "empty", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("error[nothing-to-check]"), "{err}");
+}
+
+/// A component whose parameters are in two files, and a rule over both.
+#[test]
+fn imported_parameters_are_part_of_the_component() {
+    let folder = folder(
+        "Component c { Communications { }; language rust; parameters \"shared/../c.pdsl\"; };",
+    );
+    let folder = folder.path();
+    let write = |path: &str, text: &str| std::fs::write(folder.join(path), text).expect("a file");
+    std::fs::create_dir(folder.join("shared")).expect("a folder");
+    write(
+        "c.pdsl",
+        "import \"shared/base.pdsl\";\nComponentParams c { low int 1; require low < high \"say \\\"# low\"; };",
+    );
+    write("shared/base.pdsl", "ComponentParams base { high int 5; };");
+    succeeds(folder, &["c.cdsl"]);
+    let schema = std::fs::read_to_string(folder.join("generated/src/parameters.rs"));
+    let schema = schema.expect("the parameters");
+    assert!(schema.contains("pub high: i32"), "{schema}");
+    assert!(schema.contains(r#"say \"\u0023 low"#), "{schema}");
+    write(
+        "shared/base.pdsl",
+        "// Words.\nComponentParams base { high int 5; };",
+    );
+    succeeds(folder, &["--check", "c.cdsl"]);
+    write("shared/base.pdsl", "ComponentParams base { high int 6; };");
+    assert_eq!(rcgen(folder, &["--check", "c.cdsl"]).0, 1);
+    write("etc/config.toml", "[parameters]\nlow = 9\n");
+    let short = |file: &str| rcgen(folder, &["check", file, "--format", "short"]);
+    let (code, _, err) = short("etc/config.toml");
+    assert_eq!(code, 1);
+    assert!(
+        err.ends_with("etc/config.toml:2:7: error[rule-broken]: `low` breaks a rule: say \"# low (`low < high` does not hold: `low` is 9, `high` is 6 by default)\n"),
+        "{err}"
+    );
+    write(
+        "shared/base.pdsl",
+        "import \"../c.pdsl\"; ComponentParams base { high int 6; };",
+    );
+    for file in ["c.pdsl", "./c.pdsl", "c.cdsl"] {
+        assert_eq!(
+            short(file),
+            (
+                1,
+                String::new(),
+                "shared/base.pdsl:1:8: error[import-cycle]: these files import each other in a circle: c.pdsl → base.pdsl → c.pdsl\n"
+                    .to_owned()
+            )
+        );
+    }
+}
+
+#[test]
+fn a_component_that_is_no_text_is_wrong_input() {
+    let folder = folder(CDSL);
+    std::fs::write(folder.path().join("c.cdsl"), [0xff, 0xfe]).expect("a file");
+    for args in [
+        &["c.cdsl", "--format", "short"][..],
+        &["stubs", "c.cdsl", "--format", "short"],
+    ] {
+        let wanted = "c.cdsl:1:1: error[not-utf8]: this file is not UTF-8\n";
+        assert_eq!(
+            rcgen(folder.path(), args),
+            (1, String::new(), wanted.to_owned())
+        );
+    }
+}
+
+#[test]
+fn names_that_fall_together_in_place() {
+    let folder = folder(
+        "import \"a.idsl\";\nComponent c { Communications { publishes I; }; language rust; };",
+    );
+    let idsl = "module M { struct S { sequence<byte, 9> data;\nstring<3> data_mut; };\ninterface I { void a(S s);\nvoid loan_a(S s); }; };";
+    std::fs::write(folder.path().join("a.idsl"), idsl).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert_eq!(
+        err,
+        "a.idsl:2:11: error[name-collision]: members `data` and `data_mut` are both `data_mut` in Rust; the other one at a.idsl:1:41\n\
+         a.idsl:4:6: error[name-collision]: operations `a` and `loan_a` are both `loan_a` in Rust; the other one at a.idsl:3:20\n"
+    );
+}
+
+#[test]
+fn two_exceptions_of_one_name_cannot_be_told_apart() {
+    let folder = folder(
+        "import \"a.idsl\";\nComponent c { Communications { requires I; }; language rust; };",
+    );
+    let b = "module B { exception Failed { int code; }; };";
+    let a = "import \"b.idsl\";\nmodule A { exception Failed { };\ninterface I { void go() throws Failed, B::Failed; }; };";
+    std::fs::write(folder.path().join("a.idsl"), a).expect("a file");
+    std::fs::write(folder.path().join("b.idsl"), b).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert_eq!(
+        err,
+        "b.idsl:1:22: error[name-collision]: exceptions `Failed` and `Failed` are both `Failed` in Rust; the other one at a.idsl:2:22\n"
+    );
+}
+
+#[test]
+fn a_dependency_that_the_runtime_exports_too() {
+    let cdsl = CDSL.replace("language", "dependencies { tracing \"0.1\"; }; language");
+    let folder = folder(&cdsl);
+    succeeds(folder.path(), &["c.cdsl"]);
+    let lib = folder.path().join("generated/src/lib.rs");
+    let lib = std::fs::read_to_string(lib).expect("a file");
+    let exports: Vec<&str> = lib.lines().filter(|l| l.contains("tracing")).collect();
+    assert_eq!(exports, ["pub use tracing;"]);
+}
+
+#[test]
+fn fmt_takes_what_there_is_and_names_what_it_cannot_take() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let write = |name: &str, text: &[u8]| {
+        std::fs::write(folder.join(name), text).expect("a file");
+    };
+    // Nothing to do is a mistyped folder.
+    assert_eq!(rcgen(folder, &["fmt", "--check", "."]).0, 2);
+    write("good.idsl", b"module  G { };");
+    // What editors leave, and what would be waited for.
+    write(".#good.idsl", b"module");
+    let pipe = std::process::Command::new("mkfifo")
+        .arg(folder.join("pipe.idsl"))
+        .status();
+    assert!(pipe.expect("mkfifo").success());
+    let (code, out, err) = rcgen(folder, &["fmt", "--check", "."]);
+    assert_eq!(
+        (code, out.as_str(), err.as_str()),
+        (1, "not formatted: ./good.idsl\n", "")
+    );
+    succeeds(folder, &["fmt", "."]);
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    assert_eq!(entries.count(), 3, "nothing else was written");
+    succeeds(folder, &["fmt", "--check", "."]);
+    succeeds(folder, &["check", "."]);
+    for command in ["fmt", "check"] {
+        let (code, _, err) = rcgen(folder, &[command, "pipe.idsl"]);
+        assert_eq!(code, 3);
+        assert!(err.contains("pipe.idsl: it is not a file"), "{err}");
+    }
+    // A refusal of the system is told beside the mistakes, and wins.
+    write("bad.idsl", b"module {");
+    write("bytes.idsl", b"module M\n{ \xff };");
+    let (code, _, err) = rcgen(
+        folder,
+        &[
+            "fmt",
+            "--format",
+            "short",
+            "bad.idsl",
+            "one.idsl",
+            "two.idsl",
+            "bytes.idsl",
+        ],
+    );
+    assert_eq!(code, 3);
+    for part in [
+        "bad.idsl:1:8: error[syntax-error]",
+        "bytes.idsl:2:3: error[not-utf8]",
+        "one.idsl: No such file",
+        "two.idsl: No such file",
+    ] {
+        assert!(err.contains(part), "{part}: {err}");
+    }
+}
+
+/// What a description with errors declares is not known.
+#[test]
+fn a_configuration_is_not_blamed_for_its_component() {
+    for (cdsl, pdsl) in [
+        ("", "ComponentParams c { x int 3; };"),
+        (
+            "Component c { Communications { }; language rust; parameters \"gone.pdsl\"; };",
+            "",
+        ),
+        (
+            "Component c { Communications { }; language rust; parameters \"c.pdsl\"; };",
+            "ComponentParams c { x int 3; y flout 4; };",
+        ),
+    ] {
+        let folder = folder(cdsl);
+        let folder = folder.path();
+        std::fs::create_dir(folder.join("etc")).expect("a folder");
+        std::fs::write(folder.join("c.pdsl"), pdsl).expect("a file");
+        std::fs::write(folder.join("etc/config.toml"), "[parameters]\nx = 3\n").expect("a file");
+        let (code, _, err) = rcgen(folder, &["check", "--format", "short", "etc/config.toml"]);
+        assert_eq!(code, 1, "{err}");
+        assert!(!err.contains("unknown-parameter"), "{err}");
+    }
+}

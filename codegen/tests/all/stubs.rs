@@ -1,0 +1,337 @@
+//! `rcgen stubs`: what a worker lacks after its description changed.
+
+use crate::folders::{changed, files, rcgen};
+use expect_test::{Expect, expect};
+use std::fs;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+const IDSL: &str = "module M {
+    struct Point { float x; };
+    sequence<Point> Points;
+    exception Refused { string why; };
+    interface Voice {
+        /// Says it.
+        bool say(string text, @range(min=0) int loudness) throws Refused;
+        void hush();
+        Points path(Point from, out int length);
+    };
+    interface Goal { void reached(Points path); };
+};
+";
+const CDSL: &str = "import \"M.idsl\";
+Component c { Communications { implements Voice; subscribesTo Goal as goals; }; language rust; };
+";
+const WORKER: &str = "src/specific_worker.rs";
+
+/// A component that was generated.
+struct Component(TempDir);
+
+impl Component {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let component = Self(folder);
+        component.write("M.idsl", IDSL);
+        component.write("c.cdsl", CDSL);
+        assert_eq!(rcgen(component.path(), &["c.cdsl"]).0, 0);
+        component
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn write(&self, file: &str, text: &str) {
+        fs::write(self.path().join(file), text).expect("a file");
+    }
+
+    fn text(&self, file: &str) -> String {
+        fs::read_to_string(self.path().join(file)).expect("a text")
+    }
+
+    /// Replaces what has to be there.
+    fn replace(&self, file: &str, from: &str, to: &str) {
+        let text = self.text(file);
+        assert!(text.contains(from), "{text}");
+        self.write(file, &text.replace(from, to));
+    }
+
+    /// Takes out what stands from one text up to another one.
+    fn cut(&self, from: &str, to: &str) {
+        let text = self.text(WORKER);
+        let start = text.find(from).expect("the beginning");
+        let end = start + text[start..].find(to).expect("the end");
+        self.write(WORKER, &format!("{}{}", &text[..start], &text[end..]));
+    }
+
+    /// Runs `rcgen stubs`, which changes nothing.
+    fn stubs(&self) -> (i32, String, String) {
+        let before = files(self.path());
+        let result = rcgen(self.path(), &["stubs", "c.cdsl", "--format", "short"]);
+        assert_eq!(changed(&before, &files(self.path())), [""; 0]);
+        result
+    }
+
+    fn check(&self, code: i32, out: &Expect, err: &Expect) {
+        let (exit, stdout, stderr) = self.stubs();
+        out.assert_eq(&stdout);
+        err.assert_eq(&stderr);
+        assert_eq!(exit, code);
+    }
+}
+
+#[test]
+fn a_new_worker_lacks_nothing() {
+    let component = Component::new();
+    component.check(
+        0,
+        &expect![""],
+        &expect![[r"
+            c.cdsl: nothing is missing; handlers: 4
+        "]],
+    );
+    let json = ["stubs", "c.cdsl", "--format", "json"];
+    let nothing = (0, String::new(), String::new());
+    assert_eq!(rcgen(component.path(), &json), nothing);
+}
+
+#[test]
+fn one_handler_and_what_it_imports() {
+    let component = Component::new();
+    component.cut("    fn path(", "}\n\nimpl Goal");
+    component.replace(WORKER, "Point, ", "");
+    component.check(
+        0,
+        &expect![[r"
+            // ./src/specific_worker.rs: uses this, too
+            use c_generated::Point;
+
+            // ./src/specific_worker.rs:19: into this `impl Voice for SpecificWorker`
+                fn path(&mut self, ctx: &mut Context, from: Point) -> (Points, i32) {
+                    let _ = (ctx, from);
+                    Default::default()
+                }
+        "]],
+        &expect![""],
+    );
+}
+
+#[test]
+fn what_is_printed_is_what_a_new_worker_has() {
+    let component = Component::new();
+    let text = component.text(WORKER);
+    let at = text.find("impl Voice").expect("the handlers");
+    component.write(WORKER, &text[..at]);
+    let (code, out, err) = component.stubs();
+    assert_eq!((code, err.as_str()), (0, ""));
+    let code: String = out
+        .lines()
+        .filter(|line| !line.starts_with("// "))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    assert_eq!(code, text[at..]);
+}
+
+#[test]
+fn a_worker_without_anything() {
+    let component = Component::new();
+    component.write(
+        WORKER,
+        "use c_generated::{Context, Worker, WorkerError};\n\
+         struct Robot;\n\
+         impl Worker for Robot {}\n",
+    );
+    component.check(
+        0,
+        &expect![[r"
+            // ./src/specific_worker.rs: uses this, too
+            use c_generated::{Goals, Point, Points, SayError, Voice};
+
+            // ./src/specific_worker.rs: at the end
+            impl Voice for Robot {
+                /// Says it.
+                ///
+                /// - `loudness`: at least 0
+                fn say(&mut self, ctx: &mut Context, text: String, loudness: i32) -> Result<bool, SayError> {
+                    let _ = (ctx, text, loudness);
+                    Ok(Default::default())
+                }
+
+                fn hush(&mut self, ctx: &mut Context) {
+                    let _ = ctx;
+                }
+
+                fn path(&mut self, ctx: &mut Context, from: Point) -> (Points, i32) {
+                    let _ = (ctx, from);
+                    Default::default()
+                }
+            }
+
+            // ./src/specific_worker.rs: at the end
+            impl Goals for Robot {
+                fn reached(&mut self, ctx: &mut Context, path: Points) {
+                    let _ = (ctx, path);
+                }
+            }
+        "]],
+        &expect![""],
+    );
+}
+
+#[test]
+fn handlers_that_nobody_declares() {
+    let component = Component::new();
+    component.replace(WORKER, "fn hush", "fn shush");
+    component.replace("c.cdsl", " subscribesTo Goal as goals;", "");
+    component.check(0, &expect![[r"
+        // ./src/specific_worker.rs:19: into this `impl Voice for SpecificWorker`
+            fn hush(&mut self, ctx: &mut Context) {
+                let _ = ctx;
+            }
+    "]], &expect![[r"
+        ./src/specific_worker.rs:28:8: note[stale-handler]: `Voice` does not declare `shush` any more: error E0407 of rustc (remove it, or is it `hush` now?)
+        ./src/specific_worker.rs:38:6: note[stale-handler]: no slot `Goals` receives anything any more (remove this `impl`, and the trait where it is imported)
+    "]]);
+}
+
+#[test]
+fn handlers_with_another_signature() {
+    let component = Component::new();
+    component.replace(WORKER, "text: String", "text: f32");
+    component.replace(
+        WORKER,
+        "fn hush(&mut self, ctx: &mut Context)",
+        "fn hush(&self, ctx: &Context)",
+    );
+    component.replace(
+        WORKER,
+        "from: Point) -> (Points, i32)",
+        "from: Point) -> Points",
+    );
+    component.check(0, &expect![""], &expect![[r"
+        ./src/specific_worker.rs:23:8: warning[handler-signature]: `say` is declared by `Voice` with another signature (needed now: `fn say(&mut self, ctx: &mut Context, text: String, loudness: i32) -> Result<bool, SayError>`)
+        ./src/specific_worker.rs:28:8: warning[handler-signature]: `hush` is declared by `Voice` with another signature (needed now: `fn hush(&mut self, ctx: &mut Context)`)
+        ./src/specific_worker.rs:32:8: warning[handler-signature]: `path` is declared by `Voice` with another signature (needed now: `fn path(&mut self, ctx: &mut Context, from: Point) -> (Points, i32)`)
+        c.cdsl: nothing is missing; handlers: 4
+    "]]);
+}
+
+/// What may well be the same is no finding.
+#[test]
+fn types_that_are_written_in_another_way() {
+    let component = Component::new();
+    component.replace(WORKER, "text: String", "_: std::string::String");
+    component.replace(WORKER, "-> Result<bool, SayError>", "-> Answer<bool>");
+    component.replace(
+        WORKER,
+        "path: Points",
+        "mut path: Vec<c_generated::types::m::Point>",
+    );
+    component.replace(WORKER, "(Points, i32)", "(Track, r#i32)");
+    component.replace(
+        WORKER,
+        "fn hush(&mut self, ctx: &mut Context)",
+        "fn hush<'a>(self: &mut Self, _ctx: &'a mut (Context)) -> ()",
+    );
+    component.write("src/types.rs", "#!/bin/sh\npub type Track = Vec<u8>;\n");
+    component.check(
+        0,
+        &expect![""],
+        &expect![[r"
+        c.cdsl: nothing is missing; handlers: 4
+    "]],
+    );
+}
+
+#[test]
+fn traits_under_other_names_and_workers_of_tests() {
+    let component = Component::new();
+    component.replace(WORKER, "Voice,", "Voice as Sound,");
+    component.replace(
+        WORKER,
+        "impl Voice for SpecificWorker",
+        "impl Sound for SpecificWorker",
+    );
+    let text = component.text(WORKER);
+    let at = text.find("impl Goals").expect("the topic");
+    component.write(WORKER, &text[..at]);
+    fs::create_dir(component.path().join("src/parts")).expect("a folder");
+    let goals = text[at..]
+        .replace("impl Goals", "impl c_generated::Goals")
+        .replace("SpecificWorker", "super::SpecificWorker");
+    let test = "#[cfg(test)]\nmod tests {\n    struct Fake;\n    impl super::Worker for Fake {}\n    impl super::Voice for Fake {}\n}\n";
+    component.write("src/parts/goals.rs", &format!("{test}{goals}"));
+    component.check(
+        0,
+        &expect![""],
+        &expect![[r"
+        c.cdsl: nothing is missing; handlers: 4
+    "]],
+    );
+}
+
+#[test]
+fn a_source_that_is_no_rust() {
+    let component = Component::new();
+    component.replace(WORKER, "let _ = ctx;", "let é = ;");
+    component.write("src/main.rs", "fn main() {\n    (\n}\n");
+    component.write("src/end.rs", "fn");
+    fs::write(component.path().join("src/bytes.rs"), [0xff, 0xfe]).expect("a file");
+    component.check(1, &expect![""], &expect![[r"
+        ./src/bytes.rs:1:1: error[not-utf8]: this file is not UTF-8
+        ./src/end.rs:1:3: error[not-rust]: this cannot be read as Rust: unexpected end of input, expected identifier (`cargo check` says more)
+        ./src/main.rs:3:1: error[not-rust]: this cannot be read as Rust from here on (`cargo check` says more)
+        ./src/specific_worker.rs:9:17: error[not-rust]: this cannot be read as Rust: expected an expression (`cargo check` says more)
+    "]]);
+}
+
+#[test]
+fn a_component_that_was_never_generated() {
+    let component = Component::new();
+    fs::remove_dir_all(component.path().join("src")).expect("it was there");
+    component.check(1, &expect![""], &expect![[r"
+        c.cdsl:2:11: error[no-worker]: there is no ./src yet (`rcgen c.cdsl` writes it, with all handlers)
+    "]]);
+}
+
+#[test]
+fn the_folder_and_the_imports_may_be_elsewhere() {
+    let component = Component::new();
+    for folder in ["here", "idsl"] {
+        fs::create_dir(component.path().join(folder)).expect("a folder");
+    }
+    let path = |name: &str| -> PathBuf { component.path().join(name) };
+    fs::rename(path("src"), path("here/src")).expect("a move");
+    fs::rename(path("M.idsl"), path("idsl/M.idsl")).expect("a move");
+    assert_eq!(component.stubs().0, 1);
+    let args = ["stubs", "c.cdsl", "-I", "idsl", "--out", "here"];
+    let (code, out, err) = rcgen(component.path(), &args);
+    let wanted = "c.cdsl: nothing is missing; handlers: 4\n";
+    assert_eq!((code, out.as_str(), err.as_str()), (0, "", wanted));
+    assert_eq!(rcgen(component.path(), &["stubs", "M.idsl"]).0, 2);
+    assert_eq!(rcgen(component.path(), &["stubs"]).0, 2);
+    assert_eq!(rcgen(component.path(), &["stubs", "none.cdsl"]).0, 3);
+}
+
+/// A generation tells it without being asked, once, when it changed a trait.
+#[test]
+fn rcgen_says_what_is_missing_after_an_edit() {
+    let component = Component::new();
+    let worker = component.text(WORKER);
+    component.replace("M.idsl", "void hush();", "void hush(int how); int hum();");
+    component.replace(
+        "c.cdsl",
+        "subscribesTo Goal as goals",
+        "subscribesTo Goal as goals, Goal",
+    );
+    let (code, _, err) = rcgen(component.path(), &["c.cdsl", "--format", "short"]);
+    assert_eq!(code, 0);
+    expect![[r"
+        ./src/specific_worker.rs:7:6: note[missing-handlers]: `SpecificWorker` lacks `impl Goal` (`rcgen stubs c.cdsl` prints them)
+        ./src/specific_worker.rs:19:6: note[missing-handlers]: `SpecificWorker` lacks the handlers of `Voice`: `hum` (`rcgen stubs c.cdsl` prints them)
+        ./src/specific_worker.rs:28:8: warning[handler-signature]: `hush` is declared by `Voice` with another signature (needed now: `fn hush(&mut self, ctx: &mut Context, how: i32)`)
+    "]].assert_eq(&err);
+    assert_eq!(component.text(WORKER), worker);
+    let again = rcgen(component.path(), &["c.cdsl"]);
+    assert_eq!(again, (0, String::new(), String::new()));
+}

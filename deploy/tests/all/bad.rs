@@ -1,0 +1,337 @@
+//! Programs, disks and people that do what nobody wants: the network bears it, or says what to do.
+
+use crate::bench::{self, Bench, await_end, codes, component, kill, text, well};
+use crate::python;
+use rc_deploy::process::Identity;
+use rc_deploy::{Component, Policy, Restart, State};
+use rustix::process::Signal;
+use std::os::unix::fs::PermissionsExt;
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// How much memory a supervisor may take, in kB, whatever is printed: this one is built without optimisation.
+const MEMORY: u64 = 64 * 1024;
+
+/// What an `up` says of a program that cannot be run.
+fn refusal(name: &str, content: &[u8], mode: u32) -> String {
+    let bench = Bench::new();
+    let program = bench.path(name);
+    std::fs::write(&program, content).expect("written");
+    std::fs::set_permissions(&program, PermissionsExt::from_mode(mode)).expect("it is ours");
+    let bad = Component {
+        executable: program,
+        ..well("bad")
+    };
+    let mut up = bench.start(vec![bad]);
+    let message = up.await_event("start-failed", Some("bad"));
+    assert_eq!(up.end().0, Some(3));
+    bench.assert_nothing_left();
+    message
+}
+
+#[test]
+fn a_program_that_cannot_be_run_says_why_and_what_to_do() {
+    let message = refusal("plain", b"#!/bin/sh\n", 0o644);
+    assert!(message.contains("Permission denied"), "{message}");
+    assert!(
+        message.contains("`chmod +x ") && message.contains("plain`"),
+        "{message}"
+    );
+    let message = refusal("noise", b"\x7fELF and what is none", 0o755);
+    assert!(message.contains("no program for this machine"), "{message}");
+    let message = refusal("script", b"#!/nowhere/interpreter\n", 0o755);
+    assert!(message.contains("No such file"), "{message}");
+}
+
+#[test]
+fn children_are_gone_before_their_component_starts_again() {
+    let bench = Bench::new();
+    let parent = Component {
+        restart: Restart {
+            policy: Policy::OnFailure,
+            limit: None,
+            backoff: Duration::from_millis(1),
+        },
+        ..component("parent", "turns 8 0", &[])
+    };
+    let mut up = bench.start(vec![parent, well("other")]);
+    let message = up.await_event("left-over", Some("parent"));
+    assert!(message.starts_with("killed 1 processes"), "{message}");
+    up.await_event("ready", Some("parent"));
+    let children: Vec<i32> = bench
+        .entries()
+        .iter()
+        .filter_map(|line| line.strip_prefix("parent child ")?.parse().ok())
+        .collect();
+    assert_eq!(children.len(), 1);
+    assert!(Identity::of(children[0]).is_none());
+    assert_eq!(bench.status().components[1].restarts, 0);
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    assert_eq!(codes(&events, "other").len(), 4);
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_component_without_its_output_lives_on() {
+    let bench = Bench::new();
+    let program = env!("CARGO_BIN_EXE_rc-test-misbehave");
+    let mute = Component {
+        executable: "/bin/sh".into(),
+        args: ["-c", &format!("exec >&- 2>&-; exec {program} mute well")]
+            .map(str::to_owned)
+            .to_vec(),
+        ..well("mute")
+    };
+    let mut up = bench.start(vec![mute]);
+    up.await_event("up", None);
+    assert_eq!(bench.status().components[0].state, State::Running);
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// The most memory that a process has had, in kB.
+fn peak(process: Identity) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", process.pid));
+    let status = status.expect("it runs");
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let number = line.and_then(|line| line.split_whitespace().next());
+    number.expect("a number").parse().expect("a number")
+}
+
+#[test]
+fn a_gigabyte_of_log_neither_delays_nor_fills_the_supervisor() {
+    // In the foreground as well, before a terminal that nobody reads.
+    for flags in [&[][..], &["--relay"]] {
+        let bench = Bench::new();
+        let plan = bench.write(vec![component("loud", "flood 1024", &[]), well("still")]);
+        let mut driver = bench.driver(&["up", &plan, "--json"]);
+        driver.args(flags).stdout(Stdio::piped());
+        let mut up = driver.spawn().expect("it starts");
+        let pid = up.id().try_into().expect("a pid");
+        let supervisor = Identity::of(pid).expect("it runs");
+        let end = Instant::now() + 4 * bench::LIMIT;
+        let mut answers = 0;
+        while !bench.journal().contains(&"loud flooded".to_owned()) {
+            assert!(Instant::now() < end, "it is not done with printing");
+            // Whoever asks waits at most for three seconds.
+            if bench.journal().contains(&"loud ready".to_owned()) {
+                assert_eq!(bench.status().components.len(), 2);
+                answers += 1;
+            }
+        }
+        assert!(answers > 0, "nobody asked meanwhile");
+        assert_eq!(bench.status().components[1].state, State::Running);
+        assert!(peak(supervisor) < MEMORY, "{} kB", peak(supervisor));
+        let down = bench.command("down", &[]);
+        assert!(down.status.success(), "{down:?}");
+        drop(up.stdout.take());
+        assert_eq!(up.wait().expect("it ended").code(), Some(0));
+        bench.assert_nothing_left();
+        let last = bench.command("logs", &["loud"]);
+        assert!(last.status.success() && text(&last.stdout).starts_with("blah"));
+    }
+}
+
+#[test]
+fn of_many_who_start_a_network_at_once_one_does() {
+    let bench = Bench::new();
+    let plan = bench.write(vec![well("a")]);
+    let mut ups: Vec<_> = (0..6).map(|_| bench.start_plan(&plan, &[], &[])).collect();
+    // Each says at once whether it is the one: nobody waits for another one's end.
+    let mut first = Vec::new();
+    for up in ups.drain(..) {
+        let mut up = up;
+        match up.await_either(["up", "refused"]) {
+            (code, _) if code == "up" => first.push(up),
+            (_, message) => {
+                assert!(message.contains("is already up"), "{message}");
+                assert_eq!(up.end().0, Some(3));
+            }
+        }
+    }
+    assert_eq!(first.len(), 1);
+    assert_eq!(bench.journal(), ["a start", "a ready"]);
+    let up = first.remove(0);
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// How a program gets a place for files of its own; none where this user may not.
+fn unshare() -> Option<&'static [&'static str]> {
+    static FOUND: OnceLock<Option<&[&str]>> = OnceLock::new();
+    *FOUND.get_or_init(|| {
+        let ways: [&[&str]; 2] = [&["-m"], &["-r", "-m"]];
+        ways.into_iter().find(|way| {
+            let mut command = Command::new("unshare");
+            command
+                .args(*way)
+                .args(["mount", "-t", "tmpfs", "tmpfs", "/mnt"]);
+            command
+                .stderr(Stdio::null())
+                .status()
+                .is_ok_and(|s| s.success())
+        })
+    })
+}
+
+/// An `up` for which the folder `name` of the bench is a disk of so many kB; none where the system has no such thing.
+fn up_on_a_small_disk(
+    bench: &Bench,
+    test: &str,
+    name: &str,
+    kilobytes: u32,
+    components: Vec<Component>,
+) -> Option<bench::Up> {
+    let Some(way) = unshare() else {
+        python::skipped(test, "this user may not mount (`unshare -m`)");
+        return None;
+    };
+    let place = bench.path(name);
+    std::fs::create_dir_all(&place).expect("a folder");
+    let place = place.display();
+    let script =
+        format!("mount -t tmpfs -o size={kilobytes}k,mode=700 tmpfs {place} && exec \"$@\"");
+    let way: Vec<&str> = [&["unshare"], way, &["sh", "-c", &script, "sh"]].concat();
+    Some(bench.start_plan(&bench.write(components), &way, &[]))
+}
+
+#[test]
+fn logs_on_a_full_disk_are_lost_and_nothing_else() {
+    let bench = Bench::new();
+    let test = "logs_on_a_full_disk_are_lost_and_nothing_else";
+    let components = vec![
+        component("loud", "flood 1", &[]),
+        component("next", "well", &["loud"]),
+    ];
+    let Some(mut up) = up_on_a_small_disk(&bench, test, "state", 16, components) else {
+        return;
+    };
+    up.await_event("up", None);
+    assert_eq!(bench.status().components[0].state, State::Running);
+    // The guard has a log there, too, and does its work nevertheless.
+    let guard = Identity::of(bench.status().guard.expect("a guard")).expect("it runs");
+    await_journal(&bench, "loud flooded");
+    up.kill();
+    await_end(&[guard]);
+    bench.assert_nothing_left();
+    assert_eq!(bench.cleanups(), 1);
+}
+
+#[test]
+fn a_program_that_cannot_bear_a_full_disk_is_told_from_others() {
+    let bench = Bench::new();
+    let test = "a_program_that_cannot_bear_a_full_disk_is_told_from_others";
+    // It panics where it cannot print, as every `println!` does.
+    let components = vec![
+        filler(&bench, "state/rest"),
+        component("bad", "exit 7", &["filler"]),
+    ];
+    let Some(mut up) = up_on_a_small_disk(&bench, test, "state", 16, components) else {
+        return;
+    };
+    let message = up.await_event("start-failed", Some("bad"));
+    assert!(
+        message.contains("exit status 101") && message.contains("its disk is full"),
+        "{message}"
+    );
+    assert_eq!(up.end().0, Some(3));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_process_that_met_the_end_of_the_shared_memory_says_so() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![component("bad", "bus", &[])]);
+    let message = up.await_event("start-failed", Some("bad"));
+    assert!(
+        message.contains("(SIGBUS), which is what happens where the shared memory is full")
+            && message.contains("--shm-size"),
+        "{message}"
+    );
+    assert_eq!(up.end().0, Some(3));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_run_directory_on_a_full_disk_is_no_end() {
+    let bench = Bench::new();
+    let test = "a_run_directory_on_a_full_disk_is_no_end";
+    let filler = filler(&bench, "run/rest");
+    let components = vec![filler, component("next", "well", &["filler"])];
+    let Some(mut up) = up_on_a_small_disk(&bench, test, "run", 64, components) else {
+        return;
+    };
+    let message = up.await_event("not-written", None);
+    assert!(
+        message.contains("No space left") && message.contains("XDG_RUNTIME_DIR"),
+        "{message}"
+    );
+    up.await_event("up", None);
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    bench.assert_no_process_left();
+}
+
+#[test]
+fn a_disk_that_is_full_before_the_start_is_told() {
+    let bench = Bench::new();
+    let test = "a_disk_that_is_full_before_the_start_is_told";
+    // One page: it holds the lock, and no more.
+    let Some(mut up) = up_on_a_small_disk(&bench, test, "run", 4, vec![well("a")]) else {
+        return;
+    };
+    let message = up.await_event("refused", None);
+    assert!(
+        message.contains("No space left") && message.contains("XDG_RUNTIME_DIR"),
+        "{message}"
+    );
+    assert_eq!(up.end().0, Some(3));
+    assert!(bench.journal().is_empty());
+}
+
+/// A component that fills the disk of this file.
+fn filler(bench: &Bench, file: &str) -> Component {
+    let path = bench.path(file).display().to_string();
+    Component {
+        env: [("RC_TEST_FILL".to_owned(), path)].into(),
+        ..component("filler", "fill", &[])
+    }
+}
+
+fn await_journal(bench: &Bench, entry: &str) {
+    let end = Instant::now() + bench::LIMIT;
+    while !bench.journal().iter().any(|line| line == entry) {
+        assert!(Instant::now() < end, "no `{entry}`");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_supervisor_may_die_while_its_disk_is_full() {
+    let bench = Bench::new();
+    let test = "a_supervisor_may_die_while_its_disk_is_full";
+    let filler = filler(&bench, "run/rest");
+    let deaf = Component {
+        stop: Duration::from_millis(100),
+        ..component("deaf", "deaf", &["filler"])
+    };
+    let Some(mut up) = up_on_a_small_disk(&bench, test, "run", 64, vec![filler, deaf]) else {
+        return;
+    };
+    up.await_event("up", None);
+    let processes = [
+        bench.processes("filler start"),
+        bench.processes("deaf start"),
+    ]
+    .concat();
+    assert_eq!(processes.len(), 2);
+    kill(up.identity());
+    await_end(&processes);
+    bench.assert_no_process_left();
+}

@@ -1,0 +1,333 @@
+//! What is exported: its texts, and whether those take it for whom it is made.
+
+use crate::python;
+use expect_test::expect_file;
+use k8s_openapi::api::apps::v1::Deployment;
+use k8s_openapi::api::batch::v1::Job;
+use rc_codegen::FileLoader;
+use rc_deploy::export::{Engine, Export, export};
+use rc_deploy::network::{self, Profile};
+use rc_diagnostics::{Format, SourceMap, render};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::fs;
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const NETWORKS: [&str; 5] = [
+    "components/networks/camera.ddsl",
+    "components/networks/joints.ddsl",
+    "components/networks/patrol.ddsl",
+    "components/networks/speech.ddsl",
+    "deploy/tests/export/all.ddsl",
+];
+
+fn root() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    root.canonicalize().expect("the repository")
+}
+
+/// A network's files, with the folder of what cargo builds.
+fn exported(network: &str, engine: Engine) -> (Export, PathBuf) {
+    let mut sources = SourceMap::new();
+    let path = root().join(network);
+    let loader = FileLoader::new(&[]);
+    let (network, found) = network::load(&path, None, &mut sources, &loader).expect("a file");
+    let told = render(&sources, &found, Format::Short);
+    assert!(!found.has_errors(), "{told}");
+    let network = network.expect("a network");
+    let plan = network.plan(Profile::Release).expect("a plan");
+    let program = &plan.components[0].executable;
+    let target = program.ancestors().nth(2).expect("a folder").to_path_buf();
+    let export = export(&network, &plan, engine, None).expect("it can be exported");
+    (export, target)
+}
+
+/// All files in one text, with paths that are the same everywhere.
+fn text(export: &Export, target: &Path) -> String {
+    let files = export.files.iter();
+    let all = files.map(|(path, _, text)| format!("==> {} <==\n{text}\n", path.display()));
+    let all: String = all.collect();
+    let all = all.replace(&target.display().to_string(), "/robot/target");
+    all.replace(&root().display().to_string(), "/robot")
+}
+
+#[test]
+fn the_files_are_as_recorded() {
+    for network in NETWORKS {
+        for (word, engine) in Engine::WORDS {
+            let (export, target) = exported(network, engine);
+            let name = Path::new(network).file_stem().expect("a name");
+            let file = format!("export/{}.{word}.txt", name.display());
+            expect_file![file].assert_eq(&text(&export, &target));
+        }
+    }
+}
+
+/// What is different is told to who exports, and stands in the files.
+#[test]
+fn every_note_stands_in_a_file() {
+    for (_, engine) in Engine::WORDS {
+        let (export, _) = exported(NETWORKS[4], engine);
+        assert!(export.notes.len() > 3, "{:?}", export.notes);
+        for note in &export.notes {
+            let mut files = export.files.iter();
+            assert!(
+                files.any(|(.., text)| text.contains(note.as_str())),
+                "{note}"
+            );
+        }
+    }
+}
+
+/// Writes the units into a folder, with programs that are there.
+fn units(network: &str, folder: &Path) -> Vec<PathBuf> {
+    let (export, target) = exported(network, Engine::Systemd);
+    let programs = folder.join("programs");
+    fs::create_dir_all(programs.join("release")).expect("a folder");
+    let mut written = Vec::new();
+    for (path, _, text) in export.files.iter() {
+        let from = target.display().to_string();
+        let text = text.replace(&from, &programs.display().to_string());
+        for line in text.lines() {
+            if let Some(program) = line
+                .strip_prefix("ExecStart=:")
+                .and_then(|l| l.split_whitespace().next())
+            {
+                fs::write(program, "#!/bin/sh\n").expect("a program");
+                fs::set_permissions(program, fs::Permissions::from_mode(0o755))
+                    .expect("its rights");
+            }
+        }
+        let path = folder.join(path);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(&path, text).expect("a unit");
+        written.push(path);
+    }
+    written
+}
+
+/// What `systemd-analyze verify` says of units of one folder, without what older versions do not know.
+fn verify(units: &[PathBuf]) -> Result<String, std::io::Error> {
+    let folder = units[0].parent().expect("a folder");
+    let output = Command::new("systemd-analyze")
+        .args(["verify", "--man=no", "--generators=no"])
+        .args(units)
+        .env("SYSTEMD_UNIT_PATH", format!("{}:", folder.display()))
+        .output()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let newer = ["RestartSteps", "RestartMaxDelaySec"];
+    let lines = said.lines().filter(|line| {
+        let unknown = line.contains("Unknown key") && newer.iter().any(|key| line.contains(key));
+        // Units of the machine that runs the tests are none of ours.
+        !unknown && line.contains("robocomp-")
+    });
+    let mut said: String = lines.map(|line| format!("{line}\n")).collect();
+    if !output.status.success() && said.is_empty() {
+        said = String::from_utf8_lossy(&output.stderr).into_owned();
+    }
+    Ok(said)
+}
+
+#[test]
+fn systemd_finds_nothing_wrong_in_the_units() {
+    for network in NETWORKS {
+        let folder = tempfile::tempdir().expect("a folder");
+        let units = units(network, folder.path());
+        let mut folders: Vec<&Path> = units.iter().filter_map(|unit| unit.parent()).collect();
+        folders.sort_unstable();
+        folders.dedup();
+        for folder in folders {
+            let here: Vec<PathBuf> = units
+                .iter()
+                .filter(|unit| unit.parent() == Some(folder))
+                .cloned()
+                .collect();
+            match verify(&here) {
+                Ok(said) => assert_eq!(said, "", "{network}"),
+                Err(error) => {
+                    return python::skipped(
+                        "systemd_finds_nothing_wrong_in_the_units",
+                        &format!("systemd-analyze: {error}"),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// It does find what is wrong.
+#[test]
+fn systemd_finds_what_was_spoilt() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let units = units(NETWORKS[2], folder.path());
+    for unit in &units {
+        let text = fs::read_to_string(unit)
+            .expect("a unit")
+            .replace("KillMode=mixed", "KillMode=mixd");
+        fs::write(unit, text).expect("a unit");
+    }
+    match verify(&units) {
+        Ok(said) => assert!(said.contains("kill mode"), "{said}"),
+        Err(error) => python::skipped(
+            "systemd_finds_what_was_spoilt",
+            &format!("systemd-analyze: {error}"),
+        ),
+    }
+}
+
+/// Reads a manifest as what it says it is. Types of Kubernetes pass over what they do not know, so that all has to be
+/// there again when it is written.
+fn read<T: DeserializeOwned + Serialize>(manifest: &Value) -> T {
+    let read: T =
+        serde_json::from_value(manifest.clone()).unwrap_or_else(|e| panic!("{e}: {manifest:#}"));
+    assert_eq!(&serde_json::to_value(&read).expect("JSON"), manifest);
+    read
+}
+
+fn documents(export: &Export) -> Vec<Value> {
+    let mut all = Vec::new();
+    for (.., text) in export.files.iter() {
+        for document in serde_norway::Deserializer::from_str(text) {
+            let value = serde::Deserialize::deserialize(document).expect("YAML");
+            all.push(value);
+        }
+    }
+    all
+}
+
+#[test]
+fn kubernetes_reads_every_manifest() {
+    for network in NETWORKS {
+        let (export, _) = exported(network, Engine::Kubernetes);
+        let documents = documents(&export);
+        assert!(documents.len() >= 2);
+        for manifest in &documents {
+            let pod = match manifest["kind"].as_str() {
+                Some("Deployment") => {
+                    read::<Deployment>(manifest)
+                        .spec
+                        .expect("a spec")
+                        .template
+                        .spec
+                }
+                Some("Job") => read::<Job>(manifest).spec.expect("a spec").template.spec,
+                other => panic!("{other:?}"),
+            };
+            let pod = pod.expect("a Pod");
+            let container = &pod.containers[0];
+            let probe = container
+                .readiness_probe
+                .as_ref()
+                .and_then(|probe| probe.exec.as_ref());
+            let command = probe
+                .and_then(|exec| exec.command.as_ref())
+                .expect("a probe");
+            assert_eq!(command[1], "--probe");
+            let wanted = pod.restart_policy.as_deref() != Some("Never");
+            assert_eq!(container.liveness_probe.is_some(), wanted);
+        }
+    }
+}
+
+/// The schema that Docker publishes comes with its own program of old.
+const VALIDATE: &str = r#"
+import glob, json, subprocess, sys, zipfile
+import jsonschema
+folder = sys.argv[1]
+found = lambda: glob.glob(folder + "/docker_compose-1.29.2-*.whl")
+if not found():
+    pip = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--retries", "1", "--timeout", "15", "-d", folder, "docker-compose==1.29.2"]
+    if subprocess.run(pip).returncode != 0:
+        sys.exit(77)
+schema = json.load(zipfile.ZipFile(found()[0]).open("compose/config/compose_spec.json"))
+validator = jsonschema.Draft7Validator(schema)
+for number, file in enumerate(json.load(sys.stdin)):
+    for error in validator.iter_errors(file):
+        print(number, list(error.path), error.message)
+"#;
+
+/// What the schema of Compose says of files.
+fn validate(files: &[Value], test: &str) -> Option<String> {
+    let python = python::interpreter("jsonschema==4.23.0", test)?;
+    let mut child = Command::new(python)
+        .args(["-c", VALIDATE, env!("CARGO_TARGET_TMPDIR")])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    let text = serde_json::to_vec(files).expect("JSON");
+    stdin.write_all(&text).expect("it reads");
+    drop(stdin);
+    let output = child.wait_with_output().expect("it ends");
+    if output.status.code() == Some(77) {
+        python::skipped(
+            test,
+            "there is no way to docker-compose==1.29.2, which has the schema",
+        );
+        return None;
+    }
+    assert!(output.status.success(), "{output:?}");
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+#[test]
+fn the_schema_of_compose_accepts_every_file_and_no_spoilt_one() {
+    let test = "the_schema_of_compose_accepts_every_file_and_no_spoilt_one";
+    let networks = NETWORKS.iter();
+    let mut files: Vec<Value> = networks
+        .flat_map(|network| documents(&exported(network, Engine::Compose).0))
+        .collect();
+    for file in &mut files {
+        // That schema does not know it yet: small letters, digits, `_` and `-`, the first no `-`.
+        let name = file.as_object_mut().and_then(|file| file.remove("name"));
+        let name = name.as_ref().and_then(Value::as_str).expect("a name");
+        assert!(
+            name.chars()
+                .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'),
+            "{name}"
+        );
+    }
+    let Some(said) = validate(&files, test) else {
+        return;
+    };
+    assert_eq!(said, "");
+    let spoilt = files[0]["services"]["left"]
+        .as_object_mut()
+        .expect("a service");
+    spoilt.insert("restrat".to_owned(), "no".into());
+    let said = validate(&files[..1], test).expect("it was there a moment ago");
+    assert!(said.contains("restrat"), "{said}");
+}
+
+/// Each service waits for what its unit and its Pod wait for.
+#[test]
+fn order_and_policies_are_the_same_for_all_engines() {
+    let (systemd, _) = exported(NETWORKS[2], Engine::Systemd);
+    let unit = Path::new("robocomp-patrol-avoider.service");
+    let unit = systemd.files.text(unit).expect("a unit");
+    for line in [
+        "After=robocomp-patrol-monitor.service\n",
+        "After=robocomp-patrol-simulator.service\n",
+        "TimeoutStartSec=10s\n",
+        "TimeoutStopSec=3s\n",
+        "Restart=no\n",
+    ] {
+        assert!(unit.contains(line), "{unit}");
+    }
+    let compose = &documents(&exported(NETWORKS[2], Engine::Compose).0)[0]["services"]["avoider"];
+    for need in ["monitor", "simulator"] {
+        assert_eq!(compose["depends_on"][need]["condition"], "service_healthy");
+    }
+    let manifests = documents(&exported(NETWORKS[2], Engine::Kubernetes).0);
+    let named = |m: &&Value| m["metadata"]["annotations"]["robocomp-component"] == "avoider";
+    let pod = &manifests.iter().find(named).expect("a manifest")["spec"]["template"]["spec"];
+    let waits = pod["initContainers"].as_array().expect("a list");
+    let whom: Vec<&Value> = waits.iter().map(|wait| &wait["command"][5]).collect();
+    assert_eq!(whom, ["simulator", "monitor"]);
+    assert_eq!(pod["terminationGracePeriodSeconds"], 3);
+}

@@ -1,0 +1,181 @@
+//! Logs are bounded, whatever components print, and a full disk stops nobody.
+
+use crate::bench::{self, Bench, component, text, well};
+use rc_deploy::State;
+use rustix::process::Signal;
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// That of `--small-logs`.
+const LIMIT: u64 = 256 * 1024;
+
+fn older(bench: &Bench, name: &str) -> PathBuf {
+    bench.log(name).with_extension("log.1")
+}
+
+fn length(path: &PathBuf) -> u64 {
+    std::fs::metadata(path).map_or(0, |file| file.len())
+}
+
+fn number(line: &str) -> Option<u64> {
+    line.strip_prefix("line ")?.split(' ').next()?.parse().ok()
+}
+
+#[test]
+fn a_log_that_turns_over_is_followed_and_shown_across_the_border() {
+    const LINES: u64 = 10_000;
+    let bench = Bench::new();
+    let plan = bench.write(vec![component("a", &format!("count {LINES}"), &[])]);
+    let up = bench
+        .driver(&["up", &plan, "--detach", "--small-logs"])
+        .output();
+    assert!(up.expect("it runs").status.success());
+    let mut follow = bench.driver(&["logs", &bench.network, "a", "--follow"]);
+    let mut follow = follow.stdout(Stdio::piped()).spawn().expect("it runs");
+    let out = BufReader::new(follow.stdout.take().expect("a pipe"));
+    let mut numbers: Vec<u64> = Vec::new();
+    for line in out.lines().map_while(Result::ok) {
+        numbers.extend(number(&line));
+        if numbers.last() == Some(&(LINES - 1)) {
+            break;
+        }
+    }
+    follow.kill().expect("it runs");
+    follow.wait().expect("it ended");
+    assert!(
+        numbers.is_sorted_by(|a, b| a < b),
+        "told twice, or in another order"
+    );
+    // What is printed in the moment of the turn may be lost, and it begins with the last ten lines.
+    assert!(
+        numbers.len() as u64 > LINES * 9 / 10,
+        "{} of {LINES}",
+        numbers.len()
+    );
+    let (log, older) = (bench.log("a"), older(&bench, "a"));
+    let part = std::fs::read_to_string(&older).expect("an older part");
+    assert!(part.starts_with("[rcdeploy: part "), "{}", &part[..80]);
+    assert!(length(&older) > LIMIT);
+    let start = Instant::now();
+    while length(&log) > LIMIT {
+        assert!(start.elapsed() < bench::LIMIT, "it stays too long");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert!(bench.command("down", &[]).status.success());
+    bench.assert_nothing_left();
+    // The next start begins with empty logs.
+    let mut up = bench.start_with(vec![well("a")], &["--small-logs"]);
+    up.await_event("up", None);
+    assert!(!older.exists());
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+}
+
+#[test]
+fn a_component_that_prints_without_end_keeps_its_log_short() {
+    let bench = Bench::new();
+    let mut up = bench.start_with(
+        vec![component("loud", "chatter 1500", &[]), well("calm")],
+        &["--small-logs"],
+    );
+    up.await_event("up", None);
+    let (log, older) = (bench.log("loud"), older(&bench, "loud"));
+    let start = Instant::now();
+    while length(&older) == 0 || length(&log) > LIMIT || start.elapsed().as_millis() < 1500 {
+        assert!(start.elapsed() < bench::LIMIT, "it stays too long");
+        // Meanwhile everybody else is served.
+        assert!(
+            bench
+                .status()
+                .components
+                .iter()
+                .all(|c| c.state == State::Running)
+        );
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert!(length(&older) < 4 * LIMIT, "{}", length(&older));
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// Runs a command where the folder of logs is a small disk; none where the system does not let us.
+fn on_small_disk(bench: &Bench, arguments: &[&str]) -> Option<Command> {
+    let state = bench.path("state");
+    std::fs::create_dir_all(&state).expect("a folder");
+    let mount = "mount -t tmpfs -o size=4m tmpfs \"$XDG_STATE_HOME\" && exec \"$@\"";
+    let within = [
+        "--user",
+        "--map-root-user",
+        "--mount",
+        "sh",
+        "-c",
+        mount,
+        "sh",
+    ];
+    let mut probe = Command::new("unshare");
+    probe.args(within).arg("true").env("XDG_STATE_HOME", &state);
+    let driver = bench.driver(arguments);
+    let possible = probe.output().is_ok_and(|output| output.status.success());
+    possible.then(|| {
+        let mut command = Command::new("unshare");
+        command
+            .args(within)
+            .arg(driver.get_program())
+            .args(driver.get_args());
+        for (name, value) in driver.get_envs() {
+            command.env(name, value.unwrap_or_default());
+        }
+        command
+    })
+}
+
+#[test]
+fn a_full_disk_is_told_and_stops_nobody() {
+    let bench = Bench::new();
+    let plan = bench.write(vec![well("a"), component("filler", "ballast", &[])]);
+    let flags = ["up", &plan, "--json", "--small-logs", "--hasty"];
+    let Some(mut command) = on_small_disk(&bench, &flags) else {
+        bench::skipped(
+            "a_full_disk_is_told_and_stops_nobody",
+            "unshare gives no disk of one's own",
+        );
+        return;
+    };
+    let mut up = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it runs");
+    let mut out = BufReader::new(up.stdout.take().expect("a pipe")).lines();
+    let mut until = |code: &str| {
+        for line in out.by_ref().map_while(Result::ok) {
+            let event: Value = serde_json::from_str(&line).expect("JSON lines");
+            if event["code"] == code {
+                return event["message"].as_str().expect("a message").to_owned();
+            }
+        }
+        panic!("no {code}");
+    };
+    let message = until("disk-full");
+    assert!(message.contains("robocomp"), "{message}");
+    let restart = bench.command("restart", &["a"]);
+    let said = text(&restart.stdout);
+    assert!(said.contains(r#""done":["a"]"#), "{restart:?}");
+    assert!(
+        bench
+            .status()
+            .components
+            .iter()
+            .all(|c| c.state == State::Running)
+    );
+    assert!(bench.command("stop", &["filler"]).status.success());
+    until("disk-free");
+    assert!(bench.command("down", &[]).status.success());
+    until("down");
+    assert!(up.wait().expect("it ended").success());
+    bench.assert_nothing_left();
+}

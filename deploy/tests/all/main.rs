@@ -1,0 +1,23 @@
+//! All integration tests of rcdeploy but those in `tests/dds`, in one program.
+
+mod bad;
+mod bench;
+mod commands;
+#[path = "../../../codegen/tests/all/debian.rs"]
+mod debian;
+mod events;
+mod explain;
+mod export;
+mod killed;
+mod logs;
+mod network;
+mod pty;
+mod python;
+mod realtime;
+mod remote;
+mod restart;
+mod ros_names;
+mod secret;
+mod start;
+mod stop;
+mod watch;

@@ -1,0 +1,131 @@
+//! A client of the herald or of the envoy, in the process of the test.
+
+use crate::network::dds::{Domain, Over};
+use crate::network::site::Site;
+use rc_middleware::typed::{Caller, Operation};
+use rc_middleware::{
+    Address, Backend, CallError, Endpoint, Environment, Foreign, Interrupt, Qos, Settings,
+    TypeIdentity,
+};
+use std::time::Duration;
+
+/// The generated descriptions, for what they say of the types of their slots.
+const HERALD: &str =
+    include_str!("../../../../middleware/dds/tests/stranger/herald/generated/src/description.rs");
+const ENVOY: &str =
+    include_str!("../../../../middleware/ros2/tests/stranger/envoy/generated/src/description.rs");
+
+/// Longest that a call lasts here; what is noticed is noticed long before that.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
+
+pub(crate) struct Asker {
+    caller: Caller,
+    _backend: Box<dyn Backend>,
+}
+
+impl Asker {
+    pub(crate) const NOTE: Operation = Self::operation("note", -900_475_222, false);
+    pub(crate) const NOTED: Operation = Self::operation("noted", 1_175_885_854, true);
+    pub(crate) const CONSULT: Operation = Self::operation("consult", 3_440_400, true);
+    /// The envoy alone has it.
+    pub(crate) const ADD: Operation = Self::operation("add", -59_184_076, true);
+
+    /// As a stranger does, it tells no types of its operations.
+    const fn operation(name: &'static str, id: i32, two_way: bool) -> Operation {
+        Operation {
+            name,
+            id,
+            type_hash: 0,
+            two_way,
+            answers: &[],
+        }
+    }
+
+    /// Joins the domain, with further settings, and waits until the component is found. `types` are what ROS 2 calls those of
+    /// the operations.
+    pub(crate) fn meet(
+        domain: &Domain,
+        name: &str,
+        more: &[(&str, &str)],
+        types: &[(Operation, &str)],
+    ) -> Self {
+        let middleware = domain.over.name();
+        let mut settings = Settings::default();
+        let id = domain.id.to_string();
+        let own = [("domain", id.as_str()), ("interfaces", "lo")];
+        for (key, value) in own.iter().chain(more) {
+            settings.set(middleware, key, vec![(*value).to_owned()]);
+        }
+        let environment = Environment {
+            network: domain.site.network.clone(),
+            instance: name.to_owned(),
+            directory: domain.site.directory(),
+            interrupt: Interrupt::new().expect("an interrupt"),
+            settings,
+        };
+        let (backend, slot, description) = match domain.over {
+            Over::Dds => (rc_dds::connect(&environment), "Herald", HERALD),
+            Over::Ros2 => (rc_ros2::connect(&environment), "Envoy", ENVOY),
+        };
+        let backend = backend.expect("the domain");
+        let address = format!("{}/{slot}", domain.site.network);
+        let (_, described) = description
+            .split_once(&format!("const SLOT_{}", slot.to_uppercase()))
+            .expect("the slot");
+        let (_, hash) = described.split_once("type_hash: 0x").expect("its hash");
+        let endpoint = Endpoint {
+            address: Address::parse(&address).expect("an address"),
+            types: TypeIdentity {
+                name: format!("Rc{slot}::{slot}"),
+                hash: u64::from_str_radix(&hash[..16], 16).expect("a hash"),
+            },
+            qos: Qos::CALL,
+            foreign: types
+                .iter()
+                .map(|(operation, type_name)| Foreign {
+                    slot: slot.to_owned(),
+                    operation: operation.name.to_owned(),
+                    id: operation.id,
+                    type_name: (*type_name).to_owned(),
+                })
+                .collect(),
+        };
+        let client = backend.client(&endpoint).expect("a client");
+        Site::until("the component is found", || client.peers() == 1);
+        Self {
+            caller: Caller::new(client, PATIENCE),
+            _backend: backend,
+        }
+    }
+
+    pub(crate) fn add(&mut self, a: i64, b: i64) -> Result<i64, CallError> {
+        let writer = self.caller.begin(&Self::ADD);
+        writer.put(&a);
+        writer.put(&b);
+        let (case, mut reader) = self.caller.call()?;
+        assert_eq!(case, 0);
+        Ok(reader.get()?)
+    }
+
+    pub(crate) fn note(&mut self, text: &str) {
+        self.caller.begin(&Self::NOTE).put(&text.to_owned());
+        self.caller.send().expect("to note");
+    }
+
+    pub(crate) fn noted(&mut self) -> Vec<String> {
+        self.caller.begin(&Self::NOTED).put(&0_u8);
+        let (case, mut reader) = self.caller.call().expect("an answer");
+        assert_eq!(case, 0);
+        reader.get().expect("what was noted")
+    }
+
+    /// Has the oracle asked, who is waited for so long.
+    pub(crate) fn consult(&mut self, question: &str, limit: Duration) -> Result<String, CallError> {
+        let writer = self.caller.begin(&Self::CONSULT);
+        writer.put(&question.to_owned());
+        writer.put(&(limit.as_millis() as i32));
+        let (case, mut reader) = self.caller.call()?;
+        assert_eq!(case, 0);
+        Ok(reader.get()?)
+    }
+}

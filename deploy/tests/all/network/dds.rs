@@ -1,0 +1,213 @@
+//! What tests of DDS and of ROS 2 share: the component `herald`, or `envoy`, in a domain, and programs beside it.
+
+use crate::network::site::{Running, Site};
+use crate::python;
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+const PACKAGE: &str = "cyclonedds==11.0.1";
+/// No test waits longer for a line.
+const LIMIT: Duration = Duration::from_secs(30);
+/// What programs in Python set of Cyclone.
+const LOOPBACK: &str =
+    "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>";
+
+/// A domain for one test. Between 102 and 214 the ports of a domain are among those that the system gives away.
+pub(crate) struct Domain {
+    pub(crate) site: Site,
+    pub(crate) id: u32,
+    pub(crate) over: Over,
+}
+
+/// What a domain is of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Over {
+    Dds,
+    Ros2,
+}
+
+impl Over {
+    /// The middleware.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Dds => rc_dds::NAME,
+            Self::Ros2 => rc_ros2::NAME,
+        }
+    }
+
+    /// Where its strangers are.
+    pub(crate) fn strangers(self) -> PathBuf {
+        let middleware = Path::new(env!("CARGO_MANIFEST_DIR")).join("../middleware");
+        middleware.join(self.name()).join("tests/stranger")
+    }
+
+    /// The component that strangers talk to.
+    pub(crate) fn component(self) -> &'static str {
+        match self {
+            Self::Dds => "herald",
+            Self::Ros2 => "envoy",
+        }
+    }
+}
+
+impl Domain {
+    pub(crate) fn new(name: &str, id: u32) -> Self {
+        Self::over(Over::Dds, name, id)
+    }
+
+    pub(crate) fn over(over: Over, name: &str, id: u32) -> Self {
+        let site = Site::new(name);
+        Self { site, id, over }
+    }
+
+    /// The arguments that bring a component into this domain.
+    fn args<'a>(&self, more: &[&'a str]) -> Vec<std::borrow::Cow<'a, str>> {
+        let middleware = self.over.name();
+        let mut args = vec![
+            "--set-middleware".into(),
+            format!("{middleware}.domain={}", self.id).into(),
+            "--set-middleware".into(),
+            format!("{middleware}.interfaces=lo").into(),
+        ];
+        for setting in more {
+            args.push("--set-middleware".into());
+            args.push((*setting).into());
+        }
+        args
+    }
+
+    /// Starts the component, with further settings of the middleware.
+    pub(crate) fn start(&self, settings: &[&str]) -> Running {
+        self.start_with(settings, &[])
+    }
+
+    /// The same, with environment variables.
+    pub(crate) fn start_with(&self, settings: &[&str], variables: &[(&str, &str)]) -> Running {
+        let args = self.args(settings);
+        let args: Vec<&str> = args.iter().map(|arg| &**arg).collect();
+        self.site
+            .start_with(self.over.component(), &args, variables)
+    }
+
+    /// Starts one of the programs in `middleware/MIDDLEWARE/tests/stranger`, in this network.
+    pub(crate) fn stranger(&self, python: &Path, program: &str, args: &[&str]) -> Stranger {
+        self.stranger_with(python, program, args, "")
+    }
+
+    /// The same; `config` is more of Cyclone's own configuration.
+    pub(crate) fn stranger_with(
+        &self,
+        python: &Path,
+        program: &str,
+        args: &[&str],
+        config: &str,
+    ) -> Stranger {
+        let mut command = Command::new(python);
+        command
+            // What Python compiles is not to lie in the repository.
+            .arg("-B")
+            .arg(self.over.strangers().join(program))
+            .env("CYCLONEDDS_URI", format!("{LOOPBACK}{config}"));
+        self.beside(command, args)
+    }
+
+    /// Starts a program that is told this network, this domain and `args`.
+    pub(crate) fn beside(&self, mut command: Command, args: &[&str]) -> Stranger {
+        self.site.place(&mut command);
+        let mut child = command
+            .args([&self.site.network, &self.id.to_string()])
+            .args(args)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("a program");
+        let input = child.stdin.take();
+        let output = BufReader::new(child.stdout.take().expect("a pipe"));
+        let (line, lines) = channel();
+        std::thread::spawn(move || {
+            for read in output.lines().map_while(Result::ok) {
+                if line.send(read).is_err() {
+                    return;
+                }
+            }
+        });
+        Stranger {
+            child,
+            input,
+            lines,
+        }
+    }
+
+    /// What the management of the component says of one of its slots.
+    pub(crate) fn slot(&self, name: &str) -> Value {
+        let status = self.site.ask(self.over.component(), "status");
+        let slots = status["slots"].as_array().expect("slots");
+        let slot = slots.iter().find(|slot| slot["name"] == name);
+        slot.expect("the slot").clone()
+    }
+}
+
+/// An interpreter with the package of Cyclone DDS.
+pub(crate) fn python(test: &str) -> Option<&'static Path> {
+    python::interpreter(PACKAGE, test)
+}
+
+/// A program that runs beside a component. It is killed at the latest when the test ends.
+pub(crate) struct Stranger {
+    child: Child,
+    input: Option<ChildStdin>,
+    lines: Receiver<String>,
+}
+
+impl Stranger {
+    /// What it says next.
+    pub(crate) fn line(&self) -> String {
+        self.lines.recv_timeout(LIMIT).expect("a line in time")
+    }
+
+    /// Waits until it says just this.
+    pub(crate) fn says(&self, text: &str) {
+        while self.line() != text {}
+    }
+
+    /// Whether it says just this, in a moment.
+    pub(crate) fn has_said(&self, text: &str) -> bool {
+        let line = self.lines.recv_timeout(Duration::from_millis(20));
+        line.is_ok_and(|line| line == text)
+    }
+
+    /// Tells it something.
+    pub(crate) fn write(&mut self, text: &str) {
+        let input = self.input.as_mut().expect("its input");
+        input.write_all(text.as_bytes()).expect("to write");
+    }
+
+    /// Kills it.
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().expect("to kill");
+        self.child.wait().expect("to reap");
+    }
+
+    /// Lets it end; gives what it has said, and all of it was well.
+    pub(crate) fn end(mut self) -> Vec<String> {
+        drop(self.input.take());
+        let mut said = Vec::new();
+        while let Ok(line) = self.lines.recv_timeout(LIMIT) {
+            said.push(line);
+        }
+        let status = self.child.wait().expect("to reap");
+        assert!(status.success(), "{status}: {said:?}");
+        said
+    }
+}
+
+impl Drop for Stranger {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

@@ -1,0 +1,62 @@
+//! Who comes late gets the last values, where both ends say `durability transient_local` in their `.cdsl`: the simulator
+//! keeps its last hundred poses.
+
+use crate::network::site::Site;
+use serde_json::{Value, json};
+
+const KEPT: usize = 100;
+
+fn heard(site: &Site) -> Value {
+    site.ask("pose_monitor", "status")["slots"][0].clone()
+}
+
+fn await_heard(site: &Site, count: usize) {
+    Site::until(&format!("{count} poses were heard"), || {
+        heard(site)["handlers"]["count"].as_u64() >= Some(count as u64)
+    });
+}
+
+#[test]
+fn a_late_component_gets_the_last_values_and_one_that_comes_back_too() {
+    let site = Site::new("late");
+    let config = site.write("simulator.toml", "[component]\nperiod = \"1ms\"\n");
+    let config = config.display().to_string();
+    let simulator = site.start("simulator", &["--config", &config]);
+    let steps = || site.ask("simulator", "status")["compute"]["count"].as_u64();
+    Site::until("the simulator has done many steps", || steps() > Some(250));
+    // From now on it does nothing.
+    site.tell("simulator", "period", &json!({ "ms": 3_600_000 }));
+    Site::until("its period is an hour", || {
+        site.ask("simulator", "status")["period_ms"] == json!(3.6e6)
+    });
+
+    // Twice; each one is killed when it has heard what there was.
+    for _ in 0..2 {
+        let late = site.start_monitor("late", 0);
+        await_heard(&site, KEPT);
+        let slot = heard(&site);
+        assert_eq!(slot["handlers"]["count"], KEPT, "{slot}");
+        assert_eq!(
+            (&slot["lost"], &slot["peers"]),
+            (&json!(0), &json!(1)),
+            "{slot}"
+        );
+        drop(late);
+    }
+
+    // The next one goes on with what is new, without a gap between old and new.
+    let late = site.start_monitor("trace", 0);
+    await_heard(&site, KEPT);
+    site.tell("simulator", "period", &json!({ "ms": 20 }));
+    await_heard(&site, KEPT + 10);
+    assert_eq!(heard(&site)["lost"], 0);
+
+    // A simulator that is killed and comes back is another sender.
+    drop(simulator);
+    let before = heard(&site)["handlers"]["count"].as_u64().expect("a count");
+    let _simulator = site.start("simulator", &["--config", &config]);
+    await_heard(&site, before as usize + KEPT);
+    let slot = heard(&site);
+    assert_eq!(slot["handlers"]["errors"], 0, "{slot}");
+    drop(late);
+}

@@ -1,0 +1,255 @@
+//! `rcdeploy params` with real components: what is changed, refused and saved.
+
+use crate::network::site::{PATROL, Ran, Site};
+use rc_codegen::FileLoader;
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::{Value, json};
+use std::fs;
+
+/// The avoider's, with comments in all places.
+const CONFIG: &str = "# Mine.
+[component]\t# as it was
+period = \"20ms\"
+
+[parameters]
+lockstep = false
+# Not nearer!
+safe_distance = 600   # mm
+turn_speed=0.8
+# The end.
+";
+
+/// A network in which the avoider has a configuration of its own, beside a copy of its description.
+fn site(name: &str) -> Site {
+    let site = Site::new(name);
+    site.copy_component("avoider");
+    fs::create_dir_all(site.path("networks/avoider/etc")).expect("a folder");
+    site.write("avoider/etc/config.toml", CONFIG);
+    let monitor = "[component]\nperiod = \"20ms\"\n[parameters]\nsvg = \"\"\n";
+    site.write("monitor.toml", monitor);
+    let with = |text: &str, name: &str, config: &str| {
+        let cdsl = format!("cdsl \"../{name}/{name}.cdsl\";");
+        assert!(text.contains(&cdsl), "{cdsl}");
+        text.replace(&cdsl, &format!("{cdsl} config \"{config}\";"))
+    };
+    let text = with(PATROL, "avoider", "avoider/etc/config.toml");
+    site.write_ddsl(&with(&text, "pose_monitor", "monitor.toml"));
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    site
+}
+
+fn params(site: &Site, args: &[&str]) -> Ran {
+    site.rcdeploy(&[&["params"], args].concat(), false)
+}
+
+/// How many poses the monitor had when it last told where the robot is, and where.
+fn last_place(site: &Site) -> (usize, Option<String>) {
+    let log = site.log("monitor");
+    // A line that is being written has no end yet.
+    let mut lines = log
+        .split_inclusive('\n')
+        .rev()
+        .filter(|l| l.ends_with('\n'));
+    let told = lines.find_map(|line| {
+        let (place, rest) = line.split_once("pose x=")?.1.split_once(" heading=")?;
+        let count = rest.trim().rsplit_once("poses=")?.1.parse().ok()?;
+        Some((count, Some(place.to_owned())))
+    });
+    told.unwrap_or_default()
+}
+
+fn down(site: &Site) {
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+#[test]
+fn a_parameter_is_changed_while_the_robot_drives_and_saved() {
+    let site = site("params");
+    let net = site.network.as_str();
+    let file = site.path("networks/avoider/etc/config.toml");
+    let table = params(&site, &[net, "avoider"]);
+    assert_eq!(table.code, 0, "{table:?}");
+    let row = "safe_distance  600.0  700.0    float, from 150 to 3000, in mm  now";
+    assert!(table.stdout.contains(row), "{table:?}");
+
+    // A robot that may not drive stands, and its poses repeat.
+    let stand = params(&site, &["set", net, "avoider", "speed=0", "turn_speed=0.1"]);
+    assert_eq!(stand.code, 0, "{stand:?}");
+    assert_eq!(
+        stand.stdout,
+        "speed: 400.0 -> 0.0\nturn_speed: 0.8 -> 0.1\n"
+    );
+    let place = || last_place(&site);
+    Site::until("the robot stands", || {
+        let before = place();
+        Site::until("more poses", || place().0 > before.0 + 3);
+        before.1.is_some() && place().1 == before.1
+    });
+    let set = [
+        "set",
+        net,
+        "avoider",
+        "speed=300",
+        "safe_distance=650.5",
+        "--format",
+        "json",
+    ];
+    let drive = params(&site, &set);
+    let changed: Value = serde_json::from_str(&drive.stdout).expect("one JSON document");
+    assert_eq!(
+        changed["changed"][1],
+        json!({ "path": "speed", "old": 0.0, "new": 300.0 })
+    );
+    assert_eq!(fs::read_to_string(&file).expect("the file"), CONFIG);
+    let standing = place();
+    Site::until("the robot drives", || place().1 != standing.1);
+
+    // By the network's file, too.
+    let ddsl = site.ddsl();
+    let ddsl = ddsl.to_str().expect("a path");
+    let saved = params(&site, &["save", ddsl, "avoider"]);
+    assert_eq!(saved.code, 0, "{saved:?}");
+    assert!(
+        saved.stdout.contains("safe_distance: 600.0 -> 650.5"),
+        "{saved:?}"
+    );
+    let expected = CONFIG
+        .replace("600 ", "650.5 ")
+        .replace("turn_speed=0.8\n", "turn_speed=0.1\nspeed = 300.0\n");
+    assert_eq!(fs::read_to_string(&file).expect("the file"), expected);
+    let again = params(&site, &["save", net, "avoider"]);
+    assert!(again.stdout.contains("nothing has changed"), "{again:?}");
+
+    // What was written is right, and the next start has it.
+    let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
+    let loader = FileLoader::new(&[]);
+    rc_codegen::check::file(&file, &mut sources, &loader, &mut found).expect("a file");
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    down(&site);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let get = params(&site, &["get", net, "avoider", "speed", "turn_speed"]);
+    assert_eq!(get.stdout, "speed = 300.0\nturn_speed = 0.1\n", "{get:?}");
+    down(&site);
+}
+
+#[test]
+fn what_is_wrong_changes_nothing_and_says_so() {
+    let site = site("refused");
+    let net = site.network.as_str();
+    let wrong = [
+        "set",
+        net,
+        "avoider",
+        "speed=300",
+        "sped=1",
+        "safe_distance=9",
+        "turn_speed=x",
+    ];
+    let wrong = params(&site, &wrong);
+    assert_eq!(wrong.code, 1, "{wrong:?}");
+    for expected in [
+        "error[unknown-parameter]: unknown parameter `sped` (did you mean `speed`?)",
+        "error[out-of-range]: `safe_distance` cannot be the number 9 (allowed is a number of 32 bits, from 150 to 3000, in mm)",
+        "error[wrong-type]: `turn_speed` cannot be the text \"x\"",
+    ] {
+        assert!(
+            wrong.stderr.contains(expected),
+            "{expected} is missing in {}",
+            wrong.stderr
+        );
+    }
+    let get = params(&site, &["get", net, "avoider", "speed"]);
+    assert_eq!(get.stdout, "speed = 400.0\n", "{get:?}");
+    let get = params(&site, &["get", net, "avoider", "sped"]);
+    assert_eq!(get.code, 1, "{get:?}");
+    // The simulator's parameters are fixed at its start.
+    let fixed = params(&site, &["set", net, "simulator", "lockstep=true"]);
+    assert_eq!(fixed.code, 1, "{fixed:?}");
+    assert!(fixed.stderr.contains("mark it `T`"), "{fixed:?}");
+    // Another one has edited the file meanwhile.
+    let file = site.path("networks/avoider/etc/config.toml");
+    let edited = CONFIG.replace("600 ", "550 ");
+    assert_eq!(
+        params(&site, &["set", net, "avoider", "safe_distance=700"]).code,
+        0
+    );
+    fs::write(&file, &edited).expect("to write");
+    let conflict = params(&site, &["save", net, "avoider"]);
+    assert_eq!(conflict.code, 1, "{conflict:?}");
+    assert!(
+        conflict.stderr.contains("is 550.0 in it now"),
+        "{conflict:?}"
+    );
+    assert_eq!(fs::read_to_string(&file).expect("the file"), edited);
+
+    for usage in [
+        &["set", net, "avoider", "speed"][..],
+        &["set", net, "avoider", "a=1", "a=2"],
+        &[net],
+    ] {
+        assert_eq!(params(&site, usage).code, 2, "{usage:?}");
+    }
+    let nobody = params(&site, &[net, "avoidr"]);
+    assert_eq!(nobody.code, 3, "{nobody:?}");
+    assert!(nobody.stderr.contains("there are: avoider, "), "{nobody:?}");
+    down(&site);
+    let nobody = params(&site, &[net, "avoider"]);
+    assert_eq!(nobody.code, 3, "{nobody:?}");
+}
+
+#[test]
+fn a_component_that_was_started_by_hand_is_changed_too_and_one_that_is_stopped_does_not_answer() {
+    let site = Site::new("byhand");
+    let avoider = site.start("avoider", &[]);
+    let set = params(&site, &["set", &site.network, "avoider", "speed=200"]);
+    assert_eq!(
+        (set.code, set.stdout.as_str()),
+        (0, "speed: 400.0 -> 200.0\n"),
+        "{set:?}"
+    );
+    let pid = avoider.pid();
+    kill_process(pid, Signal::STOP).expect("to stop it");
+    let silent = params(&site, &["get", &site.network, "avoider", "speed"]);
+    kill_process(pid, Signal::CONT).expect("to let it go on");
+    assert_eq!(silent.code, 3, "{silent:?}");
+    assert!(silent.stderr.contains("has not answered"), "{silent:?}");
+    kill_process(pid, Signal::TERM).expect("to end it");
+    assert_eq!(avoider.end(), Some(0));
+}
+
+#[test]
+fn a_component_whose_log_cannot_be_written_does_its_work() {
+    let site = Site::new("unlogged");
+    let full = || {
+        fs::File::options()
+            .write(true)
+            .open("/dev/full")
+            .expect("the device")
+    };
+    let mut command = site.command(&Site::executable("avoider"));
+    command.args(["--network", &site.network]);
+    let mut avoider = command
+        .stdout(full())
+        .stderr(full())
+        .spawn()
+        .expect("a component");
+    let socket = site.directory().socket("avoider");
+    Site::until("its socket", || {
+        std::os::unix::net::UnixStream::connect(&socket).is_ok()
+    });
+    // There is nobody to ask, of which it complains.
+    Site::until("complaints", || {
+        site.ask("avoider", "status")["compute"]["errors"].as_u64() > Some(2)
+    });
+    let asked = site.rcdeploy(&["emergency", &site.network, "avoider", "on"], false);
+    assert_eq!(asked.code, 0, "{asked:?}");
+    Site::until("its emergency", || {
+        site.ask("avoider", "status")["state"] == "emergency"
+    });
+    kill_process(Pid::from_child(&avoider), Signal::TERM).expect("to end it");
+    assert_eq!(avoider.wait().expect("it ended").code(), Some(0));
+}

@@ -1,0 +1,61 @@
+//! Whatever bytes come over ROS 2 are counted, told at most once a second, and change nothing.
+
+use crate::network::bytes::{Target, Topic, change_nothing};
+use crate::network::dds::{Domain, Over};
+
+/// The body of a right report.
+fn report(number: i64) -> Vec<u8> {
+    let mut writer = rc_middleware::Writer::default();
+    writer.put(&number);
+    writer.put(&"right".to_owned());
+    writer.put(&vec![1_u8, 2, 3]);
+    writer.put(&vec![0.5, 1.5]);
+    writer.put(&7_i32);
+    writer.put(&1.5_f32);
+    writer.put(&2.5_f64);
+    // A mark.
+    writer.put(&1_u32);
+    writer.put(&"mark".to_owned());
+    writer.put(&0.5_f32);
+    writer.put(&0.25_f64);
+    // No scores.
+    writer.put(&0_u32);
+    writer.into_bytes()
+}
+
+/// The body of a request that notes something: who asks, the number of the request, and the text.
+fn note(number: i64, text: &str) -> Vec<u8> {
+    let mut writer = rc_middleware::Writer::default();
+    writer.put(&7_u64);
+    writer.put(&number);
+    writer.put(&text.to_owned());
+    writer.into_bytes()
+}
+
+#[test]
+fn bytes_that_are_none_change_nothing_in_ros() {
+    let domain = Domain::over(Over::Ros2, "ros_bytes", 10);
+    let network = &domain.site.network;
+    let topic = |name: &str, kind: &str| -> Topic {
+        let (prefix, name) = name.split_once(' ').expect("a prefix");
+        let kind = format!("envoy_msgs::{kind}_");
+        (format!("{prefix}/{network}/{name}"), kind)
+    };
+    let target = Target {
+        reports: topic("rt Reports/report", "msg::dds_::Report"),
+        echoes: topic("rt Echoes/echo", "msg::dds_::Report"),
+        slot: "Envoy",
+        requests: topic("rq Envoy/noteRequest", "srv::dds_::EnvoyNote_Request"),
+        replies: topic("rr Envoy/noteReply", "srv::dds_::EnvoyNote_Response"),
+        answers: topic("rr Oracle/askReply", "srv::dds_::OracleAsk_Response"),
+        report: report(1),
+        request: note(1, "nothing"),
+        at_once: 100,
+        // `rustdds` keeps thousands of samples that were read for some seconds.
+        warm_up: 2,
+        // The heap goes up and down by as much with what `rustdds` keeps for some seconds (BENCHMARKS.md); a leak of sixty bytes a sample is
+        // more.
+        flat: 8 << 20,
+    };
+    change_nothing(&domain, &["ros2.service_mapping=cyclone"], &target);
+}

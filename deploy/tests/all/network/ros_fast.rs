@@ -1,0 +1,160 @@
+//! A stranger of ROS 2 on Fast DDS, which `rmw_fastrtps`, ROS's default, stands on: topics, and services in the Enhanced mapping.
+//! The program is `middleware/ros2/tests/stranger/fast.cpp`, the component `envoy`.
+
+use crate::debian;
+use crate::network::dds::{Domain, Over, Stranger};
+use crate::network::ros_strangers::asker;
+use crate::network::site::Site;
+use crate::python::{run, skipped};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+use std::time::Duration;
+
+fn domain(name: &str, id: u32) -> Domain {
+    Domain::over(Over::Ros2, name, id)
+}
+
+/// The program, made once by the compiler of the system; where there is none, or no way to the library, `test` is listed as
+/// skipped.
+fn program(test: &str) -> Option<&'static Path> {
+    static MADE: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    match MADE.get_or_init(make) {
+        Ok(program) => Some(program),
+        Err(reason) => {
+            skipped(test, reason);
+            None
+        }
+    }
+}
+
+/// With the library of the system, else with one below the target folder, which needs no rights.
+fn make() -> Result<PathBuf, String> {
+    run(Path::new("c++"), &["--version"])?;
+    if let Ok(program) = compiled(None) {
+        return Ok(program);
+    }
+    let works = |place: &Path| Unpacked::new(place).libraries.exists();
+    let place = debian::unpacked("libfastrtps-dev", &works)?;
+    compiled(Some(&Unpacked::new(&place)))
+}
+
+/// Where headers and libraries are that the system does not know.
+struct Unpacked {
+    headers: [PathBuf; 2],
+    libraries: PathBuf,
+}
+
+impl Unpacked {
+    fn new(place: &Path) -> Self {
+        let machine = format!("{}-linux-gnu", std::env::consts::ARCH);
+        let headers = place.join("usr/include");
+        Self {
+            headers: [headers.join(&machine), headers],
+            libraries: place.join("usr/lib").join(machine),
+        }
+    }
+}
+
+fn compiled(unpacked: Option<&Unpacked>) -> Result<PathBuf, String> {
+    let source = Over::Ros2.strangers().join("fast.cpp");
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fast");
+    // Another run of the tests may start it just now.
+    let new = program.with_extension(std::process::id().to_string());
+    let mut args = vec!["-std=c++17".to_owned(), source.display().to_string()];
+    args.extend(["-o".to_owned(), new.display().to_string()]);
+    if let Some(Unpacked { headers, libraries }) = unpacked {
+        let libraries = libraries.display();
+        args.extend(headers.iter().map(|path| format!("-I{}", path.display())));
+        args.push(format!("-L{libraries}"));
+        // Those that the libraries themselves need are found there, too.
+        args.push(format!("-Wl,--disable-new-dtags,-rpath,{libraries}"));
+    }
+    args.extend(["-lfastrtps", "-lfastcdr"].map(str::to_owned));
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    run(Path::new("c++"), &args)?;
+    std::fs::rename(&new, &program).map_err(|e| format!("{}: {e}", program.display()))?;
+    Ok(program)
+}
+
+fn stranger(domain: &Domain, program: &Path, args: &[&str]) -> Stranger {
+    domain.beside(Command::new(program), args)
+}
+
+/// Strings of every length modulo four, in one packet and in many, there and back.
+#[test]
+fn a_node_on_fast_dds_talks() {
+    let Some(program) = program("a_node_on_fast_dds_talks") else {
+        return;
+    };
+    let domain = domain("ros_fast_talk", 31);
+    let envoy = domain.start(&[]);
+    let lengths = [
+        "0", "1", "2", "3", "1300", "1301", "1302", "1303", "2051", "65535", "204801", "1048575",
+    ];
+    let mut talker = stranger(&domain, program, &[&["talk"], &lengths[..]].concat());
+    talker.says("met");
+    Site::until("the envoy finds the talker", || {
+        domain.slot("Talk")["peers"] == 1 && domain.slot("Gossip")["peers"] == 1
+    });
+    talker.write("\n");
+    assert_eq!(talker.end(), ["heard 12"], "{}", envoy.log());
+}
+
+/// A client of a service: many calls, a refusal, long requests. Its long response is one that the library has no way for.
+#[test]
+fn a_node_on_fast_dds_asks() {
+    let Some(program) = program("a_node_on_fast_dds_asks") else {
+        return;
+    };
+    let domain = domain("ros_fast_ask", 32);
+    let envoy = domain.start(&[]);
+    let said = stranger(&domain, program, &["ask"]).end();
+    let expected = [
+        "added 200",
+        "refused 24",
+        "noted 1: from Fast DDS",
+        "noted long ones",
+        "no large response",
+    ];
+    assert_eq!(said, expected, "{}", envoy.log());
+    let calls = domain.slot("Envoy");
+    assert_eq!(calls["handlers"]["count"], 200 + 24 + 7, "{calls}");
+    let log = envoy.log();
+    assert!(log.contains("Set `service_mapping = \"cyclone\"`"), "{log}");
+}
+
+/// A server, which answers, refuses, and dies.
+#[test]
+fn a_node_on_fast_dds_answers() {
+    let Some(program) = program("a_node_on_fast_dds_answers") else {
+        return;
+    };
+    let domain = domain("ros_fast_oracle", 33);
+    let _envoy = domain.start(&[]);
+    let mut client = asker(&domain, "asker", "enhanced");
+    let mut oracle = stranger(&domain, program, &["oracle"]);
+    oracle.says("ready");
+    Site::until("the envoy finds the oracle", || {
+        domain.slot("Oracle")["peers"] == 1
+    });
+    let limit = Duration::from_secs(10);
+    for (question, answer) in [
+        ("where", "1099511627776 at 1.5 -2.5"),
+        ("nonsense", "nonsense 9: so it is"),
+    ] {
+        assert_eq!(client.consult(question, limit).expect("an answer"), answer);
+    }
+    oracle.says("told where");
+    oracle.says("asked nonsense");
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            oracle.says("asked hold");
+            oracle.kill();
+        });
+        // It says no goodbye, and nobody else does; the call ends by its own limit.
+        let late = client.consult("hold", Duration::from_secs(1));
+        let late = late.expect("an answer");
+        assert!(late.contains("no answer from"), "{late}");
+    });
+}

@@ -1,0 +1,215 @@
+//! Real ROS 2, where there is one: `RC_ROS2_SETUP` names the file that a shell has to source, `/opt/ros/jazzy/setup.bash`.
+//! The packages `demo_nodes_cpp`, `example_interfaces` and, for what is exported, colcon have to be there.
+
+use crate::network::dds::{Domain, Over};
+use crate::network::ros_strangers::adding_at;
+use crate::network::site::{Ran, Site};
+use crate::python::skipped;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+const IDSL: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../middleware/ros2/tests/stranger/envoy/Envoy.idsl"
+);
+
+/// A machine with ROS 2, and a domain there.
+struct Ros {
+    setup: PathBuf,
+    domain: Domain,
+}
+
+impl Ros {
+    /// None where there is no ROS 2; then `test` is listed as skipped.
+    fn new(test: &str, id: u32) -> Option<Self> {
+        let Some(setup) = std::env::var_os("RC_ROS2_SETUP") else {
+            skipped(test, "RC_ROS2_SETUP names no setup file of ROS 2");
+            return None;
+        };
+        let domain = Domain::over(Over::Ros2, "ros_real", id);
+        let setup = setup.into();
+        Some(Self { setup, domain })
+    }
+
+    /// A shell with ROS 2 that does `script`, at most for `seconds`.
+    fn shell(&self, seconds: u32, script: &str) -> Command {
+        let mut command = Command::new("timeout");
+        let setup = self.setup.display();
+        command
+            .args(["--kill-after=5", &seconds.to_string(), "bash", "-c"])
+            .arg(format!("source '{setup}' && {script}"))
+            .env("ROS_DOMAIN_ID", self.domain.id.to_string())
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .env("PYTHONUNBUFFERED", "1")
+            .env("ROS_LOG_DIR", self.domain.site.path("ros"));
+        command
+    }
+
+    fn run(&self, script: &str) -> Ran {
+        self.domain.site.run(self.shell(60, script))
+    }
+
+    /// Does it in the background, and writes what it says into a file.
+    fn start(&self, name: &str, script: &str) -> Background {
+        let path = self.domain.site.path(name);
+        let output = std::fs::File::create(&path).expect("a file");
+        let mut command = self.shell(120, &format!("exec {script}"));
+        self.domain.site.place(&mut command);
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(output.try_clone().expect("a file"))
+            .stderr(output)
+            .spawn()
+            .expect("a shell");
+        Background { child, path }
+    }
+
+    /// Waits until a command of ROS 2 succeeds and says this.
+    fn says(&self, script: &str, text: &str) {
+        let mut last = None;
+        for _ in 0..10 {
+            let ran = self.run(script);
+            if ran.code == 0 && ran.stdout.contains(text) {
+                return;
+            }
+            last = Some(ran);
+        }
+        panic!("`{script}` does not say `{text}`: {last:?}");
+    }
+}
+
+/// A program that is ended with the test, with all that it has started.
+struct Background {
+    child: Child,
+    path: PathBuf,
+}
+
+impl Background {
+    fn has_said(&self, text: &str) -> bool {
+        std::fs::read_to_string(&self.path).is_ok_and(|said| said.contains(text))
+    }
+}
+
+impl Drop for Background {
+    fn drop(&mut self) {
+        // `timeout` hands on this signal, not that which kills.
+        let pid = rustix::process::Pid::from_child(&self.child);
+        let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn a_component_is_a_node_of_ros() {
+    let Some(ros) = Ros::new("a_component_is_a_node_of_ros", 15) else {
+        return;
+    };
+    let network = ros.domain.site.network.clone();
+    let _envoy = ros.domain.start(&["ros2.remap=Talk/chatter:=/chatter"]);
+    ros.says("ros2 node list", &format!("/{network}/envoy"));
+    let _talker = ros.start("talker", "ros2 run demo_nodes_cpp talker");
+    Site::until("the envoy hears the talker", || {
+        ros.domain.slot("Talk")["handlers"]["count"].as_u64() > Some(0)
+    });
+    let topic = format!("/{network}/Gossip/chatter");
+    let listener = format!("ros2 run demo_nodes_cpp listener --ros-args -r chatter:={topic}");
+    let listener = ros.start("listener", &listener);
+    Site::until("the listener hears the envoy", || {
+        listener.has_said("I heard: [Hello World")
+    });
+    ros.says(
+        &format!("ros2 topic echo --once {topic} std_msgs/msg/String"),
+        "data: 'Hello World",
+    );
+    let service = format!("/{network}/Envoy/add");
+    ros.says(
+        &format!("ros2 service call {service} example_interfaces/srv/AddTwoInts '{{a: 40, b: 2}}'"),
+        "sum=42",
+    );
+    // The other way round.
+    let _server = ros.start("server", "ros2 run demo_nodes_cpp add_two_ints_server");
+    let mut client = adding_at(&ros.domain, "/add_two_ints");
+    for number in 0..10 {
+        assert_eq!(client.add(number, 1).expect("a sum"), number + 1);
+    }
+}
+
+/// `ros2 param` with the parameters of a component, and what ROS hears when somebody else changes one.
+#[test]
+fn parameters_are_those_of_a_node_of_ros() {
+    let Some(ros) = Ros::new("parameters_are_those_of_a_node_of_ros", 18) else {
+        return;
+    };
+    let network = ros.domain.site.network.clone();
+    let _envoy = ros.domain.start(&[]);
+    let param = |verb: &str, rest: &str| format!("ros2 param {verb} /{network}/envoy {rest}");
+    ros.says(&param("list", ""), "arm.joints");
+    let listed = ros.run(&param("list", ""));
+    assert!(!listed.stdout.contains("token"), "{listed:?}");
+    for (name, value) in [
+        ("speed", "Double value is: 1.0"),
+        ("count", "Integer value is: 7"),
+        ("arm.joints", "String values are: ['a', 'b']"),
+    ] {
+        ros.says(&param("get", name), value);
+    }
+    ros.says(&param("describe", "speed"), "Max value: 10.0");
+    ros.says(&param("set", "speed 2.5"), "Set parameter successful");
+    ros.says(&param("get", "speed"), "Double value is: 2.5");
+    for (wanted, why) in [
+        ("speed 11.0", "from 0 to 10"),
+        ("count 8", "fixed when the component starts"),
+    ] {
+        let refused = ros.run(&param("set", wanted));
+        let said = format!("{}{}", refused.stdout, refused.stderr);
+        assert!(
+            said.contains("Setting parameter failed") && said.contains(why),
+            "{refused:?}"
+        );
+    }
+    let echo = "ros2 topic echo /parameter_events rcl_interfaces/msg/ParameterEvent";
+    let echo = ros.start("events", echo);
+    let set = |value: &str| {
+        let change = format!("speed={value}");
+        let set = ["params", "set", &network, "envoy", &change];
+        let ran = ros.domain.site.rcdeploy(&set, false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+    };
+    // It is told once, and whoever listens needs a moment to be found.
+    Site::until("a change by rcdeploy is told", || {
+        set("4.25");
+        set("4.75");
+        echo.has_said("double_value: 4.75")
+    });
+}
+
+/// What `rcgen export` writes, built with colcon.
+#[test]
+fn an_exported_package_is_one_of_ros() {
+    let Some(ros) = Ros::new("an_exported_package_is_one_of_ros", 16) else {
+        return;
+    };
+    let place = ros.domain.site.path("workspace");
+    export(&place.join("src"));
+    let script = |what: &str| format!("cd '{}' && {what}", place.display());
+    let built = ros.shell(580, &script("colcon build"));
+    let built = ros.domain.site.run(built);
+    assert_eq!(built.code, 0, "{built:?}");
+    let show = |what: &str| {
+        ros.run(&script(&format!(
+            "source install/setup.bash && ros2 interface show envoy_msgs/{what}"
+        )))
+    };
+    let report = show("msg/Report");
+    assert!(report.stdout.contains("float64[] ranges"), "{report:?}");
+    let shift = show("srv/EnvoyShift");
+    assert!(shift.stdout.contains("int32 NONSENSE=1"), "{shift:?}");
+}
+
+/// As `rcgen export Envoy.idsl --to ros2 --out FOLDER`.
+fn export(folder: &Path) {
+    let mut command = Command::new(Site::executable("rcgen"));
+    command.args(["export", IDSL, "--to", "ros2", "--out"]);
+    let ran = command.arg(folder).output().expect("to run");
+    assert!(ran.status.success(), "{ran:?}");
+}

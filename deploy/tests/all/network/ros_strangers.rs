@@ -1,0 +1,285 @@
+//! Strangers of ROS 2: programs that meet a generated component with the package `cyclonedds` of Python and ROS 2's own
+//! names, as a node on Cyclone DDS has them. The programs are in `middleware/ros2/tests/stranger`, for people to begin with; so is
+//! the component, `envoy`. They cannot have ROS 2's default mapping of services: that is tested with Fast DDS (`ros_fast`) and
+//! between components, here and in `middleware/ros2/tests/conformance.rs`.
+
+use crate::network::asker::{Asker, PATIENCE};
+use crate::network::dds::{Domain, Over, Stranger, python};
+use crate::network::site::{Running, Site};
+use rc_middleware::CallError;
+use std::time::Instant;
+
+/// A stranger on Cyclone DDS has no other mapping.
+const CYCLONE: &str = "ros2.service_mapping=cyclone";
+
+fn domain(name: &str, id: u32) -> Domain {
+    Domain::over(Over::Ros2, name, id)
+}
+
+/// A stranger that tells reports until they have come back. It begins when the envoy has found its ends.
+fn repeat(domain: &Domain, python: &std::path::Path, args: &[&str]) -> Stranger {
+    let mut stranger = domain.stranger(python, "repeat.py", args);
+    stranger.says("met");
+    Site::until("the envoy finds the stranger", || {
+        domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
+    });
+    stranger.write("\n");
+    stranger
+}
+
+/// Strings, numbers, an enum, a dictionary, a structure in another one, a sequence of them: there and back, nothing lost,
+/// in order.
+#[test]
+fn reports_come_and_go_in_ros() {
+    let Some(python) = python("reports_come_and_go_in_ros") else {
+        return;
+    };
+    let domain = domain("ros_repeat", 1);
+    let envoy = domain.start(&[]);
+    let said = repeat(&domain, python, &["5000"]).end();
+    assert_eq!(said, ["told 5000 heard 5000"], "{}", envoy.log());
+    let reports = domain.slot("Reports");
+    assert_eq!(reports["handlers"]["count"], 5000, "{reports}");
+    assert_eq!(reports["handlers"]["errors"], 0, "{reports}");
+    assert_eq!(reports["lost"], 0, "{reports}");
+    assert!(!envoy.log().contains("WARN"), "{}", envoy.log());
+}
+
+/// What is larger than a packet of 1.3 KiB and no multiple of four bytes is what Cyclone DDS throws away of `rustdds`,
+/// unless it is padded.
+#[test]
+fn every_length_reaches_a_stranger() {
+    let Some(python) = python("every_length_reaches_a_stranger") else {
+        return;
+    };
+    let domain = domain("ros_lengths", 2);
+    let envoy = domain.start(&[]);
+    let lengths = [
+        "1300", "1301", "1302", "1303", "2048", "2049", "2050", "2051", "65535", "204801",
+        "204802", "204803", "1048576",
+    ];
+    let args = [&["26"], &lengths[..]].concat();
+    let said = repeat(&domain, python, &args).end();
+    assert_eq!(said, ["told 26 heard 26"], "{}", envoy.log());
+}
+
+#[test]
+fn a_stranger_of_ros_calls() {
+    let Some(python) = python("a_stranger_of_ros_calls") else {
+        return;
+    };
+    let domain = domain("ros_ask", 3);
+    let _envoy = domain.start(&[CYCLONE]);
+    let said = domain.stranger(python, "ask.py", &[]).end();
+    let moved =
+        "marks=[Mark(name='a', at=Point(x=1.5, y=2.5)), Mark(name='', at=Point(x=0.5, y=0.5))]";
+    let expected = [
+        "sum=1099511627774",
+        "code=0, nonsense=Nonsense(what='', code=0), count=2",
+        "code=1, nonsense=Nonsense(what='`bare` has no marks', code=-7), count=0",
+        "EnvoyNote_Response(",
+        "result=['from Python']",
+        "shifted 2048",
+        "shifted 2049",
+        "shifted 204803",
+        "shifted 1048576",
+    ];
+    assert_eq!(said.len(), expected.len(), "{said:?}");
+    assert!(said[1].contains(moved), "{said:?}");
+    for (said, expected) in said.iter().zip(expected) {
+        assert!(said.contains(expected), "{said}");
+    }
+    let calls = domain.slot("Envoy");
+    assert_eq!(calls["handlers"]["count"], 9, "{calls}");
+    assert_eq!(calls["handlers"]["errors"], 0, "{calls}");
+}
+
+/// Whose reader of replies is found later than its request comes is answered all the same.
+#[test]
+fn the_first_call_is_answered() {
+    let Some(python) = python("the_first_call_is_answered") else {
+        return;
+    };
+    let domain = domain("ros_first", 4);
+    let envoy = domain.start(&[CYCLONE]);
+    let said = domain.stranger(python, "first.py", &["40"]).end();
+    assert_eq!(said, ["answered 40"]);
+    drop(envoy);
+    // The same between components, in the other mapping.
+    let _envoy = domain.start(&[]);
+    for number in 0..10 {
+        let mut client = asker(&domain, &format!("asker{number}"), "enhanced");
+        assert_eq!(client.add(number, 1).expect("an answer"), number + 1);
+    }
+}
+
+#[test]
+fn a_component_calls_a_stranger_of_ros() {
+    let Some(python) = python("a_component_calls_a_stranger_of_ros") else {
+        return;
+    };
+    let domain = domain("ros_consult", 5);
+    let _envoy = domain.start(&[CYCLONE]);
+    let mut consult = domain.stranger(python, "consult.py", &[]);
+    consult.says("ready");
+    consult.write("1000 early\n");
+    let early = consult.line();
+    assert!(early.contains("no server at"), "{early}");
+    let mut oracle = domain.stranger(python, "oracle.py", &[]);
+    oracle.says("ready");
+    Site::until("the envoy finds the oracle", || {
+        domain.slot("Oracle")["peers"] == 1
+    });
+    for (question, answer) in [
+        ("where", "1099511627776 at 1.5 -2.5"),
+        ("nonsense", "nonsense 9: so it is"),
+    ] {
+        consult.write(&format!("10000 {question}\n"));
+        assert_eq!(consult.line(), answer);
+    }
+    oracle.says("told where");
+    oracle.says("asked nonsense");
+    // A stranger that dies says nothing of it, and nobody else does; the call ends by its own limit.
+    consult.write("700 hold\n");
+    oracle.says("asked hold");
+    oracle.kill();
+    let late = consult.line();
+    assert!(late.contains("no answer from"), "{late}");
+    consult.end();
+}
+
+#[test]
+fn who_comes_late_into_ros_gets_what_was_kept() {
+    let Some(python) = python("who_comes_late_into_ros_gets_what_was_kept") else {
+        return;
+    };
+    let domain = domain("ros_late", 6);
+    let early = domain.stranger(python, "late.py", &["5"]);
+    early.says("ready");
+    let _envoy = domain.start(&[]);
+    // Five were ordered; the last three were kept.
+    let mut client = asker(&domain, "early", "enhanced");
+    Site::until("the orders came", || {
+        domain.slot("Orders")["handlers"]["count"] == 3
+    });
+    for number in 0..8 {
+        client.note(&format!("note {number}"));
+    }
+    let noted = client.noted();
+    let ordered: Vec<String> = (2..5).map(|number| format!("order {number}")).collect();
+    assert_eq!(noted[..3], ordered);
+    let late = domain.stranger(python, "late.py", &["5"]);
+    late.says("ready");
+    for number in 0..5 {
+        assert_eq!(early.line(), format!("note {number}"));
+    }
+    // The library forgets what is beyond the depth now and then.
+    let first = late.line();
+    let first = first.strip_prefix("note ").and_then(|n| n.parse().ok());
+    let first: u32 = first.expect("a number");
+    for number in first + 1..(first + 5).min(8) {
+        assert_eq!(late.line(), format!("note {number}"));
+    }
+    early.end();
+}
+
+/// The mapping of services that ROS 2 has by default, between components: also what is larger than a packet.
+#[test]
+fn components_call_each_other_in_ros() {
+    let domain = domain("ros_enhanced", 7);
+    let _envoy = domain.start(&[]);
+    let mut client = asker(&domain, "asker", "enhanced");
+    assert_eq!(client.add(40, 2).expect("a sum"), 42);
+    let mut noted = Vec::new();
+    for size in [3, 1000, 1021, 1400, 2051, 200 * 1024 + 1] {
+        let text = "x".repeat(size);
+        client.note(&text);
+        noted.push(text);
+        assert!(client.noted() == noted, "{size}");
+    }
+    let calls = domain.slot("Envoy");
+    assert_eq!(calls["handlers"]["count"], 13, "{calls}");
+    assert_eq!(calls["handlers"]["errors"], 0, "{calls}");
+}
+
+/// A server that was killed ends a call within its lease, though ROS 2 learns of it after most of a minute; and the next
+/// server is found.
+#[test]
+fn a_call_in_ros_ends_with_its_server() {
+    let Some(python) = python("a_call_in_ros_ends_with_its_server") else {
+        return;
+    };
+    let domain = domain("ros_died", 8);
+    let mut envoy = domain.start(&[CYCLONE]);
+    let mut oracle = domain.stranger(python, "oracle.py", &[]);
+    oracle.says("ready");
+    let mut attempt = |envoy: &mut Running, client: &mut Asker| {
+        Site::until("the envoy finds the oracle", || {
+            domain.slot("Oracle")["peers"] == 1
+        });
+        let oracle = &mut oracle;
+        std::thread::scope(|scope| {
+            let killer = scope.spawn(move || {
+                oracle.says("asked hold");
+                envoy.kill();
+                Instant::now()
+            });
+            let answer = client.consult("hold", PATIENCE);
+            let took = killer.join().expect("it was asked").elapsed();
+            assert!(
+                matches!(answer, Err(CallError::ServerDied(_))),
+                "{answer:?}"
+            );
+            assert!(took < PATIENCE / 2, "{took:?}");
+        });
+    };
+    let mut client = asker(&domain, "asker", "cyclone");
+    attempt(&mut envoy, &mut client);
+    // The same client finds who comes next, and the one after that.
+    let mut envoy = domain.start(&[CYCLONE]);
+    Site::until("the next one is found", || client.add(1, 2).is_ok());
+    attempt(&mut envoy, &mut client);
+    let _envoy = domain.start(&[CYCLONE]);
+    Site::until("the last one is found", || client.add(1, 2).is_ok());
+}
+
+/// A subscriber that was killed confirms nothing any more, and is not missed by anybody for most of a minute.
+#[test]
+fn a_killed_subscriber_holds_nobody_up() {
+    let Some(python) = python("a_killed_subscriber_holds_nobody_up") else {
+        return;
+    };
+    let domain = domain("ros_killed", 9);
+    let envoy = domain.start(&[]);
+    let mut stranger = domain.stranger(python, "repeat.py", &["5000"]);
+    stranger.says("met");
+    Site::until("the envoy finds it", || {
+        domain.slot("Reports")["peers"] == 1 && domain.slot("Echoes")["peers"] == 1
+    });
+    let mut killed = domain.stranger(python, "repeat.py", &["5000"]);
+    killed.says("met");
+    Site::until("the envoy finds the other one", || {
+        domain.slot("Echoes")["peers"] == 2
+    });
+    killed.kill();
+    stranger.write("\n");
+    assert_eq!(stranger.end(), ["told 5000 heard 5000"], "{}", envoy.log());
+}
+
+/// A client of the envoy.
+pub(crate) fn asker(domain: &Domain, name: &str, mapping: &str) -> Asker {
+    let types = [
+        (Asker::NOTE, "envoy_msgs/srv/EnvoyNote"),
+        (Asker::NOTED, "envoy_msgs/srv/EnvoyNoted"),
+        (Asker::CONSULT, "envoy_msgs/srv/EnvoyConsult"),
+        (Asker::ADD, "example_interfaces/srv/AddTwoInts"),
+    ];
+    Asker::meet(domain, name, &[("service_mapping", mapping)], &types)
+}
+
+/// A client of somebody else, who adds at `service`.
+pub(crate) fn adding_at(domain: &Domain, service: &str) -> Asker {
+    let rule = format!("Envoy/add:={service}");
+    let types = [(Asker::ADD, "example_interfaces/srv/AddTwoInts")];
+    Asker::meet(domain, "adder", &[("remap", &rule)], &types)
+}

@@ -1,0 +1,380 @@
+//! A place of its own for a test: its network, its run directory, its logs, its files.
+
+use rc_middleware::RunDirectory;
+use rustix::process::Pid;
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The network of the README, as its file is.
+pub(crate) const PATROL: &str = include_str!("../../../../components/networks/patrol.ddsl");
+/// No test waits longer for anything.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// What a command did.
+#[derive(Debug)]
+pub(crate) struct Ran {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+/// A component that was started by hand. It is killed at the latest when the test ends.
+pub(crate) struct Running {
+    child: Child,
+    log: PathBuf,
+}
+
+impl Running {
+    /// What it has printed.
+    pub(crate) fn log(&self) -> String {
+        std::fs::read_to_string(&self.log).expect("its log")
+    }
+
+    pub(crate) fn pid(&self) -> Pid {
+        Pid::from_child(&self.child)
+    }
+
+    /// Kills it.
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().expect("to kill");
+        self.child.wait().expect("to reap");
+    }
+
+    /// Waits until it ends by itself; gives its exit code.
+    pub(crate) fn end(mut self) -> Option<i32> {
+        let start = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().expect("a child") {
+                return status.code();
+            }
+            assert!(start.elapsed() < LIMIT, "it does not end: {}", self.log());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+pub(crate) struct Site {
+    folder: tempfile::TempDir,
+    pub(crate) network: String,
+    /// The command, with its first arguments, in which all programs of this place run; none where it is empty.
+    pub(crate) within: Vec<String>,
+}
+
+/// A network that a failed test has left takes itself down; what killed processes have left goes, too.
+impl Drop for Site {
+    fn drop(&mut self) {
+        if self.directory().path().join("rcdeploy.sock").exists() {
+            self.rcdeploy(&["down", &self.network], false);
+        }
+        let _ = rc_iceoryx2::wipe(&self.directory());
+    }
+}
+
+impl Site {
+    pub(crate) fn new(name: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let site = Self {
+            folder,
+            network: format!("{name}_{}", std::process::id()),
+            within: Vec::new(),
+        };
+        std::fs::create_dir_all(site.path("run")).expect("a folder");
+        site.write_ddsl(PATROL);
+        site
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub(crate) fn components() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../components")
+            .canonicalize()
+            .expect("the components")
+    }
+
+    /// Writes the network's file, with paths that lead to this repository and a network name of this test.
+    pub(crate) fn write_ddsl(&self, text: &str) {
+        let components = Self::components();
+        let text = text
+            .replace("Deployment patrol", &format!("Deployment {}", self.network))
+            .replace("\"../", &format!("\"{}/", components.display()));
+        // The components' own paths start at the folder of the network's file.
+        let map = self.path("maps");
+        let _ = std::os::unix::fs::symlink(components.join("maps"), map);
+        let networks = self.path("networks");
+        std::fs::create_dir_all(&networks).expect("a folder");
+        std::fs::write(networks.join("patrol.ddsl"), text).expect("to write");
+    }
+
+    pub(crate) fn ddsl(&self) -> PathBuf {
+        self.path("networks/patrol.ddsl")
+    }
+
+    pub(crate) fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path("networks").join(name);
+        std::fs::write(&path, text).expect("to write");
+        path
+    }
+
+    pub(crate) fn copy_component(&self, name: &str) {
+        let target = self.path("networks").join(name);
+        std::fs::create_dir_all(&target).expect("a folder");
+        for entry in std::fs::read_dir(Self::components().join(name))
+            .expect("the component")
+            .flatten()
+        {
+            if entry.path().is_file() {
+                std::fs::copy(entry.path(), target.join(entry.file_name())).expect("to copy");
+            }
+        }
+    }
+
+    pub(crate) fn edit(&self, name: &str, change: impl FnOnce(String) -> String) {
+        let path = self.path("networks").join(name);
+        let text = std::fs::read_to_string(&path).expect("to read");
+        let changed = change(text.clone());
+        assert_ne!(text, changed, "the edit of {name} changes nothing");
+        std::fs::write(path, changed).expect("to write");
+    }
+
+    pub(crate) fn executable(name: &str) -> PathBuf {
+        let target = Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
+            .parent()
+            .expect("the target folder");
+        let path = target.join(name);
+        assert!(
+            path.exists(),
+            "{} is missing: run the tests by `cargo xtask test`",
+            path.display()
+        );
+        path
+    }
+
+    /// The target folder of this test run.
+    pub(crate) fn target() -> &'static Path {
+        Path::new(env!("CARGO_BIN_EXE_rcdeploy"))
+            .ancestors()
+            .nth(2)
+            .expect("the target folder")
+    }
+
+    /// Gives a command the folders of this test.
+    pub(crate) fn place(&self, command: &mut Command) {
+        command
+            .current_dir(self.path("networks"))
+            .env("XDG_RUNTIME_DIR", self.path("run"))
+            .env("XDG_STATE_HOME", self.path("state"))
+            .env("CARGO_TARGET_DIR", Self::target())
+            .stdin(Stdio::null());
+    }
+
+    /// A command that runs a program in this place.
+    pub(crate) fn command(&self, program: &Path) -> Command {
+        let mut command = match self.within.split_first() {
+            Some((first, rest)) => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(program);
+                command
+            }
+            None => Command::new(program),
+        };
+        self.place(&mut command);
+        command
+    }
+
+    /// Runs a program in this place.
+    pub(crate) fn run(&self, mut command: Command) -> Ran {
+        self.place(&mut command);
+        let output = command.output().expect("to run");
+        Ran {
+            code: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+            stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    /// Runs rcdeploy; with `file`, the network's file comes after the arguments.
+    pub(crate) fn rcdeploy(&self, args: &[&str], file: bool) -> Ran {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        command.args(args);
+        if file {
+            command.arg(self.ddsl());
+        }
+        self.run(command)
+    }
+
+    /// Runs a component of this repository.
+    pub(crate) fn component(&self, name: &str, args: &[&str]) -> Ran {
+        let mut command = self.command(&Self::executable(name));
+        command.args(args);
+        self.run(command)
+    }
+
+    /// Starts a component of this repository by hand, and waits until it is ready.
+    pub(crate) fn start(&self, name: &str, args: &[&str]) -> Running {
+        self.start_with(name, args, &[])
+    }
+
+    /// The same, with environment variables.
+    pub(crate) fn start_with(
+        &self,
+        name: &str,
+        args: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Running {
+        self.start_program(name, name, args, variables)
+    }
+
+    /// The same with a program that has another name than the component.
+    pub(crate) fn start_program(
+        &self,
+        program: &str,
+        name: &str,
+        args: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Running {
+        let log = self.path(&format!("{name}.log"));
+        let output = std::fs::File::create(&log).expect("a log");
+        let mut command = self.command(&Self::executable(program));
+        command.args(["--network", &self.network]).args(args);
+        command
+            .envs(variables.iter().copied())
+            .stdout(output.try_clone().expect("a log"))
+            .stderr(output);
+        let running = Running {
+            child: command.spawn().expect("a component"),
+            log,
+        };
+        Self::until(&format!("{name} is ready"), || {
+            // One that was killed leaves its socket, which nobody answers.
+            UnixStream::connect(self.directory().socket(name)).is_ok()
+                && self.ask(name, "status")["state"] == "running"
+        });
+        running
+    }
+
+    /// Starts a pose monitor that writes each pose to the file `trace`, and ends after so many where that is not 0.
+    pub(crate) fn start_monitor(&self, trace: &str, samples: u32) -> Running {
+        let config = self.monitor(trace, samples);
+        self.start("pose_monitor", &["--config", &config])
+    }
+
+    /// The configuration of such a pose monitor.
+    pub(crate) fn monitor(&self, trace: &str, samples: u32) -> String {
+        let config = format!(
+            "[component]\nperiod = \"50ms\"\n[parameters]\nmap = \"{}\"\nsvg = \"\"\ntrace = \"{}\"\nsamples = {samples}\n",
+            self.path("maps/house.map").display(),
+            self.path(trace).display()
+        );
+        self.write("monitor.toml", &config).display().to_string()
+    }
+
+    pub(crate) fn status(&self) -> Value {
+        let ran = self.rcdeploy(&["status", "--format", "json", &self.network], false);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        serde_json::from_str(&ran.stdout).expect("one JSON document")
+    }
+
+    /// One question to the management of a component.
+    pub(crate) fn ask(&self, name: &str, method: &str) -> Value {
+        self.tell(name, method, &Value::Null)
+    }
+
+    /// One question to the management of a component, with parameters.
+    pub(crate) fn tell(&self, name: &str, method: &str, params: &Value) -> Value {
+        let mut stream = UnixStream::connect(self.directory().socket(name)).expect("its socket");
+        stream.set_read_timeout(Some(LIMIT)).expect("a limit");
+        let request = json!({ "jsonrpc": "2.0", "id": 1, "method": method, "params": params });
+        stream
+            .write_all(format!("{request}\n").as_bytes())
+            .expect("to ask");
+        let mut line = String::new();
+        BufReader::new(stream)
+            .read_line(&mut line)
+            .expect("an answer");
+        serde_json::from_str::<Value>(&line).expect("JSON")["result"].clone()
+    }
+
+    pub(crate) fn directory(&self) -> RunDirectory {
+        RunDirectory::below(&self.path("run/robocomp"), &self.network)
+    }
+
+    pub(crate) fn await_in_log(&self, component: &str, text: &str) {
+        Self::until(&format!("`{text}` in the log of {component}"), || {
+            self.count_in_log(component, text) > 0
+        });
+    }
+
+    /// How often a component has printed a text.
+    pub(crate) fn count_in_log(&self, component: &str, text: &str) -> usize {
+        self.log(component).matches(text).count()
+    }
+
+    /// What a component has printed.
+    pub(crate) fn log(&self, component: &str) -> String {
+        let logs = self.path("state/robocomp").join(&self.network);
+        std::fs::read_to_string(logs.join(format!("{component}.log"))).unwrap_or_default()
+    }
+
+    /// The events that a supervisor in the background has reported of a component: their codes and messages.
+    pub(crate) fn events(&self, component: &str) -> Vec<(String, String)> {
+        let log = self.log("rcdeploy");
+        let events = log
+            .lines()
+            .filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let of = events.filter(|event| event["component"] == component);
+        let text = |event: &Value, key: &str| event[key].as_str().unwrap_or_default().to_owned();
+        of.map(|event| (text(&event, "code"), text(&event, "message")))
+            .collect()
+    }
+
+    /// Waits until the status of a component is as it should be.
+    pub(crate) fn await_component(&self, name: &str, so: impl Fn(&Value) -> bool) {
+        Self::until(&format!("the wanted status of {name}"), || {
+            let status = self.status();
+            let components = status["components"].as_array().cloned().unwrap_or_default();
+            components.iter().any(|c| c["name"] == name && so(c))
+        });
+    }
+
+    /// Waits until a component has ended by itself.
+    pub(crate) fn await_end_of(&self, name: &str) {
+        self.await_component(name, |c| c["state"] == "done");
+    }
+
+    /// Looks until something is so; the looking has a limit, and a pause that is none of what is tested.
+    pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
+        let start = Instant::now();
+        while !so() {
+            assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    fn leftovers(&self) -> Vec<PathBuf> {
+        let mut left = rc_iceoryx2::leftovers(&self.directory());
+        left.extend(Some(self.directory().path().to_path_buf()).filter(|path| path.exists()));
+        left
+    }
+
+    pub(crate) fn await_nothing_left(&self) {
+        Self::until("the clean-up", || self.leftovers().is_empty());
+    }
+
+    pub(crate) fn assert_nothing_left(&self) {
+        assert_eq!(self.leftovers(), Vec::<PathBuf>::new());
+    }
+}

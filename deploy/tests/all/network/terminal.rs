@@ -1,0 +1,147 @@
+//! `rcdeploy up` and `rcdeploy top` on a real terminal: what it shows, what keys do, and how it is given back.
+
+use crate::network::site::Site;
+use crate::pty::{SETSID, Terminal};
+use rustix::process::{Signal, kill_process};
+use serde_json::Value;
+use std::path::Path;
+
+fn start(site: &Site, size: (u16, u16), args: &[&str]) -> Terminal {
+    let [setsid, argument] = SETSID;
+    let mut command = site.command(Path::new(setsid));
+    command
+        .args([argument, env!("CARGO_BIN_EXE_rcdeploy")])
+        .args(args);
+    Terminal::start(command, size)
+}
+
+fn up<'a>(ddsl: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["up", "--profile", "dev", ddsl], more].concat()
+}
+
+fn pid_of(site: &Site, component: &str) -> i64 {
+    let status = site.status();
+    let components = status["components"].as_array().expect("components");
+    let found = components.iter().find(|c| c["name"] == component);
+    found.expect("the component")["pid"].as_i64().unwrap_or(0)
+}
+
+#[test]
+fn a_network_is_shown_and_restarted_and_stopped_by_keys() {
+    let site = Site::new("screen");
+    let ddsl = site.ddsl().display().to_string();
+    let mut terminal = start(&site, (120, 30), &up(&ddsl, &[]));
+    terminal.until_text("3 running");
+    terminal.until_text("network screen");
+    assert!(terminal.screen().alternate_screen() && terminal.is_raw());
+    // The simulator answers twenty calls a second and more.
+    terminal.until("rates", |screen| {
+        let contents = screen.contents();
+        let row = contents.lines().find(|l| l.starts_with("simulator"));
+        row.is_some_and(|row| row.contains("running") && !row.contains(" - "))
+    });
+
+    let before = pid_of(&site, "simulator");
+    terminal.press("r");
+    terminal.until_text("y/n restart simulator?");
+    assert_eq!(pid_of(&site, "simulator"), before);
+    terminal.press("y");
+    terminal.until_text("restart simulator: done");
+    let after = pid_of(&site, "simulator");
+    assert!(after != before && after != 0, "{before} {after}");
+
+    terminal.press("c");
+    terminal.until_text("avoider.Laser");
+    terminal.press("p");
+    terminal.until_text("robot.max_speed");
+    terminal.press("\u{1b}");
+    terminal.until_text("COMPONENT");
+    // The monitor tells what it hears.
+    terminal.press("j\r");
+    terminal.until_text("poses=");
+    terminal.press("\u{1b}");
+    terminal.until_text("COMPONENT");
+
+    // Another size.
+    terminal.resize(40, 10);
+    terminal.until("a narrow table", |screen| {
+        let contents = screen.contents();
+        contents.contains("COMPONENT") && !contents.contains("RESTARTS")
+    });
+
+    terminal.press("\u{3}");
+    let (code, screen) = terminal.end();
+    assert_eq!(code, Some(0), "{screen}");
+    for told in ["stopping: interrupted", "is down"] {
+        assert!(screen.contains(told), "{screen}");
+    }
+    site.assert_nothing_left();
+}
+
+#[test]
+fn a_network_in_the_background_is_looked_at_and_left_alone() {
+    let site = Site::new("top");
+    let started = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(started.code, 0, "{started:?}");
+    let mut terminal = start(&site, (80, 24), &["top", &site.network]);
+    terminal.until_text("3 running");
+    // What happened before is told, too.
+    terminal.until_text("network top");
+    // What the rates are made of: poses that were sent, scans that were asked for.
+    for (component, slot) in [("simulator", "FullPoseEstimationPub"), ("avoider", "Laser")] {
+        Site::until("something that was sent", || {
+            let slots = site.ask(component, "status")["slots"].clone();
+            let slots = slots.as_array().cloned().unwrap_or_default();
+            let sent = |s: &Value| s["name"] == slot && s["sent"].as_u64() > Some(1);
+            slots.iter().any(sent)
+        });
+    }
+    terminal.press("q");
+    assert_eq!(terminal.end().0, Some(0));
+    assert_ne!(pid_of(&site, "avoider"), 0);
+
+    // One that is ended by a signal gives the terminal back as well.
+    let mut terminal = start(&site, (80, 24), &["top", &site.network]);
+    terminal.until_text("3 running");
+    kill_process(terminal.pid(), Signal::TERM).expect("to end it");
+    assert_eq!(terminal.end().0, Some(0));
+
+    // And one whose network goes.
+    let mut terminal = start(&site, (80, 24), &["top", &site.network]);
+    terminal.until_text("3 running");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    let (code, screen) = terminal.end();
+    assert_eq!(code, Some(0));
+    assert!(screen.contains("is down"), "{screen}");
+    site.assert_nothing_left();
+    let nobody = start(&site, (80, 24), &["top", &site.network]);
+    let (code, screen) = nobody.end();
+    assert_eq!(code, Some(3));
+    assert!(screen.contains("is not up"), "{screen}");
+    let nowhere = site.rcdeploy(&["top", &site.network], false);
+    assert_eq!(nowhere.code, 2, "{nowhere:?}");
+}
+
+#[test]
+fn a_terminal_that_goes_away_takes_its_network_with_it() {
+    let site = Site::new("gone");
+    let ddsl = site.ddsl().display().to_string();
+    let mut terminal = start(&site, (80, 24), &up(&ddsl, &[]));
+    terminal.until_text("3 running");
+    terminal.hang_up();
+    site.assert_nothing_left();
+}
+
+#[test]
+fn who_wants_lines_gets_lines() {
+    let site = Site::new("plain");
+    let ddsl = site.ddsl().display().to_string();
+    let mut terminal = start(&site, (120, 60), &up(&ddsl, &["--plain"]));
+    terminal.until_text("is up");
+    assert!(!terminal.screen().alternate_screen() && !terminal.is_raw());
+    terminal.press("\u{3}");
+    let (code, screen) = terminal.end();
+    assert_eq!(code, Some(0), "{screen}");
+    assert!(screen.contains("is down"), "{screen}");
+    site.assert_nothing_left();
+}

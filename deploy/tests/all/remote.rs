@@ -1,0 +1,397 @@
+//! Components on another machine, as far as that needs neither a machine nor a network: in the place of ssh stands a
+//! script that runs what it is given here, with the folders of another machine.
+
+use crate::bench::{Bench, Up, await_end, codes, component, kill, well};
+use rc_deploy::process::Identity;
+use rc_deploy::{Component, ComponentStatus, Host, Policy, Restart, State};
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// `ssh`, which runs the command here; while the file `unplugged` is there, nobody answers.
+const SSH: &str = r#"#!/bin/sh
+if [ -e FOLDER/unplugged ]; then
+    echo "ssh: connect to host robot port 22: No route to host" >&2
+    exit 255
+fi
+while [ "$1" != -- ]; do shift; done
+export HOME=FOLDER/away/home XDG_RUNTIME_DIR=FOLDER/away/run XDG_STATE_HOME=FOLDER/away/state
+unset XDG_CACHE_HOME RC_SUPERVISOR
+echo "Welcome to robot!"
+echo "$$" > FOLDER/ssh.pid
+cat | setsid sh -c 'echo "$$" > FOLDER/agent.pid; eval "$1"' sh "$3" | cat
+"#;
+
+fn robot() -> Host {
+    Host {
+        name: "robot".to_owned(),
+        address: "robot".to_owned(),
+        user: Some("pi".to_owned()),
+        workspace: None,
+    }
+}
+
+fn on_robot(component: Component) -> Component {
+    Component {
+        host: Some(robot()),
+        ..component
+    }
+}
+
+fn again(component: Component) -> Component {
+    Component {
+        restart: Restart {
+            policy: Policy::OnFailure,
+            limit: None,
+            backoff: Duration::from_millis(50),
+        },
+        ..component
+    }
+}
+
+struct Away {
+    bench: Bench,
+}
+
+impl Away {
+    fn new() -> Self {
+        let bench = Bench::new();
+        for folder in ["away/home", "away/run"] {
+            fs::create_dir_all(bench.path(folder)).expect("a folder");
+        }
+        let ssh = SSH.replace("FOLDER", &bench.path("").display().to_string());
+        fs::write(bench.path("ssh"), ssh).expect("written");
+        let all = fs::Permissions::from_mode(0o755);
+        fs::set_permissions(bench.path("ssh"), all).expect("set");
+        Self { bench }
+    }
+
+    fn start(&self, components: Vec<Component>) -> Up {
+        let ssh = self.bench.path("ssh").display().to_string();
+        self.bench
+            .start_in(components, &["--relay"], &[("RC_SSH", &ssh)])
+    }
+
+    fn run_directory(&self) -> PathBuf {
+        let run = self.bench.path("away/run/robocomp");
+        run.join(&self.bench.network)
+    }
+
+    /// The ssh and the agent of the last connection.
+    fn connection(&self) -> [Identity; 2] {
+        ["ssh.pid", "agent.pid"].map(|name| {
+            let pid = fs::read_to_string(self.bench.path(name)).expect("a pid");
+            Identity::of(pid.trim().parse().expect("a pid")).expect("it runs")
+        })
+    }
+
+    /// Ends the ssh of the last connection.
+    fn cut(&self) {
+        let [ssh, _] = self.connection();
+        let group = Pid::from_raw(ssh.pid).expect("a pid");
+        kill_process_group(group, Signal::KILL).expect("it runs");
+    }
+
+    fn assert_nothing_left(&self) {
+        self.bench.assert_nothing_left();
+        assert!(!self.run_directory().exists(), "something is left there");
+    }
+}
+
+fn component_status(bench: &Bench, name: &str) -> ComponentStatus {
+    let status = bench.status();
+    let mut components = status.components.into_iter();
+    components.find(|c| c.name == name).expect("it")
+}
+
+#[test]
+fn both_machines_are_one_network() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![
+        on_robot(component("far", "chatter 30", &[])),
+        component("near", "well", &["far"]),
+        on_robot(component("last", "well", &["near"])),
+    ]);
+    let connected = up.await_event("host-connected", None);
+    assert!(connected.contains("2 files were copied"), "{connected}");
+    up.await_event("up", None);
+    let status = bench.status();
+    let hosts: Vec<_> = status.components.iter().map(|c| c.host.clone()).collect();
+    assert_eq!(
+        hosts,
+        [Some("robot".to_owned()), None, Some("robot".to_owned())]
+    );
+    assert!(status.components.iter().all(|c| c.pid.is_some() && c.ready));
+    assert!(away.run_directory().is_dir());
+    // What it runs is a copy.
+    let copies = bench
+        .path("away/home/.cache/robocomp/networks")
+        .join(&bench.network);
+    assert!(
+        copies
+            .join(env!("CARGO_BIN_EXE_rc-test-misbehave").trim_start_matches('/'))
+            .exists()
+    );
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    let order = [
+        "far ready",
+        "near start",
+        "near ready",
+        "last start",
+        "last end",
+        "near end",
+        "far end",
+    ];
+    let order = order.map(|entry| bench.position(entry));
+    assert!(order.is_sorted(), "{:?}", bench.journal());
+    let codes = codes(&events, "far");
+    assert_eq!(codes.first().map(String::as_str), Some("starting"));
+    assert!(codes.iter().any(|code| code == "log"), "{codes:?}");
+    let log = fs::read_to_string(bench.log("far")).expect("its log");
+    assert!(
+        log.lines().skip(1).all(|line| line == "blah ".repeat(20)),
+        "{log}"
+    );
+    away.assert_nothing_left();
+}
+
+#[test]
+fn children_there_are_gone_before_their_component_starts_again() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let parent = component("parent", "turns 8 0", &[]);
+    let mut up = away.start(vec![again(on_robot(parent)), on_robot(well("other"))]);
+    let message = up.await_event("left-over", Some("parent"));
+    assert!(message.starts_with("killed 1 processes"), "{message}");
+    up.await_event("ready", Some("parent"));
+    let children: Vec<i32> = bench
+        .entries()
+        .iter()
+        .filter_map(|line| line.strip_prefix("parent child ")?.parse().ok())
+        .collect();
+    assert_eq!(children.len(), 1);
+    assert!(Identity::of(children[0]).is_none());
+    assert_eq!(component_status(bench, "other").restarts, 0);
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    away.assert_nothing_left();
+}
+
+/// What ran on a machine that is lost is started again where its policy says so; all else goes on.
+#[test]
+fn a_machine_that_is_lost_comes_back() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![
+        again(on_robot(well("far"))),
+        on_robot(well("once")),
+        well("near"),
+    ]);
+    up.await_event("up", None);
+    let there: Vec<Identity> = ["far ready", "once ready"]
+        .into_iter()
+        .flat_map(|entry| bench.processes(entry))
+        .collect();
+    let [_, agent] = away.connection();
+    fs::write(bench.path("unplugged"), "").expect("written");
+    away.cut();
+    let lost = up.await_event("host-lost", None);
+    assert!(
+        lost.contains("host robot: the connection has ended"),
+        "{lost}"
+    );
+    await_end(&there);
+    await_end(&[agent]);
+    let why = up.await_event("host-unreachable", None);
+    assert!(why.contains("does its sshd run"), "{why}");
+    assert_eq!(component_status(bench, "far").state, State::Waiting);
+    assert_eq!(component_status(bench, "once").state, State::Failed);
+    assert_eq!(component_status(bench, "near").state, State::Running);
+    fs::remove_file(bench.path("unplugged")).expect("removed");
+    up.await_event("host-back", None);
+    up.await_event("ready", Some("far"));
+    let far = component_status(bench, "far");
+    assert_eq!((far.state, far.restarts), (State::Running, 1));
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    // One has failed: it was not to be started again.
+    assert_eq!(code, Some(3), "{events:#?}");
+    assert_eq!(
+        bench
+            .journal()
+            .iter()
+            .filter(|e| *e == "near start")
+            .count(),
+        1
+    );
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_killed_agent_leaves_nothing_and_is_replaced() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![again(on_robot(component("far", "children", &[])))]);
+    up.await_event("up", None);
+    let there: Vec<Identity> = ["far start", "far child"]
+        .into_iter()
+        .flat_map(|entry| bench.processes(entry))
+        .collect();
+    assert_eq!(there.len(), 3);
+    let [_, agent] = away.connection();
+    kill(agent);
+    up.await_event("host-lost", None);
+    await_end(&there);
+    up.await_event("host-back", None);
+    up.await_event("ready", Some("far"));
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_silent_machine_is_lost() {
+    let away = Away::new();
+    let mut up = away.start(vec![again(on_robot(well("far")))]);
+    up.await_event("up", None);
+    let [_, agent] = away.connection();
+    let signal = |signal| {
+        let pid = Pid::from_raw(agent.pid).expect("a pid");
+        kill_process(pid, signal).expect("it runs");
+    };
+    signal(Signal::STOP);
+    let lost = up.await_event("host-lost", None);
+    assert!(lost.contains("nothing was heard of it"), "{lost}");
+    // Until it has left the network, the next one waits.
+    signal(Signal::CONT);
+    up.await_event("host-back", None);
+    up.await_event("ready", Some("far"));
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    away.assert_nothing_left();
+}
+
+#[test]
+fn nothing_starts_where_a_machine_cannot_be_reached() {
+    let away = Away::new();
+    fs::write(away.bench.path("unplugged"), "").expect("written");
+    let up = away.start(vec![well("near"), on_robot(well("far"))]);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(3));
+    let error = events.iter().find(|e| e["code"] == "host-unreachable");
+    let message = error.expect("an error")["message"].to_string();
+    assert!(message.contains("`ssh pi@robot true`"), "{message}");
+    assert_eq!(away.bench.journal(), Vec::<String>::new());
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_component_that_fails_there_is_told_with_its_last_words() {
+    let away = Away::new();
+    let up = away.start(vec![
+        well("near"),
+        on_robot(component("far", "exit 7", &["near"])),
+    ]);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(3));
+    let failed = events.iter().find(|e| e["code"] == "start-failed");
+    let message = failed.expect("an error")["message"].to_string();
+    for word in ["exit status 7", "far is about to fail"] {
+        assert!(message.contains(word), "{message}");
+    }
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_supervisor_that_is_killed_takes_the_other_machine_with_it() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![on_robot(component("far", "deaf", &[]))]);
+    up.await_event("up", None);
+    let [ssh, agent] = away.connection();
+    let far = bench.processes("far start");
+    up.kill();
+    await_end(&[ssh, agent]);
+    await_end(&far);
+    assert!(!away.run_directory().exists(), "something is left there");
+    // And it starts anew.
+    let mut up = away.start(vec![on_robot(well("far"))]);
+    let connected = up.await_event("host-connected", None);
+    assert!(
+        connected.contains("nothing had to be copied"),
+        "{connected}"
+    );
+    up.await_event("up", None);
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_workspace_has_to_be_there() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let workspace = bench.path("workspace");
+    let mut far = on_robot(well("far"));
+    far.host.as_mut().expect("a host").workspace = Some(workspace.clone());
+    let (code, events) = away.start(vec![far.clone()]).end();
+    assert_eq!(code, Some(3));
+    let failed = events.iter().find(|e| e["code"] == "start-failed");
+    let message = failed.expect("an error")["message"].to_string();
+    assert!(message.contains("workspace does not exist"), "{message}");
+    fs::create_dir(&workspace).expect("a folder");
+    let mut up = away.start(vec![far]);
+    up.await_event("up", None);
+    let [there] = bench.processes("far start")[..] else {
+        panic!("{:?}", bench.journal())
+    };
+    let directory = fs::read_link(format!("/proc/{}/cwd", there.pid)).expect("a link");
+    assert_eq!(directory, workspace.canonicalize().expect("a folder"));
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    away.assert_nothing_left();
+}
+
+/// Whoever asks it to stop while it connects does not wait for it.
+#[test]
+fn a_machine_that_does_not_answer_stops_nobody() {
+    let away = Away::new();
+    let ssh = "#!/bin/sh\necho waiting > FOLDER/ssh.pid\nexec sleep 600\n";
+    let ssh = ssh.replace("FOLDER", &away.bench.path("").display().to_string());
+    fs::write(away.bench.path("ssh"), ssh).expect("written");
+    let mut up = away.start(vec![well("near"), on_robot(well("far"))]);
+    up.await_event("host-connecting", None);
+    assert_eq!(component_status(&away.bench, "near").state, State::Waiting);
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    assert_eq!(away.bench.journal(), Vec::<String>::new());
+    away.assert_nothing_left();
+}
+
+/// Lines that need much escaping, that are too long, and that are none.
+#[test]
+fn what_a_component_says_wrongly_harms_nobody() {
+    let away = Away::new();
+    let mut up = away.start(vec![
+        on_robot(component("far", "garbage", &[])),
+        on_robot(well("well")),
+    ]);
+    up.await_event("up", None);
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    let far = codes(&events, "far");
+    let garbage = far.iter().filter(|code| *code == "garbage").count();
+    assert_eq!((code, garbage), (Some(0), 1), "{events:#?}");
+    assert!(events.iter().all(|e| e["code"] != "host-lost"));
+    let mut up = away.start(vec![on_robot(component("shut", "shut", &[]))]);
+    up.await_event("link-closed", Some("shut"));
+    up.signal(Signal::INT);
+    assert_eq!(up.end().0, Some(0));
+    away.assert_nothing_left();
+}

@@ -1,0 +1,192 @@
+//! A component that ends is started again, as far as its description says.
+
+use crate::bench::{Bench, codes, component, well};
+use rc_deploy::{Component, Policy, Restart, State};
+use rustix::process::Signal;
+use std::time::Duration;
+
+/// A component that does what `turns` says, one code a start.
+fn turns(name: &str, turns: &str, policy: Policy, limit: Option<u32>) -> Component {
+    Component {
+        restart: Restart {
+            policy,
+            limit: limit.map(|most| (most, Duration::from_secs(600))),
+            backoff: Duration::from_millis(20),
+        },
+        ..component(name, &format!("turns {turns}"), &[])
+    }
+}
+
+#[test]
+fn a_component_that_fails_is_started_again() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![
+        turns("a", "1 4 1 0", Policy::OnFailure, Some(3)),
+        well("other"),
+    ]);
+    for pause in ["20ms", "40ms", "80ms"] {
+        let message = up.await_event("restarting", Some("a"));
+        assert_eq!(message, format!("is started again in {pause}"));
+    }
+    up.await_event("ready", Some("a"));
+    let status = bench.status();
+    let restarts: Vec<u32> = status.components.iter().map(|c| c.restarts).collect();
+    assert_eq!(restarts, [3, 0]);
+    assert_eq!(status.components[0].state, State::Running);
+    assert!(
+        status.to_string().contains("started again 3 times"),
+        "{status}"
+    );
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    // All failures were mended.
+    assert_eq!(code, Some(0), "{events:#?}");
+    // The other one never noticed.
+    assert_eq!(
+        codes(&events, "other"),
+        ["starting", "state", "ready", "exited"]
+    );
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_component_that_fails_too_often_stops_the_network() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![
+        turns("a", "1", Policy::OnFailure, Some(2)),
+        well("other"),
+    ]);
+    let message = up.await_event("gave-up", Some("a"));
+    assert!(
+        message.contains("was started again 2 times within 600s and has ended again"),
+        "{message}"
+    );
+    assert!(message.contains("a is about to fail"), "{message}");
+    let (code, events) = up.end();
+    assert_eq!(code, Some(3), "{events:#?}");
+    let starts = codes(&events, "a")
+        .iter()
+        .filter(|c| *c == "starting")
+        .count();
+    assert_eq!(starts, 3);
+    assert!(bench.journal().contains(&"other end".to_owned()));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn success_is_repeated_only_where_it_is_always() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![
+        Component {
+            after: vec!["once".to_owned(), "failed".to_owned()],
+            ..turns("always", "2 2 0", Policy::Always, None)
+        },
+        turns("once", "2", Policy::OnFailure, None),
+        turns("failed", "1", Policy::Never, None),
+    ]);
+    up.await_event("restarting", Some("always"));
+    up.await_event("restarting", Some("always"));
+    up.await_event("ready", Some("always"));
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    // A failure that nothing follows is one in the end, as ever.
+    assert_eq!(code, Some(3), "{events:#?}");
+    for name in ["once", "failed"] {
+        let codes = codes(&events, name);
+        assert!(!codes.contains(&"restarting".to_owned()), "{events:#?}");
+    }
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_component_that_does_not_get_ready_again_is_ended_and_started_again() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![Component {
+        ready: Duration::from_millis(300),
+        ..turns("a", "1 3 0", Policy::OnFailure, None)
+    }]);
+    up.await_event("restarting", Some("a"));
+    let message = up.await_event("not-ready", Some("a"));
+    assert_eq!(message, "was not ready within 300ms");
+    up.await_event("restarting", Some("a"));
+    up.await_event("ready", Some("a"));
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn the_first_start_has_to_succeed() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![turns("a", "4 0", Policy::Always, None)]);
+    let message = up.await_event("start-failed", Some("a"));
+    assert!(message.contains("ended before it was ready"), "{message}");
+    assert_eq!(up.end().0, Some(3));
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_network_can_be_stopped_while_a_component_waits_for_its_start() {
+    let bench = Bench::new();
+    let mut long = turns("a", "1 0", Policy::Always, None);
+    long.restart.backoff = Duration::from_secs(3600);
+    let mut up = bench.start(vec![long, well("b")]);
+    up.await_event("restarting", Some("a"));
+    assert_eq!(bench.status().components[0].state, State::Waiting);
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// Whoever needs it would wait for ever.
+#[test]
+fn an_end_before_it_is_ready_again_is_a_failure() {
+    let bench = Bench::new();
+    let a = turns("a", "1 6 0", Policy::OnFailure, Some(3));
+    let mut up = bench.start(vec![a, component("b", "well", &["a"])]);
+    for _ in 0..2 {
+        up.await_event("restarting", Some("a"));
+    }
+    up.await_event("ready", Some("a"));
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    bench.assert_nothing_left();
+}
+
+/// While it is being built anew, for instance.
+#[test]
+fn a_program_that_is_away_for_a_moment_is_tried_again() {
+    let bench = Bench::new();
+    let a = turns("a", "1 0", Policy::Always, None);
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = folder.path().join("program");
+    let away = folder.path().join("away");
+    std::fs::copy(&a.executable, &program).expect("a copy of the program");
+    let a = Component {
+        executable: program.clone(),
+        restart: Restart {
+            backoff: Duration::from_millis(300),
+            ..a.restart
+        },
+        ..a
+    };
+    let mut up = bench.start(vec![a, well("b")]);
+    up.await_event("restarting", Some("a"));
+    std::fs::rename(&program, &away).expect("the program can be moved");
+    up.await_event("start-failed", Some("a"));
+    std::fs::rename(&away, &program).expect("and moved back");
+    up.await_event("ready", Some("a"));
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    assert_eq!(
+        codes(&events, "b")
+            .iter()
+            .filter(|c| *c == "starting")
+            .count(),
+        1
+    );
+    bench.assert_nothing_left();
+}

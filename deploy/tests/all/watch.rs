@@ -1,0 +1,164 @@
+//! What components tell of themselves, and what can be seen of their processes, becomes events.
+
+use crate::bench::{Bench, codes, component, well};
+use rc_deploy::Component;
+use rc_middleware::{
+    Address, Backend, Endpoint, Environment, Interrupt, Qos, RunDirectory, Settings, TypeIdentity,
+};
+use rustix::process::Signal;
+use std::path::Path;
+
+#[test]
+fn what_comes_and_goes_is_no_flood() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![component("a", "ill", &[]), well("b")]);
+    let message = up.await_event("overrun", Some("a"));
+    assert_eq!(
+        message,
+        "compute() took 12.5 ms, longer than the period of 10 ms"
+    );
+    up.await_event("heard-again", Some("a"));
+    let message = up.await_event("mismatch", Some("a"));
+    assert_eq!(message, "it does not fit");
+    let status = bench.status();
+    let troubles: Vec<&str> = status.components[0]
+        .troubles
+        .iter()
+        .map(|t| &*t.code)
+        .collect();
+    assert_eq!(troubles, ["mismatch"]);
+    assert_eq!(status.components[1].troubles, []);
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0));
+    let told = codes(&events, "a");
+    for code in [
+        "overrun",
+        "in-time",
+        "silent",
+        "heard-again",
+        "peer-vanished",
+        "peer-back",
+        "mismatch",
+    ] {
+        assert_eq!(
+            told.iter().filter(|c| *c == code).count(),
+            1,
+            "{code} in {told:?}"
+        );
+    }
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_process_that_grows_and_grows_is_told_of() {
+    let bench = Bench::new();
+    let plan = vec![component("leaky", "leak 10", &[]), well("well")];
+    let mut up = bench.start_with(plan, &["--hasty"]);
+    let message = up.await_event("memory-growth", Some("leaky"));
+    assert!(
+        message.starts_with("its memory grows steadily: from "),
+        "{message}"
+    );
+    let status = bench.status();
+    assert_eq!(status.components[0].troubles[0].code, "memory-growth");
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0));
+    assert!(!codes(&events, "well").contains(&"memory-growth".to_owned()));
+    bench.assert_nothing_left();
+}
+
+/// The herald, a component over DDS.
+fn herald(bench: &Bench, domain: &str) -> Component {
+    let folder = Path::new(env!("CARGO_BIN_EXE_rcdeploy")).parent();
+    let program = folder.expect("the target folder").join("herald");
+    assert!(
+        program.exists(),
+        "{} is missing: run the tests by `cargo xtask test`",
+        program.display()
+    );
+    let domain = format!("dds.domain={domain}");
+    let args = ["--network", &bench.network, "--set-middleware", &domain];
+    let args = args
+        .into_iter()
+        .chain(["--set-middleware", "dds.interfaces=lo"]);
+    Component {
+        args: args.map(str::to_owned).collect(),
+        ..Component::new("herald", program, "/")
+    }
+}
+
+#[test]
+fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
+    const DOMAIN: &str = "61";
+    let bench = Bench::new();
+    let mut up = bench.start(vec![herald(&bench, DOMAIN)]);
+    up.await_event("up", None);
+    // As if on another machine, somebody sends reports that may get lost; the herald wants them all.
+    let network = format!("{}-beside", bench.network);
+    let mut environment = Environment {
+        directory: RunDirectory::open(&network).expect("a run directory"),
+        network,
+        instance: "stranger".to_owned(),
+        interrupt: Interrupt::new().expect("an interrupt"),
+        settings: Settings::default(),
+    };
+    let settings = &mut environment.settings;
+    settings.set("dds", "domain", vec![DOMAIN.to_owned()]);
+    settings.set("dds", "interfaces", vec!["lo".to_owned()]);
+    let there: Box<dyn Backend> = rc_dds::connect(&environment).expect("the domain");
+    let publisher = there.publisher(&Endpoint {
+        address: Address::parse(&format!("{}/Reports/report", bench.network)).expect("an address"),
+        types: TypeIdentity {
+            name: "RcHerald::Reports/report".to_owned(),
+            hash: 7,
+        },
+        qos: Qos {
+            reliability: rc_middleware::qos::Reliability::BestEffort,
+            ..Qos::PUBLISHER
+        },
+        foreign: Vec::new(),
+    });
+    let message = up.await_event("mismatch", Some("herald"));
+    assert!(
+        message.contains("reliability: offered best_effort, requested reliable"),
+        "{message}"
+    );
+    drop(publisher);
+    drop(there);
+    let _ = environment.directory.remove();
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(0));
+    bench.assert_nothing_left();
+}
+
+/// Programs rely on the codes.
+#[test]
+fn every_code_is_in_the_table() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let table = std::fs::read_to_string(root.join("../ARCHITECTURE.md")).expect("the table");
+    let mut count = 0;
+    for file in std::fs::read_dir(root.join("src"))
+        .expect("the sources")
+        .flatten()
+    {
+        let Ok(text) = std::fs::read_to_string(file.path()) else {
+            continue;
+        };
+        // Where an event is made, its code comes after its severity.
+        for (at, _) in text.match_indices("Severity::") {
+            let rest = text[at..].split_once(',').map_or("", |(_, rest)| rest);
+            let Some(code) = rest.trim_start().strip_prefix('"') else {
+                continue;
+            };
+            let code = code.split('"').next().unwrap_or_default();
+            assert!(
+                table.contains(&format!("`{code}`")),
+                "`{code}` is in no row"
+            );
+            count += 1;
+        }
+    }
+    assert!(count > 30, "{count} events were found");
+}

@@ -1,0 +1,372 @@
+//! What happens when processes are really killed.
+
+use crate::processes::{Network, Process, ask, map};
+use rc_conformance::network::{
+    LIMIT, StopOnDrop, endpoint, header, receive, receive_all, serve_until, until,
+};
+use rc_middleware::{CallError, Interrupt, OpenError, wait};
+use rustix::fs::{FlockOperation, flock};
+use std::fs::File;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_killed_server_ends_the_call_and_is_replaced() {
+    let network = Network::new("ks");
+    let backend = network.join("client");
+    let motor = endpoint("default/Motor");
+    let mut client = backend.client(&motor).expect("a client");
+    for _ in 0..3 {
+        let mut server = network.start("server");
+        assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+        let refused = backend.server(&motor).err();
+        let holder = format!("pid {} (server)", server.child.id());
+        assert!(
+            matches!(&refused, Some(OpenError::AddressTaken { holder: told, .. }) if *told == holder),
+            "{refused:?}"
+        );
+
+        // Killed while it holds the call.
+        let (died, late) = std::thread::scope(|scope| {
+            let killer = scope.spawn(|| {
+                server.says("holding");
+                server.kill();
+                Instant::now()
+            });
+            let died = ask(&mut *client, b"hold");
+            let noticed = Instant::now();
+            let killed = killer.join().expect("a killer");
+            (died, noticed.saturating_duration_since(killed))
+        });
+        assert_eq!(died, Err(CallError::ServerDied("default/Motor".to_owned())));
+        assert!(late < LIMIT / 10, "noticed after {late:?}");
+        let nobody = Err(CallError::NoServer("default/Motor".to_owned()));
+        assert_eq!(ask(&mut *client, b"still?"), nobody);
+        assert_eq!(client.peers(), 0);
+
+        // Killed while nobody looks.
+        let mut server = network.start("server");
+        assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+        server.kill();
+        assert_eq!(
+            client.send(header(1), b"command"),
+            Err(CallError::NoServer("default/Motor".to_owned()))
+        );
+    }
+    // The place of a dead server is free for one in a process that has the service open.
+    let mut server = network.start("server");
+    assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+    server.kill();
+    let own = backend
+        .server(&motor)
+        .expect("the place of the dead server");
+    assert_eq!(own.peers(), 1);
+}
+
+/// What the dead leave takes seconds to remove, which is not done in the time of those who call.
+#[test]
+fn a_call_keeps_its_deadline_where_many_are_killed() {
+    const TIMEOUT: Duration = Duration::from_secs(1);
+    let network = Network::new("km");
+    let backend = network.join("client");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let mut killed = vec![network.begin("server")];
+    killed.extend((0..30).map(|_| network.begin("idle")));
+    killed.iter_mut().for_each(|process| process.says("ready"));
+    assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+
+    // As one does that was stopped while it opened an end: it holds every clean-up up for half a second.
+    let root = network
+        .environment("client")
+        .directory
+        .middleware(rc_iceoryx2::NAME);
+    let opening = File::open(&root).expect("the root");
+    flock(&opening, FlockOperation::LockShared).expect("the lock of openings");
+    for process in &mut killed {
+        process.child.kill().expect("to kill");
+    }
+    killed[0].child.wait().expect("to reap");
+    let start = Instant::now();
+    let told = ask(&mut *client, b"still?");
+    assert!(
+        matches!(told, Err(CallError::ServerDied(_) | CallError::NoServer(_))),
+        "{told:?}"
+    );
+    assert_eq!(client.peers(), 0);
+    let took = start.elapsed();
+    assert!(took < Duration::from_millis(500), "{took:?}");
+    drop(opening);
+    let successor = std::thread::scope(|scope| {
+        let starter = scope.spawn(|| network.start("server"));
+        let end = Instant::now() + LIMIT;
+        loop {
+            let start = Instant::now();
+            let answered = client.call(header(1), b"here", TIMEOUT, &mut |_, _| {});
+            let took = start.elapsed();
+            assert!(took < 2 * TIMEOUT, "{answered:?} after {took:?}");
+            let start = Instant::now();
+            client.peers();
+            assert!(start.elapsed() < TIMEOUT, "{:?}", start.elapsed());
+            if answered.is_ok() {
+                return starter.join().expect("a successor");
+            }
+            assert!(Instant::now() < end, "{answered:?}");
+            wait(&[], Duration::from_millis(1));
+        }
+    });
+    drop(successor);
+    until("what the dead left is gone", || {
+        assert_eq!(client.peers(), 0);
+        // A folder for each node.
+        let nodes = entries(&root.join("nodes"));
+        nodes.iter().filter(|path| path.is_dir()).count() == 1
+    });
+}
+
+/// The lock that keeps openings out is free after each of the dead.
+#[test]
+fn openings_come_in_between_the_clean_up_of_many() {
+    const DEAD: usize = 12;
+    let network = Network::new("kb");
+    let holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
+    let mut killed: Vec<_> = (0..DEAD).map(|_| network.begin("idle")).collect();
+    killed.iter_mut().for_each(|process| process.says("ready"));
+    killed.iter_mut().for_each(Process::kill);
+    let root = network
+        .environment("holder")
+        .directory
+        .middleware(rc_iceoryx2::NAME);
+    let opening = File::open(&root).expect("the root");
+    let turns = std::thread::scope(|scope| {
+        let cleaner = scope.spawn(|| until("all are gone", || holder.clean() == 0));
+        let (mut turns, mut waited) = (0, false);
+        while !cleaner.is_finished() {
+            match flock(&opening, FlockOperation::NonBlockingLockShared) {
+                Ok(()) => {
+                    turns += usize::from(waited);
+                    waited = false;
+                    flock(&opening, FlockOperation::Unlock).expect("to unlock");
+                }
+                Err(_) => waited = true,
+            }
+            wait(&[], Duration::from_micros(50));
+        }
+        turns
+    });
+    assert!(turns >= DEAD / 2, "{turns} turns");
+}
+
+/// Killed in between: what was lent is written, and not sent.
+#[test]
+fn what_the_dead_had_on_loan_is_neither_sent_nor_lost() {
+    let network = Network::new("kl");
+    let backend = network.join("both");
+    let mut scan = backend
+        .subscriber(&endpoint("default/Laser/scan"))
+        .expect("a subscriber");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let directory = network.environment("both").directory;
+    let mut used = Vec::new();
+    for round in 0..30 {
+        let mut publisher = network.start("lending publisher");
+        for (_, body) in receive(&mut *scan, 3) {
+            assert_eq!(body, [1; 500]);
+        }
+        let mut server = network.start("lending server");
+        assert_eq!(ask(&mut *client, b"here"), Ok([b'h'; 500].to_vec()));
+        used.push(
+            rc_iceoryx2::leftovers(&directory)
+                .iter()
+                .filter_map(|path| path.metadata().ok())
+                .map(|metadata| metadata.blocks() * 512)
+                .sum::<u64>(),
+        );
+        publisher.kill();
+        let died = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                server.says("holding");
+                server.kill();
+            });
+            ask(&mut *client, b"hold")
+        });
+        let told = Err(CallError::ServerDied("default/Motor".to_owned()));
+        assert_eq!(died, told, "round {round}");
+        assert!(receive_all(&mut *scan).is_empty(), "round {round}");
+    }
+    // A page more in each round would be twice this. (Of the last rounds, one may not have been cleaned up after yet.)
+    let (early, late) = (used[9], used[25..].iter().min().expect("a round"));
+    assert!(*late <= early + early / 10, "{used:?}");
+}
+
+/// The clean-up removes the tag of a dead end before it frees the end's place. Who is killed in between leaves the dead
+/// without tags, and what it had remembered of them.
+#[test]
+fn a_killed_cleaner_is_replaced() {
+    let network = Network::new("kk");
+    let backend = network.join("bystander");
+    // Has the service open, so that it stays.
+    let _client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    let directory = network.environment("bystander").directory;
+    let root = directory.middleware(rc_iceoryx2::NAME);
+    let living = entries(&root.join("nodes"));
+    for _ in 0..3 {
+        network.start("server").kill();
+        let mut tags = 0;
+        let nodes = entries(&root.join("nodes"));
+        for node in nodes.iter().filter(|node| !living.contains(node)) {
+            let kept = root.join("tags").join(node.file_name().expect("a name"));
+            for tag in entries(node) {
+                if tag.extension().is_some_and(|e| e == "port_tag") {
+                    std::fs::create_dir_all(&kept).expect("a folder");
+                    let name = tag.file_name().expect("a name");
+                    std::fs::rename(&tag, kept.join(name)).expect("to move");
+                    tags += 1;
+                }
+            }
+        }
+        // A server, and the listener that wakes it.
+        assert_eq!(tags, 2);
+        let mut server = network.start("server");
+        assert!(entries(&root.join("tags")).is_empty());
+        server.kill();
+    }
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect()
+}
+
+#[test]
+fn a_killed_publisher_is_replaced() {
+    let network = Network::new("kp");
+    let backend = network.join("subscriber");
+    let mut scan = backend
+        .subscriber(&endpoint("default/Laser/scan"))
+        .expect("a subscriber");
+    let mut late = backend.subscriber(&map()).expect("a subscriber");
+    // More than there may be at a time.
+    for _ in 0..20 {
+        let mut publisher = network.start("publisher");
+        receive(&mut *scan, 20);
+        receive(&mut *late, 20);
+        publisher.kill();
+    }
+    let holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
+    holder.clean();
+    until("the dead publishers are gone", || {
+        scan.peers() + late.peers() == 0
+    });
+}
+
+#[test]
+fn killed_subscribers_and_clients_are_forgotten() {
+    let network = Network::new("kc");
+    let backend = network.join("all");
+    let mut publisher = backend
+        .publisher(&endpoint("default/Laser/scan"))
+        .expect("a publisher");
+    let stop = Interrupt::new().expect("an interrupt");
+    std::thread::scope(|scope| {
+        let (network, stop) = (&network, &stop);
+        scope.spawn(move || {
+            let backend = network.join("server");
+            let mut server = backend
+                .server(&endpoint("default/Motor"))
+                .expect("a server");
+            serve_until(&mut *server, stop, &|_, request, reply| {
+                reply.extend_from_slice(request);
+            });
+        });
+        let _stop = StopOnDrop(stop);
+        let mut client = backend
+            .client(&endpoint("default/Motor"))
+            .expect("a client");
+        until("the server is there", || client.peers() == 1);
+        // More than there may be at a time.
+        for _ in 0..20 {
+            let mut killed: Vec<_> = (0..4).map(|_| network.start("client")).collect();
+            killed.push(network.start("subscriber"));
+            publisher.publish(header(1), b"x").expect("to publish");
+            assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+            killed.iter_mut().for_each(Process::kill);
+            publisher.publish(header(2), b"x").expect("to publish");
+            assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+        }
+    });
+}
+
+#[test]
+fn a_holder_keeps_and_a_wipe_removes() {
+    let network = Network::new(&format!("a-network-with-a-name-of-{}", "x".repeat(60)));
+    let environment = network.environment("holder");
+    let mut holder = rc_iceoryx2::Holder::new(&environment).expect("a holder");
+    holder
+        .hold_topic(&endpoint("default/Laser/scan"))
+        .expect("to hold");
+    holder.hold_topic(&map()).expect("to hold");
+    holder
+        .hold_call(&endpoint("default/Motor"))
+        .expect("to hold");
+    let mut server = network.start("server");
+    let backend = network.join("client");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+    server.kill();
+    assert_eq!(holder.clean(), 1);
+    assert_eq!(client.peers(), 0);
+    // The last one out leaves nothing.
+    assert!(!rc_iceoryx2::leftovers(&environment.directory).is_empty());
+    drop((client, backend, holder));
+    assert!(rc_iceoryx2::leftovers(&environment.directory).is_empty());
+    // One that is killed cannot tidy up: the deployer does.
+    network.start("server").kill();
+    assert!(!rc_iceoryx2::leftovers(&environment.directory).is_empty());
+    assert!(rc_iceoryx2::wipe(&environment.directory).expect("to wipe") > 0);
+    assert!(rc_iceoryx2::leftovers(&environment.directory).is_empty());
+}
+
+/// Kills at every moment of a start, while somebody holds the services: whoever comes next is not harmed. (Without a
+/// holder a kill can leave a service half made; then an opening fails after its time limit, see the README.)
+#[test]
+fn a_start_that_is_killed_harms_nobody() {
+    let network = Network::new("st");
+    let mut holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
+    holder
+        .hold_topic(&endpoint("default/Laser/scan"))
+        .expect("to hold");
+    holder.hold_topic(&map()).expect("to hold");
+    holder
+        .hold_call(&endpoint("default/Motor"))
+        .expect("to hold");
+    for step in 0..40 {
+        for role in ["server", "publisher", "subscriber"] {
+            let mut killed = network.begin(role);
+            wait(&[], Duration::from_micros(2000 + 250 * step));
+            killed.kill();
+        }
+        if step % 10 == 9 {
+            let backend = network.join("client");
+            let motor = endpoint("default/Motor");
+            let mut client = backend.client(&motor).expect("a client");
+            let mut scan = backend
+                .subscriber(&endpoint("default/Laser/scan"))
+                .expect("a subscriber");
+            let _server = network.start("server");
+            let _publisher = network.start("publisher");
+            assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+            receive(&mut *scan, 5);
+        }
+    }
+}

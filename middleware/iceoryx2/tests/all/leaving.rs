@@ -1,0 +1,67 @@
+//! Other processes that leave at once, or that stand in a folder with a configuration of iceoryx2.
+
+use crate::processes::{Network, ask};
+use rc_conformance::network::{StopOnDrop, endpoint, receive, serve_until, until};
+use rc_middleware::Interrupt;
+
+/// A receiver maps a piece of shared memory when it receives the first value in it, and it is gone when the sender is.
+#[test]
+fn what_is_sent_before_leaving_arrives() {
+    let network = Network::new("lv");
+    let stop = Interrupt::new().expect("an interrupt");
+    let orders = std::sync::atomic::AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        let (network, stop, orders) = (&network, &stop, &orders);
+        let backend = network.join("subscriber");
+        let mut scan = backend
+            .subscriber(&endpoint("default/Laser/scan"))
+            .expect("a subscriber");
+        scope.spawn(move || {
+            let backend = network.join("server");
+            let mut server = backend
+                .server(&endpoint("default/Motor"))
+                .expect("a server");
+            serve_until(&mut *server, stop, &|_, request, _| {
+                assert_eq!(request, b"last order");
+                orders.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            });
+        });
+        let _stop = StopOnDrop(stop);
+        for round in 1..=15 {
+            let mut leaving = network.begin("leaving");
+            let values = receive(&mut *scan, 1);
+            assert_eq!(values[0].1, b"last words");
+            let status = leaving.outcome().expect("it ends");
+            assert!(status.success(), "{status}");
+            until("the order is there", || {
+                orders.load(std::sync::atomic::Ordering::Relaxed) == round
+            });
+        }
+    });
+}
+
+/// Without a configuration of its own, iceoryx2 would read this one.
+#[test]
+fn no_configuration_in_the_way_is_read() {
+    let network = Network::new("cf");
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("config")).expect("a folder");
+    let stray = format!("stray{}_", std::process::id());
+    let text = format!("[global]\nroot-path = '/dev/shm/{stray}root'\nprefix = '{stray}'\n");
+    std::fs::write(folder.path().join("config/iceoryx2.toml"), text).expect("a file");
+    let backend = network.join("client");
+    let mut client = backend
+        .client(&endpoint("default/Motor"))
+        .expect("a client");
+    for _ in 0..2 {
+        let mut server = network.start_in(folder.path(), "server");
+        assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+        server.kill();
+    }
+    let memory = std::fs::read_dir("/dev/shm").expect("shared memory");
+    let names = memory.map(|entry| entry.expect("an entry").file_name());
+    let stray: Vec<_> = names
+        .filter(|name| name.to_string_lossy().starts_with(&stray))
+        .collect();
+    assert!(stray.is_empty(), "{stray:?}");
+}

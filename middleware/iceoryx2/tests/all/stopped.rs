@@ -1,0 +1,229 @@
+//! What happens to others while a process stands still: nothing. It is stopped as a debugger or Ctrl-Z does, and goes on
+//! afterwards.
+
+use crate::processes::{Network, Process};
+use rc_conformance::network::{
+    LIMIT, StopOnDrop, endpoint, header, receive, receive_all, sequences, serve_until, until,
+};
+use rc_middleware::qos::REQUEST_QUEUE;
+use rc_middleware::{CallError, Client, Gaps, Interrupt, wait};
+use rustix::process::Signal;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// A deadline that is meant to pass.
+const SHORT: Duration = Duration::from_millis(100);
+/// The number of the last value.
+const LAST: u64 = 500;
+
+/// The body of a process in a role of these tests.
+pub(crate) fn play(role: &str, network: &Network) {
+    let backend = network.join(role);
+    let (scan, motor) = (endpoint("default/Laser/scan"), endpoint("default/Motor"));
+    match role {
+        "subscriber" => {
+            let mut scan = backend.subscriber(&scan).expect("a subscriber");
+            let (mut gaps, mut got, mut lost) = (Gaps::default(), 0, 0);
+            println!("ready");
+            while got + lost < LAST {
+                for (header, _) in receive(&mut *scan, 1) {
+                    got += 1;
+                    lost += gaps.note(&header);
+                }
+                println!("got {got} and lost {lost}");
+            }
+        }
+        "publisher" => {
+            let mut scan = backend.publisher(&scan).expect("a publisher");
+            println!("ready");
+            for sequence in 1.. {
+                let published = scan.publish(header(sequence), &[1; 500]);
+                published.expect("to publish");
+                wait(&[], Duration::from_micros(200));
+            }
+        }
+        "server" => {
+            let mut server = backend.server(&motor).expect("a server");
+            let commands = std::cell::Cell::new(0_u8);
+            println!("ready");
+            let forever = Interrupt::new().expect("an interrupt");
+            serve_until(&mut *server, &forever, &|_, request, reply| {
+                if request == b"command" {
+                    commands.set(commands.get() + 1);
+                } else {
+                    reply.push(commands.get());
+                    reply.extend_from_slice(request);
+                }
+            });
+        }
+        "client" => {
+            let mut client = backend.client(&motor).expect("a client");
+            println!("ready");
+            for number in 0_u32.. {
+                let request = number.to_ne_bytes();
+                let answered = ask(&mut *client, &request, LIMIT);
+                assert_eq!(answered, Ok(request.to_vec()));
+                println!("answered");
+            }
+        }
+        other => panic!("no role `{other}`"),
+    }
+}
+
+fn ask(client: &mut dyn Client, request: &[u8], limit: Duration) -> Result<Vec<u8>, CallError> {
+    let mut reply = Vec::new();
+    let answered = client.call(header(1), request, limit, &mut |_, body| {
+        body.clone_into(&mut reply);
+    });
+    answered.map(|()| reply)
+}
+
+/// Does `work` while `process` stands still. If that holds it up, the process goes on again, and the test fails.
+fn while_stopped<R>(process: &Process, work: impl FnOnce() -> R) -> R {
+    process.stop();
+    let (result, held_up) = std::thread::scope(|scope| {
+        let (done, is_done) = channel::<()>();
+        let watchdog = scope.spawn(move || {
+            let held_up = is_done.recv_timeout(LIMIT / 2) == Err(RecvTimeoutError::Timeout);
+            process.go_on();
+            held_up
+        });
+        let result = work();
+        drop(done);
+        (result, watchdog.join().expect("the watchdog"))
+    });
+    assert!(!held_up, "a process that stands still holds others up");
+    result
+}
+
+#[test]
+fn a_stopped_subscriber_delays_nobody_and_counts_what_it_lost() {
+    let network = Network::new("ss");
+    let backend = network.join("both");
+    let scan = endpoint("default/Laser/scan");
+    let mut publisher = backend.publisher(&scan).expect("a publisher");
+    let mut quick = backend.subscriber(&scan).expect("a subscriber");
+    let mut stopped = network.start("stopped subscriber");
+    until("both are there", || publisher.peers() == 2);
+    publisher
+        .publish(header(1), &[1; 1000])
+        .expect("to publish");
+    stopped.says("got 1 and lost 0");
+    receive(&mut *quick, 1);
+    while_stopped(&stopped, || {
+        for sequence in 2..=LAST {
+            // Large ones need new memory now and then.
+            let size = if sequence % 50 == 0 { 100_000 } else { 1000 };
+            let published = publisher.publish(header(sequence), &vec![1; size]);
+            published.expect("to publish");
+            assert_eq!(sequences(&receive_all(&mut *quick)), [sequence]);
+        }
+    });
+    // It has the newest ten.
+    stopped.says("got 11 and lost 489");
+}
+
+#[test]
+fn a_stopped_server_ends_calls_by_their_deadline_and_goes_on() {
+    let network = Network::new("sv");
+    let backend = network.join("client");
+    let server = network.start("stopped server");
+    let motor = endpoint("default/Motor");
+    let mut client = backend.client(&motor).expect("a client");
+    assert_eq!(ask(&mut *client, b"a", LIMIT), Ok(b"\0a".to_vec()));
+    let mut sent = 0;
+    for round in 1..=3 {
+        while_stopped(&server, || {
+            let start = Instant::now();
+            let late = ask(&mut *client, b"b", SHORT);
+            assert!(matches!(late, Err(CallError::Deadline { .. })), "{late:?}");
+            assert!(start.elapsed() >= SHORT, "{:?}", start.elapsed());
+            // Its queue takes commands until it is full, and then says so.
+            let before = sent;
+            let refused = loop {
+                match client.send(header(1), b"command") {
+                    Ok(()) => sent += 1,
+                    Err(error) => break error,
+                }
+                assert!(sent <= before + 4 * REQUEST_QUEUE, "the queue has no end");
+            };
+            assert_eq!(refused, CallError::QueueFull("default/Motor".to_owned()));
+            assert!(
+                sent + 1 >= before + REQUEST_QUEUE,
+                "only {sent} of round {round}"
+            );
+            assert_eq!(ask(&mut *client, b"c", LIMIT), Err(refused));
+        });
+        until("there is room in the queue", || {
+            ask(&mut *client, b"d", LIMIT) != Err(CallError::QueueFull("default/Motor".to_owned()))
+        });
+        // What was accepted was done, in order, before this.
+        let answered = ask(&mut *client, b"e", LIMIT);
+        assert_eq!(answered, Ok(vec![sent as u8, b'e']), "round {round}");
+    }
+}
+
+#[test]
+fn a_stopped_client_holds_no_server_up() {
+    let network = Network::new("sc");
+    let stop = Interrupt::new().expect("an interrupt");
+    let motor = endpoint("default/Motor");
+    std::thread::scope(|scope| {
+        let (ready, is_ready) = channel();
+        let (network, stop, motor) = (&network, &stop, &motor);
+        scope.spawn(move || {
+            let backend = network.join("server");
+            let mut server = backend.server(motor).expect("a server");
+            ready.send(()).expect("a test that waits");
+            serve_until(&mut *server, stop, &|_, request, reply| {
+                reply.extend_from_slice(request);
+            });
+        });
+        let _stop = StopOnDrop(stop);
+        is_ready.recv_timeout(LIMIT).expect("a server");
+        let backend = network.join("client");
+        let mut client = backend.client(motor).expect("a client");
+        let mut stopped = network.start("stopped client");
+        // Each time it stands at another place of a call.
+        for round in 0..30 {
+            stopped.says("answered");
+            wait(&[], Duration::from_micros(17 * round));
+            while_stopped(&stopped, || {
+                for _ in 0..20 {
+                    assert_eq!(ask(&mut *client, b"here", LIMIT), Ok(b"here".to_vec()));
+                }
+            });
+        }
+        // And one that never goes on again.
+        stopped.stop();
+        stopped.signal(Signal::KILL);
+        assert_eq!(ask(&mut *client, b"here", LIMIT), Ok(b"here".to_vec()));
+    });
+}
+
+#[test]
+fn a_stopped_publisher_harms_nobody() {
+    let network = Network::new("sp");
+    let backend = network.join("both");
+    let scan = endpoint("default/Laser/scan");
+    let mut own = backend.publisher(&scan).expect("a publisher");
+    let mut subscriber = backend.subscriber(&scan).expect("a subscriber");
+    let stopped = network.start("stopped publisher");
+    for round in 0..30_u64 {
+        receive(&mut *subscriber, 5);
+        wait(&[], Duration::from_micros(17 * round));
+        while_stopped(&stopped, || {
+            receive_all(&mut *subscriber);
+            for sequence in 1..=20 {
+                own.publish(header(sequence), &[2; 500])
+                    .expect("to publish");
+                assert_eq!(sequences(&receive(&mut *subscriber, 1)), [sequence]);
+            }
+            // Who comes now finds its place, too.
+            let mut late = backend.subscriber(&scan).expect("a subscriber");
+            own.publish(header(21), &[2; 500]).expect("to publish");
+            assert_eq!(sequences(&receive(&mut *late, 1)), [21]);
+            assert_eq!(sequences(&receive(&mut *subscriber, 1)), [21]);
+        });
+    }
+}

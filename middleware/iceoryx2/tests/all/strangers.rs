@@ -1,0 +1,131 @@
+//! Programs that use iceoryx2 without this crate.
+
+use crate::processes::Network;
+use iceoryx2::prelude::{
+    Config, FileName, Node, NodeBuilder, Path, SemanticString, ServiceName, SignalHandlingMode,
+    ZeroCopySend, ipc,
+};
+use rc_conformance::network::{LIMIT, endpoint, header};
+use rc_middleware::{Gaps, wait};
+use std::os::unix::ffi::OsStrExt;
+use std::time::{Duration, Instant};
+
+/// What is beside each value, as the README says.
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("RcHeader1")]
+#[repr(C)]
+#[repr(align(16))]
+struct Header1 {
+    version: u16,
+    encoding: u16,
+    flags: u32,
+    type_hash: u64,
+    sequence: u64,
+    sent: u64,
+}
+
+/// A node in `network`.
+fn node(network: &Network) -> Node<ipc::Service> {
+    let directory = network.environment("stranger").directory;
+    let root = directory.middleware(rc_iceoryx2::NAME);
+    let mut config = Config::default();
+    let root = Path::new(root.as_os_str().as_bytes()).expect("a path");
+    config.global.set_root_path(&root);
+    let prefix = rc_iceoryx2::prefix(&directory);
+    config.global.prefix = FileName::new(prefix.as_bytes()).expect("a prefix");
+    NodeBuilder::new()
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create()
+        .expect("a node")
+}
+
+/// Says when it was rung for.
+pub(crate) fn stranger(network: &Network) {
+    let node = node(network);
+    let name = ServiceName::new("default/Laser/scan").expect("a name");
+    let bell = node.service_builder(&name).event().open();
+    let bell = bell.expect("the bell of the topic");
+    let listener = bell.listener_builder().create().expect("a listener");
+    println!("ready");
+    let end = Instant::now() + LIMIT;
+    while Instant::now() < end {
+        let mut rung = false;
+        listener.try_wait(|_| rung = true).expect("to listen");
+        if rung {
+            println!("rung");
+        }
+        wait(&[], Duration::from_millis(5));
+    }
+}
+
+/// They hold no lock, and are in the network all the same.
+#[test]
+fn the_last_one_out_leaves_a_stranger_what_it_uses() {
+    let network = Network::new("ls");
+    let scan = endpoint("default/Laser/scan");
+    let first = network.join("publisher");
+    let publisher = first.publisher(&scan).expect("a publisher");
+    let mut stranger = network.start("stranger");
+    drop((first, publisher));
+
+    for _ in 0..2 {
+        let next = network.join("publisher");
+        let mut publisher = next.publisher(&scan).expect("a publisher");
+        publisher.publish(header(1), b"x").expect("to publish");
+        stranger.says("rung");
+    }
+    stranger.kill();
+    // With nobody else in it, what all have left goes.
+    drop(network.join("last"));
+    let directory = network.environment("last").directory;
+    assert!(rc_iceoryx2::leftovers(&directory).is_empty());
+}
+
+/// An error is not a loss as well.
+#[test]
+fn a_header_that_cannot_be_read_is_counted_once() {
+    let network = Network::new("su");
+    let backend = network.join("subscriber");
+    let mut scan = backend
+        .subscriber(&endpoint("default/Laser/scan"))
+        .expect("a subscriber");
+    let node = node(&network);
+    let name = ServiceName::new("default/Laser/scan").expect("a name");
+    let topic = node
+        .service_builder(&name)
+        .publish_subscribe::<[u8]>()
+        .user_header::<Header1>()
+        .open()
+        .expect("the topic");
+    let port = topic
+        .publisher_builder()
+        .initial_max_slice_len(1)
+        .create()
+        .expect("a publisher");
+    let send = |sequence, encoding| {
+        let mut sample = port.loan_slice_uninit(1).expect("a sample");
+        *sample.user_header_mut() = Header1 {
+            version: 1,
+            encoding,
+            sequence,
+            ..Header1::default()
+        };
+        let reached = sample.write_from_slice(b"x").send();
+        assert_eq!(reached.expect("to send"), 1);
+    };
+    let (mut gaps, mut got, mut lost, mut errors) = (Gaps::default(), 0, 0, 0);
+    // Two are sent that cannot be read, and two are not sent.
+    for (sequence, encoding) in [(1, 1), (2, 77), (3, 1), (5, 1), (6, 77), (8, 1), (9, 1)] {
+        send(sequence, encoding);
+        let received = scan.receive(&mut |header, _| {
+            got += 1;
+            lost += gaps.note(&header);
+        });
+        match received {
+            Ok(received) => assert!(received),
+            Err(_) => errors += 1,
+        }
+    }
+    assert_eq!((got, lost, errors), (5, 2, 2));
+}

@@ -1,0 +1,78 @@
+//! What the page about the language shows is what the language does.
+
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_pdsl::config::{self, Live};
+use rc_pdsl::model::Parameters;
+use rc_syntax::MemoryLoader;
+
+const PAGE: &str = include_str!("../../src/grammar.md");
+
+/// The fenced blocks that are marked with `language`; "" for those without a mark.
+fn blocks(language: &str) -> Vec<&'static str> {
+    let mut all = Vec::new();
+    let mut fences = PAGE.split("```").skip(1);
+    while let (Some(block), _) = (fences.next(), fences.next()) {
+        let (mark, text) = block.split_once('\n').expect("a line with the mark");
+        if mark == language {
+            all.push(text);
+        }
+    }
+    all
+}
+
+fn load(text: &str) -> Parameters {
+    let mut sources = SourceMap::new();
+    let source = sources.add("page.pdsl", text);
+    let (model, found) = rc_pdsl::load(&mut sources, &MemoryLoader::default(), source);
+    assert_eq!(render(&sources, &found, Format::Short), "", "{text}");
+    model.expect("parameters")
+}
+
+#[test]
+fn every_file_on_the_page_is_read_without_a_finding() {
+    let files = blocks("pdsl");
+    assert!(files.len() >= 4, "{files:?}");
+    for file in files {
+        load(file);
+    }
+}
+
+#[test]
+fn the_configuration_on_the_page_breaks_the_rules_that_it_says() {
+    let model = load(blocks("pdsl")[0]);
+    let mut sources = SourceMap::new();
+    let source = sources.add("config.toml", blocks("toml")[0]);
+    let (_, found) = config::check(&sources, source, Some(&model));
+    let rendered = render(&sources, &found, Format::Short);
+    let shown = blocks("").pop().expect("the messages");
+    for (shown, said) in shown.lines().zip(rendered.lines()) {
+        for part in shown.split(" … ") {
+            assert!(said.contains(part), "{part}\n{said}");
+        }
+    }
+    assert_eq!(
+        shown.lines().count(),
+        rendered.lines().count(),
+        "{rendered}"
+    );
+}
+
+#[test]
+fn the_change_on_the_page_is_accepted() {
+    let model = load(blocks("pdsl")[0]);
+    let mut sources = SourceMap::new();
+    let text = blocks("toml")[0].replace("id = 1\nmin = 2.0", "id = 2\nmin = 0.5");
+    let source = sources.add("config.toml", text);
+    let (configuration, found) = config::check(&sources, source, Some(&model));
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let live = Live::new(model, &configuration.parameters);
+    let words = blocks("sh")[0].split_whitespace();
+    let changes: Vec<_> = words.filter_map(|word| word.split_once('=')).collect();
+    let changes: Vec<_> = changes
+        .iter()
+        .map(|(path, value)| (*path, config::argument(value)))
+        .collect();
+    let accepted = live.check(changes.iter().map(|(path, value)| (*path, value)));
+    let accepted = accepted.expect("what the page shows");
+    assert_eq!((accepted.changes.len(), accepted.pending.len()), (2, 1));
+}

@@ -1,0 +1,430 @@
+//! What is said about `.smdsl` texts, and what is understood of them.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use crate::shown::{read, shown};
+use expect_test::{Expect, expect};
+
+/// What is found in a whole file.
+fn check(text: &str, expected: &Expect) {
+    expected.assert_eq(&read("m.smdsl", text).0);
+}
+
+/// What is understood of a file in which nothing is found.
+fn model(text: &str, expected: &Expect) {
+    let (found, machine) = read("m.smdsl", text);
+    assert_eq!(found, "");
+    expected.assert_eq(&shown(&machine.expect("a machine")));
+}
+
+#[test]
+fn a_machine_with_everything() {
+    model(
+        "/// Drives around.\nrover {\n  end_state off;\n  /// Waits.\n  initial_state idle;\n  states\n    /// Moves.\n    drive,\n    dock;\n  transitions {\n    /// Told to go.\n    idle => drive, off;\n    drive => drive, dock; dock => idle;\n  };\n};\n\
+         /// Both at once.\n:drive parallel { states wheels, lidar; transitions { wheels => wheels; lidar => lidar; }; };\n\
+         :wheels { /** All of them. */ states turn, stop; initial_state go; end_state halted; transition { go => turn,stop; turn => go; stop => halted; }; };\n",
+        &expect![[r#"
+            rover "Drives around."
+              idle initial "Waits."
+              drive "Moves.", all of "Both at once."
+                wheels, one of
+                  go initial
+                  turn
+                  stop
+                  halted end
+                lidar
+              dock
+              off end
+            idle => drive "Told to go."
+            idle => off "Told to go."
+            drive => drive
+            drive => dock
+            dock => idle
+            wheels => wheels
+            lidar => lidar
+            go => turn
+            go => stop
+            turn => go
+            stop => halted
+        "#]],
+    );
+}
+
+#[test]
+fn habits_of_real_files() {
+    model(
+        "\n/* Change the name\n   with the states. */\n\n m{\r\n\tstates b;\r\n\tinitial_state a;;\r\n\tend_state z;\r\n\ttransitions{\r\n\t\ta => b;\r\n//\t\tb => a;\r\n\t\tb => b,z;\r\n\t};\r\n};;\r\n\n/* ----\n:b parallel{\n} ---- */\n",
+        &expect![[r#"
+            m
+              a initial
+              b
+              z end
+            a => b
+            b => b
+            b => z
+        "#]],
+    );
+    // No semicolon after a brace, keywords in any case, a block before that of its parent.
+    model(
+        "M { Initial_State a; STATES b; TRANSITION { a=>b; } }\n:c Parallel { States d, e; }\n:b { initial_STATE c; }",
+        &expect![[r#"
+            M
+              a initial
+              b, one of
+                c initial, all of
+                  d
+                  e
+            a => b
+        "#]],
+    );
+    // A transition may lead into another block.
+    model(
+        "m { initial_state a; states b; transitions { a => b, b2; b2 => a; }; };\n:b { initial_state b1; states b2; transitions { b1 => b2; }; };",
+        &expect![[r#"
+            m
+              a initial
+              b, one of
+                b1 initial
+                b2
+            a => b
+            a => b2
+            b2 => a
+            b1 => b2
+        "#]],
+    );
+}
+
+#[test]
+fn keywords_are_names_elsewhere() {
+    model(
+        "states { initial_state parallel; states states, transitions, initial_state; end_state end_state;\n\
+         transitions { parallel => states, transitions; transition => end_state; states => initial_state; initial_state => transition; }; };\n\
+         :parallel parallel { states transition; };\n:transitions { initial_state x; };",
+        &expect![[r#"
+            states
+              parallel initial, all of
+                transition
+              states
+              transitions, one of
+                x initial
+              initial_state
+              end_state end
+            parallel => states
+            parallel => transitions
+            transition => end_state
+            states => initial_state
+            initial_state => transition
+        "#]],
+    );
+}
+
+#[test]
+fn whole_files() {
+    check(
+        "",
+        &expect![[r#"
+        m.smdsl:1:1: error[empty-file]: this file is empty; it should hold `NAME { … };`, then a `:STATE { … };` for each state with substates
+    "#]],
+    );
+    check(
+        "// nothing\n",
+        &expect![[r#"
+        m.smdsl:1:1: error[empty-file]: this file is empty; it should hold `NAME { … };`, then a `:STATE { … };` for each state with substates
+    "#]],
+    );
+    check(
+        "m { initial_state a; }; /* never\nends",
+        &expect![[r#"
+        m.smdsl:1:25: error[unclosed-comment]: this comment has no end: `*/` is missing
+    "#]],
+    );
+    check(
+        "m { initial_state a; };\nn { initial_state b; };",
+        &expect![[r#"
+            m.smdsl:2:1: error[text-after-end]: there is text after the end; a file holds one `NAME { … };`, then a `:STATE { … };` for each state with substates
+        "#]],
+    );
+    check(
+        "m { initial_state a; }; }",
+        &expect![[r#"
+        m.smdsl:1:25: error[text-after-end]: there is text after the end; a file holds one `NAME { … };`, then a `:STATE { … };` for each state with substates
+    "#]],
+    );
+    check(
+        "m {\n initial_state a;\n",
+        &expect![[r#"
+        m.smdsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+    "#]],
+    );
+    check(
+        "m { initial_state a; };\n:a {\n initial_state b;",
+        &expect![[r#"
+            m.smdsl:3:18: error[syntax-error]: expected `}`, found the end of the file
+        "#]],
+    );
+    check(
+        "m\n initial_state a;\n};",
+        &expect![[r#"
+        m.smdsl:2:2: error[syntax-error]: expected `{`, found `initial_state`
+    "#]],
+    );
+    check(
+        "{ initial_state a; };",
+        &expect![[r#"
+        m.smdsl:1:1: error[syntax-error]: expected a name, found `{`
+    "#]],
+    );
+    check(
+        ":a { initial_state b; };",
+        &expect![[r#"
+        m.smdsl:1:1: error[syntax-error]: expected a name, found `:`
+    "#]],
+    );
+    check(
+        "statemachine m { };",
+        &expect![[r#"
+        m.smdsl:1:14: error[syntax-error]: expected `{`, found `m`
+    "#]],
+    );
+    check(
+        "m { };",
+        &expect![[r#"
+        m.smdsl:1:1: error[no-initial-state]: the machine has no initial state (add `initial_state NAME;`)
+    "#]],
+    );
+}
+
+#[test]
+fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
+    check(
+        "m { states b, c // the others\ninitial_state a\nend_state z\ntransitions { a => b, c\n b => c c => z }\n}\n:b parallel { states d }",
+        &expect![[r#"
+            m.smdsl:1:16: error[missing-semicolon]: `;` expected here
+            m.smdsl:2:16: error[missing-semicolon]: `;` expected here
+            m.smdsl:3:12: error[missing-semicolon]: `;` expected here
+            m.smdsl:4:24: error[missing-semicolon]: `;` expected here
+            m.smdsl:5:8: error[missing-semicolon]: `;` expected here
+            m.smdsl:5:15: error[missing-semicolon]: `;` expected here
+            m.smdsl:7:23: error[missing-semicolon]: `;` expected here
+        "#]],
+    );
+}
+
+#[test]
+fn what_cannot_be_read() {
+    check(
+        "m {\ninitial_state a;\nstates b c;\nstate d;\ninitial e;\nfinal f;\n:a { initial_state x; };\nend_state;\ninitial_state = a;\n§;\nstates b, ;\n};",
+        &expect![[r#"
+            m.smdsl:3:10: error[syntax-error]: expected `,` or `;`, found `c`
+            m.smdsl:4:1: error[unknown-clause]: `state` does not begin a clause of a state machine (did you mean `states`?)
+            m.smdsl:5:1: error[unknown-clause]: `initial` does not begin a clause of a state machine (did you mean `initial_state`?)
+            m.smdsl:6:1: error[unknown-clause]: `final` does not begin a clause of a state machine (did you mean `end_state`?)
+            m.smdsl:7:1: error[unknown-clause]: `:` does not begin a clause of a state machine (substates stand in a block of their own, after the machine)
+            m.smdsl:8:10: error[syntax-error]: expected a name, found `;`
+            m.smdsl:9:15: error[syntax-error]: expected a name, found `=`
+            m.smdsl:10:1: error[unknown-clause]: `§` does not begin a clause of a state machine (allowed here: `states`, `initial_state`, `end_state`, `transitions`)
+            m.smdsl:11:11: error[syntax-error]: expected a name, found `;`
+        "#]],
+    );
+    check(
+        "m {\ninitial_state a; states b, c;\ntransitions {\na -> b;\na => ;\n=> b;\na b;\na => b c;\na => b, b => c;\na;\n};\n};",
+        &expect![[r#"
+            m.smdsl:4:3: error[syntax-error]: expected `=>`, found `-`
+            m.smdsl:5:6: error[syntax-error]: expected a name, found `;`
+            m.smdsl:6:1: error[syntax-error]: expected a name, found `=`
+            m.smdsl:7:3: error[syntax-error]: expected `=>`, found `b`
+            m.smdsl:8:8: error[syntax-error]: expected `,` or `;`, found `c`
+            m.smdsl:9:11: error[syntax-error]: expected `,` or `;`, found `=`
+            m.smdsl:10:2: error[syntax-error]: expected `=>`, found `;`
+        "#]],
+    );
+    check(
+        "m { initial_state a; states b; transitions { a => b; }; };\n:a paralel { states c; };\n: { states d; };\n:b { initial_state e; states f; transitions { e => g, F; }; };",
+        &expect![[r#"
+            m.smdsl:2:4: error[syntax-error]: expected `parallel` or `{`, found `paralel`
+            m.smdsl:3:3: error[syntax-error]: expected a name, found `{`
+            m.smdsl:4:55: error[unknown-state]: unknown state `F` (did you mean `f`?)
+        "#]],
+    );
+    // What is not read may declare what is named.
+    check(
+        "m { initial_state a; states b = c; transitions { a => b, c, A; }; };",
+        &expect![[r#"
+            m.smdsl:1:31: error[syntax-error]: expected `,` or `;`, found `=`
+            m.smdsl:1:61: error[unknown-state]: unknown state `A` (did you mean `a`?)
+        "#]],
+    );
+    check(
+        "m { initial_state a; transitons { a => b; b => c; }; };\n:a { initial_state x; };",
+        &expect![[r#"
+            m.smdsl:1:22: error[unknown-clause]: `transitons` does not begin a clause of a state machine (did you mean `transitions`?)
+        "#]],
+    );
+}
+
+#[test]
+fn states_are_known() {
+    check(
+        "m {\ninitial_state idle; states drive;\ntransitions { idle => driev, Drive, park;\nstop => idle; idle => drive; };\n};\n:drvie { initial_state x; };",
+        &expect![[r#"
+            m.smdsl:3:23: error[unknown-state]: unknown state `driev` (did you mean `drive`?)
+            m.smdsl:3:30: error[unknown-state]: unknown state `Drive` (did you mean `drive`?)
+            m.smdsl:3:37: error[unknown-state]: unknown state `park`
+            m.smdsl:4:1: error[unknown-state]: unknown state `stop`
+            m.smdsl:6:2: error[unknown-state]: unknown state `drvie` (did you mean `drive`?)
+        "#]],
+    );
+}
+
+#[test]
+fn states_are_declared_once() {
+    check(
+        "m {\ninitial_state a; states b, c, b;\nend_state C;\ntransitions { a => b, c, C; };\n};\n:b {\n initial_state B1; states a, b1;\n transitions { B1 => b1; };\n};",
+        &expect![[r#"
+            m.smdsl:2:31: error[duplicate-state]: state `b` is declared twice; the first one at m.smdsl:2:25
+            m.smdsl:3:11: error[duplicate-state]: states `c` and `C` differ only in upper and lower case; the first one at m.smdsl:2:28
+            m.smdsl:7:27: error[duplicate-state]: state `a` is declared twice; the first one at m.smdsl:2:15
+            m.smdsl:7:30: error[duplicate-state]: states `B1` and `b1` differ only in upper and lower case; the first one at m.smdsl:7:16
+        "#]],
+    );
+    check(
+        "m {\ninitial_state a;\nend_state a;\n};",
+        &expect![[r#"
+        m.smdsl:3:11: error[duplicate-state]: state `a` is declared twice; the first one at m.smdsl:2:15
+    "#]],
+    );
+    check(
+        "m {\ninitial_state a; end_state z;\nstates a, b, z;\ntransitions { a => b; b => z; };\n};",
+        &expect![[r#"
+            m.smdsl:3:8: warning[repeated-state]: `a` is the initial or the end state, and is not repeated under `states`; declared here at m.smdsl:2:15
+            m.smdsl:3:14: warning[repeated-state]: `z` is the initial or the end state, and is not repeated under `states`; declared here at m.smdsl:2:28
+        "#]],
+    );
+}
+
+#[test]
+fn clauses_come_once() {
+    check(
+        "m {\ninitial_state a; initial_state b, a;\nend_state y, z;\nstates c; States d;\ntransitions { a => c, d; }; transition { a => b; a => y; b => z; };\n};",
+        &expect![[r#"
+            m.smdsl:2:32: error[second-initial-state]: there is an initial state already: `a`; a block has one; the first one at m.smdsl:2:15
+            m.smdsl:2:35: error[second-initial-state]: there is an initial state already: `a`; a block has one; the first one at m.smdsl:2:15
+            m.smdsl:3:14: error[second-end-state]: there is an end state already: `y`; a block has one; the first one at m.smdsl:3:11
+            m.smdsl:4:11: error[repeated-clause]: clause `States` is repeated; each stands once; the first one at m.smdsl:4:1
+            m.smdsl:5:29: error[repeated-clause]: clause `transition` is repeated; each stands once; the first one at m.smdsl:5:1
+        "#]],
+    );
+}
+
+#[test]
+fn every_block_but_a_parallel_one_has_an_initial_state() {
+    check(
+        "m { states a, b; transitions { a => b; }; };\n:a { states c; };\n:b { };\n:c parallel { };",
+        &expect![[r#"
+            m.smdsl:1:1: error[no-initial-state]: the machine has no initial state (add `initial_state NAME;`)
+            m.smdsl:2:2: error[no-initial-state]: `a` has no initial state (add `initial_state NAME;`)
+            m.smdsl:3:2: error[no-initial-state]: `b` has no initial state (add `initial_state NAME;`)
+            m.smdsl:4:2: error[no-states]: `c` has no states
+        "#]],
+    );
+    check(
+        "m { initial_state a; };\n:a parallel {\n initial_state b;\n states c;\n end_state d;\n};",
+        &expect![[r#"
+            m.smdsl:3:2: error[not-in-parallel]: a parallel block has no initial state; parallel because of this at m.smdsl:2:4 (all of its states are entered together; name this one under `states`)
+            m.smdsl:5:2: error[not-in-parallel]: a parallel block has no end state; parallel because of this at m.smdsl:2:4 (it ends when each of its states has ended; name this one under `states`)
+        "#]],
+    );
+}
+
+#[test]
+fn an_end_state_ends() {
+    check(
+        "m { initial_state a; end_state z;\ntransitions { a => z;\nz => a; }; };\n:z { initial_state y; };",
+        &expect![[r#"
+            m.smdsl:3:6: error[transition-from-end-state]: a transition cannot lead out of the end state `z`; declared here at m.smdsl:1:32
+            m.smdsl:4:2: error[end-state-with-substates]: the end state `z` cannot have substates; declared here at m.smdsl:1:32
+        "#]],
+    );
+}
+
+#[test]
+fn blocks_have_one_place() {
+    check(
+        "m { initial_state a; };\n:a { initial_state b; };\n:a { initial_state c; };",
+        &expect![[r#"
+            m.smdsl:3:2: error[duplicate-parent]: the substates of `a` are declared twice; the first block at m.smdsl:2:2 (put all of them into one block)
+        "#]],
+    );
+    check(
+        "m { initial_state a; };\n:b { initial_state c; };\n:c { initial_state b; };\n:d { initial_state d; };",
+        &expect![[r#"
+            m.smdsl:3:2: error[circular-parents]: a state cannot be inside itself: `c` in `b` in `c`; and this block at m.smdsl:2:2
+            m.smdsl:4:2: error[circular-parents]: a state cannot be inside itself: `d` in `d`
+        "#]],
+    );
+}
+
+#[test]
+fn blocks_nest_to_a_limit() {
+    let mut text = "m { initial_state s0; };\n".to_owned();
+    for i in 0..101 {
+        text += &format!(":s{i} {{ initial_state s{}; }};\n", i + 1);
+    }
+    check(
+        &text,
+        &expect![[r#"
+        m.smdsl:101:22: error[nested-too-deep]: states nest deeper than 100 levels here
+    "#]],
+    );
+}
+
+#[test]
+fn every_state_can_be_reached() {
+    check(
+        "m {\ninitial_state a; states b, c, d, e, f; end_state z;\ntransitions { a => b; b => a; c => c; d => e; e => d; f => z; };\n};\n\
+         :b parallel { states b1, b2; };\n:b1 { initial_state b11; states b12; transitions { b11 => b11; }; };\n:c { initial_state c1; states c2; };",
+        &expect![[r#"
+            m.smdsl:2:28: warning[no-way-in]: no transition leads to state `c`
+            m.smdsl:2:31: warning[unreachable-state]: state `d` cannot be reached from the initial state
+            m.smdsl:2:34: warning[unreachable-state]: state `e` cannot be reached from the initial state
+            m.smdsl:2:37: warning[no-way-in]: no transition leads to state `f`
+            m.smdsl:2:50: warning[unreachable-state]: state `z` cannot be reached from the initial state
+            m.smdsl:6:33: warning[no-way-in]: no transition leads to state `b12`
+        "#]],
+    );
+    // The other parts of a parallel state are entered with it.
+    check(
+        "m { initial_state a; states p; transitions { a => p11; }; };\n:p parallel { states p1, p2; };\n:p1 { initial_state p10; states p11; transitions { p11 => p10; }; };\n:p2 { initial_state p21; };",
+        &expect![[""]],
+    );
+    // A state that is entered through a substate is not entered with its initial state.
+    check(
+        "m { initial_state a; states b; transitions { a => b2; }; };\n:b { initial_state b1; states b2; };",
+        &expect![[r#"
+            m.smdsl:2:20: warning[unreachable-state]: state `b1` cannot be reached from the initial state
+        "#]],
+    );
+}
+
+#[test]
+fn transitions_are_there_and_stand_once() {
+    check(
+        "m { initial_state a; states b; };",
+        &expect![[r#"
+        m.smdsl:1:1: warning[no-transitions]: `m` has no transitions: it stays in its initial state
+    "#]],
+    );
+    check(
+        "m { initial_state a; states b; transitions { }; };",
+        &expect![[r#"
+            m.smdsl:1:1: warning[no-transitions]: `m` has no transitions: it stays in its initial state
+        "#]],
+    );
+    check(
+        "m { initial_state a; states b;\ntransitions { a => b, a, b;\na => b; b => b; }; };",
+        &expect![[r#"
+            m.smdsl:2:26: warning[duplicate-transition]: the transition `a => b` is repeated; the first one at m.smdsl:2:20
+            m.smdsl:3:6: warning[duplicate-transition]: the transition `a => b` is repeated; the first one at m.smdsl:2:20
+        "#]],
+    );
+}

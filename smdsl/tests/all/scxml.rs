@@ -1,0 +1,366 @@
+//! What is said about `.scxml` texts, and what is understood of them.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use crate::shown::{read, shown};
+use expect_test::{Expect, expect};
+
+/// What is found in a whole file.
+fn check_file(text: &str, expected: &Expect) {
+    expected.assert_eq(&read("m.scxml", text).0);
+}
+
+/// What is understood of a whole file in which nothing is found.
+fn model_of_file(text: &str, expected: &Expect) {
+    let (found, machine) = read("m.scxml", text);
+    assert_eq!(found, "");
+    expected.assert_eq(&shown(&machine.expect("a machine")));
+}
+
+/// A file with `body` from line 2 on.
+fn file(body: &str) -> String {
+    format!(
+        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" name=\"m\">\n{body}\n</scxml>\n"
+    )
+}
+
+/// What is found in a body.
+fn check(body: &str, expected: &Expect) {
+    check_file(&file(body), expected);
+}
+
+/// What is understood of a body in which nothing is found.
+fn model(body: &str, expected: &Expect) {
+    model_of_file(&file(body), expected);
+}
+
+#[test]
+fn the_whole_subset() {
+    model(
+        r#"<!-- a comment -->
+        <state id="idle">
+          <onentry><log label="idle" expr="1"/><raise event="ready"/></onentry>
+          <onexit><log/></onexit>
+          <transition event="go start.*" cond="In('idle')" target="drive"><raise event="moving"/></transition>
+          <transition event="tick"><log label="tick"/></transition>
+          <transition cond="x &lt; 3" target="resume"/>
+        </state>
+        <parallel id="drive">
+          <history id="again" type="deep"><transition target="wheels1 lidar1"><log label="anew"/></transition></history>
+          <state id="wheels">
+            <initial><transition target="wheels2"><raise event="first"/></transition></initial>
+            <history id="last"><transition target="wheels1"/></history>
+            <state id="wheels1"><transition event="e" target="wheels2"/></state>
+            <state id="wheels2"><transition event="e" target="wheels1"/><transition event="back" target="last"/></state>
+          </state>
+          <state id="lidar" initial="deep">
+            <state id="lidar1"><state id="deep"><transition target="lidar2"/></state></state>
+            <state id="lidar2"/>
+          </state>
+          <transition event="stop" target="off"/>
+          <transition event="pause" target="idle"/>
+        </parallel>
+        <final id="off"><onentry><log label="off"/></onentry></final>
+        <state id="resume"><transition target="again"/></state>"#,
+        &expect![[r#"
+            m
+              idle initial, entry log idle 1, entry raise ready, exit log - -
+              drive, all of
+                again deep history
+                wheels, one of, first raise first
+                  last history
+                  wheels1
+                  wheels2 initial
+                lidar, one of, enters deep
+                  lidar1, one of
+                    deep initial
+                  lidar2
+              off end, entry log off -
+              resume
+            idle => drive, on go or start.*, if In('idle'), doing raise moving
+            idle =>, on tick, doing log tick -
+            idle => resume, if x < 3
+            again => wheels1 lidar1, doing log anew -
+            last => wheels1
+            wheels1 => wheels2, on e
+            wheels2 => wheels1, on e
+            wheels2 => last, on back
+            deep => lidar2
+            drive => off, on stop
+            drive => idle, on pause
+            resume => again
+        "#]],
+    );
+}
+
+#[test]
+fn whole_files() {
+    // The first state is entered, and the name is that of the file.
+    model_of_file(
+        "\u{feff}<?xml version=\"1.0\"?>\n<scxml><state id=\"a\"><transition target=\"b\"/></state><final id=\"b\"/></scxml>",
+        &expect![[r#"
+            m
+              a initial
+              b end
+            a => b
+        "#]],
+    );
+    check_file(
+        "",
+        &expect![[r#"
+        m.scxml:1:1: error[empty-file]: this file is empty; it should hold `<scxml …> … </scxml>`
+    "#]],
+    );
+    check_file(
+        "<scxml/>",
+        &expect![[r#"
+        m.scxml:1:2: error[no-states]: the machine has no states
+    "#]],
+    );
+    check_file(
+        "<machine/>",
+        &expect![[r#"
+        m.scxml:1:2: error[syntax-error]: expected `scxml`, found `machine`
+    "#]],
+    );
+    check_file(
+        "<scxml xmlns=\"http://example.com\"><state id=\"a\"/></scxml>",
+        &expect![[r#"
+            m.scxml:1:2: error[scxml-not-supported]: the element `scxml` is not in the part of SCXML that is supported
+            m.scxml:1:2: error[no-states]: the machine has no states
+            m.scxml:1:36: error[scxml-not-supported]: the element `state` is not in the part of SCXML that is supported
+        "#]],
+    );
+    check_file(
+        "states a;",
+        &expect![[r#"
+        m.scxml:1:1: error[malformed-xml]: this is not XML: unknown token
+    "#]],
+    );
+    check_file(
+        "<!-- only this -->",
+        &expect![[r#"
+        m.scxml:1:19: error[malformed-xml]: this is not XML: the document does not have a root node
+    "#]],
+    );
+    check_file(
+        "<scxml>\n<state id=\"a\">\n</scxml>",
+        &expect![[r#"
+        m.scxml:3:1: error[malformed-xml]: this is not XML: expected `state` tag, not `scxml`
+    "#]],
+    );
+    check_file(
+        "<scxml>\n<state id=\"é\" é=x/>\n</scxml>",
+        &expect![[r#"
+        m.scxml:2:17: error[malformed-xml]: this is not XML: expected a quote not `x`
+    "#]],
+    );
+    check_file(
+        "<scxml>\n<state id=\"a\"/>\n",
+        &expect![[r#"
+        m.scxml:2:16: error[malformed-xml]: this is not XML: the root node was opened but never closed
+    "#]],
+    );
+    check_file(
+        "<scxml>\n<state id=\"a\"/> &unknown; </scxml>",
+        &expect![[r#"
+            m.scxml:2:17: error[malformed-xml]: this is not XML: unknown entity reference `unknown`
+        "#]],
+    );
+    check_file(
+        "<scxml>\n<state id=\"a\" id=\"b\"/></scxml>",
+        &expect![[r#"
+            m.scxml:2:15: error[malformed-xml]: this is not XML: attribute `id` is already defined
+        "#]],
+    );
+    check_file(
+        "<scxml>\n<state id=\"<\"/></scxml>",
+        &expect![[r#"
+        m.scxml:2:12: error[malformed-xml]: this is not XML: expected `"` not `<`
+    "#]],
+    );
+    check_file(
+        "<scxml>\n<x:state id=\"a\"/></scxml>",
+        &expect![[r#"
+        m.scxml:2:2: error[malformed-xml]: this is not XML: an unknown namespace prefix `x`
+    "#]],
+    );
+}
+
+#[test]
+fn what_could_grow_without_end() {
+    check_file(
+        "<?xml version=\"1.0\"?>\n<!DOCTYPE b [<!ENTITY a \"x\"><!ENTITY b \"&a;&a;&a;\">]>\n<scxml><state id=\"&b;\"/></scxml>",
+        &expect![[r#"
+            m.scxml:2:1: error[scxml-not-supported]: a document type is not in the part of SCXML that is supported
+        "#]],
+    );
+    let deep = |levels: usize| {
+        let open: String = (0..levels)
+            .map(|i| format!("<state id=\"s{i}\">"))
+            .collect();
+        format!("<scxml>\n{open}{}</scxml>", "</state>".repeat(levels))
+    };
+    check_file(
+        &deep(100),
+        &expect![[r#"
+        m.scxml:1:2: warning[no-transitions]: `m` has no transitions: it stays in its initial state
+    "#]],
+    );
+    check_file(
+        &deep(101),
+        &expect![[r#"
+        m.scxml:2:1592: error[nested-too-deep]: states nest deeper than 100 levels here
+    "#]],
+    );
+    check_file(
+        &deep(20_000),
+        &expect![[r#"
+        m.scxml:2:1592: error[nested-too-deep]: states nest deeper than 100 levels here
+    "#]],
+    );
+}
+
+#[test]
+fn anything_else_is_refused_at_its_place() {
+    check(
+        "<datamodel><data id=\"x\"/></datamodel>\n<state id=\"a\" x=\"1\">\n<invoke src=\"x\"/>\n<onentry><script>x</script><send event=\"e\"/><assign location=\"x\" expr=\"1\"/></onentry>\n<transition type=\"internal\" target=\"b\"><if cond=\"x\"/></transition>\n text in between\n and more\n</state>\n<final id=\"b\"><donedata/></final>\n<t:info xmlns:t=\"urn:t\" a=\"1\"/>\n<state id=\"c\" t:at=\"1\" xmlns:t=\"urn:t\"/>",
+        &expect![[r#"
+            m.scxml:2:2: error[scxml-not-supported]: the element `datamodel` is not in the part of SCXML that is supported
+            m.scxml:3:15: error[scxml-not-supported]: the attribute `x` of `state` is not in the part of SCXML that is supported
+            m.scxml:4:2: error[scxml-not-supported]: the element `invoke` is not in the part of SCXML that is supported
+            m.scxml:5:11: error[scxml-not-supported]: the element `script` is not in the part of SCXML that is supported
+            m.scxml:5:29: error[scxml-not-supported]: the element `send` is not in the part of SCXML that is supported
+            m.scxml:5:46: error[scxml-not-supported]: the element `assign` is not in the part of SCXML that is supported
+            m.scxml:6:13: error[scxml-not-supported]: the attribute `type` of `transition` is not in the part of SCXML that is supported
+            m.scxml:6:41: error[scxml-not-supported]: the element `if` is not in the part of SCXML that is supported
+            m.scxml:7:2: error[scxml-not-supported]: text in `state` is not in the part of SCXML that is supported
+            m.scxml:10:16: error[scxml-not-supported]: the element `donedata` is not in the part of SCXML that is supported
+            m.scxml:11:2: error[scxml-not-supported]: the element `t:info` is not in the part of SCXML that is supported
+            m.scxml:12:15: error[scxml-not-supported]: the attribute `t:at` of `state` is not in the part of SCXML that is supported
+        "#]],
+    );
+    check_file(
+        "<scxml datamodel=\"ecmascript\" initial=\"a\"><state id=\"a\"/></scxml>",
+        &expect![[r#"
+            m.scxml:1:8: error[scxml-not-supported]: the attribute `datamodel` of `scxml` is not in the part of SCXML that is supported
+        "#]],
+    );
+}
+
+#[test]
+fn elements_stand_where_they_mean_something() {
+    check(
+        "<history id=\"h\"/>\n<transition target=\"a\"/>\n<onentry/>\n<state id=\"a\">\n<raise event=\"e\"/><scxml/>\n<onentry><state id=\"x\"/><raise event=\"e\"><log/></raise></onentry>\n</state>\n<final id=\"z\">\n<state id=\"y\"/>\n</final>",
+        &expect![[r#"
+            m.scxml:2:2: error[misplaced-element]: `history` cannot stand in `scxml`
+            m.scxml:3:2: error[misplaced-element]: `transition` cannot stand in `scxml`
+            m.scxml:4:2: error[misplaced-element]: `onentry` cannot stand in `scxml`
+            m.scxml:6:2: error[misplaced-element]: `raise` cannot stand in `state`
+            m.scxml:6:20: error[misplaced-element]: `scxml` cannot stand in `state`
+            m.scxml:7:11: error[misplaced-element]: `state` cannot stand in `onentry`
+            m.scxml:7:43: error[misplaced-element]: `log` cannot stand in `raise`
+            m.scxml:10:2: error[misplaced-element]: `state` cannot stand in `final`
+        "#]],
+    );
+}
+
+#[test]
+fn attributes_that_are_missing_or_wrong() {
+    check(
+        "<state>\n<transition/><transition event=\"e\"><raise/></transition>\n<transition target=\"\"/><transition event=\" \"/></state>\n<state id=\"\"/><state id=\"a b\"/>\n<state id=\"s\"><history id=\"h\" type=\"dep\"><transition event=\"e\" target=\"s1\"/></history><state id=\"s1\"/></state>",
+        &expect![[r#"
+            m.scxml:2:2: error[missing-attribute]: `state` needs an `id`: code is generated by this name
+            m.scxml:3:2: error[missing-attribute]: a transition needs an `event`, a `cond` or a `target`
+            m.scxml:3:37: error[missing-attribute]: `raise` needs an `event`
+            m.scxml:4:21: error[bad-attribute]: no state is named here
+            m.scxml:4:43: error[bad-attribute]: no event is named here
+            m.scxml:5:12: error[bad-attribute]: an id is a name without spaces
+            m.scxml:5:26: error[bad-attribute]: an id is a name without spaces
+            m.scxml:6:37: error[bad-attribute]: `dep` is not a type of history (did you mean `deep`?)
+            m.scxml:6:61: error[bad-attribute]: the transition of `history` has no `event`: it is always taken
+        "#]],
+    );
+    check(
+        "<state id=\"a\">\n<history id=\"h1\"/>\n<history id=\"h2\"><transition/></history>\n<history id=\"h3\"><transition target=\"b\"/><transition target=\"b\"/></history>\n<state id=\"b\"/></state>",
+        &expect![[r#"
+            m.scxml:3:2: error[missing-element]: `history` needs a `transition` with a `target`
+            m.scxml:4:19: error[missing-attribute]: the transition of `history` needs a `target`
+            m.scxml:5:43: error[repeated-clause]: `transition` is repeated; it stands once in `history`; the first one at m.scxml:5:19
+        "#]],
+    );
+}
+
+#[test]
+fn ids_are_known_and_unique() {
+    check(
+        "<state id=\"idle\"><transition target=\"driev\"/><transition target=\"Idle  park\"/></state>\n<state id=\"drive\"/><state id=\"drive\"/>\n<state id=\"DRIVE\"/>",
+        &expect![[r#"
+            m.scxml:2:38: error[unknown-state]: unknown state `driev` (did you mean `DRIVE`?)
+            m.scxml:2:66: error[unknown-state]: unknown state `Idle` (did you mean `idle`?)
+            m.scxml:2:72: error[unknown-state]: unknown state `park`
+            m.scxml:3:31: error[duplicate-state]: state `drive` is declared twice; the first one at m.scxml:3:12
+            m.scxml:4:12: error[duplicate-state]: states `drive` and `DRIVE` differ only in upper and lower case; the first one at m.scxml:3:12
+        "#]],
+    );
+}
+
+#[test]
+fn what_is_entered_first() {
+    check(
+        "<state id=\"a\" initial=\"b\">\n<state id=\"c\"/></state>\n<state id=\"b\" initial=\"nothing\"/>\n<state id=\"d\" initial=\"e\">\n<initial><transition target=\"e\"/></initial>\n<state id=\"e\"/></state>\n<state id=\"f\"><initial/><state id=\"g\"/></state>\n<state id=\"h\"><history id=\"i\"><transition target=\"h\"/></history></state>",
+        &expect![[r#"
+            m.scxml:2:24: error[not-inside]: `b` is not inside `a`; declared here at m.scxml:4:12
+            m.scxml:4:24: error[unknown-state]: unknown state `nothing`
+            m.scxml:6:2: error[second-initial-state]: what is entered first is said twice; the first one at m.scxml:5:24
+            m.scxml:8:16: error[missing-element]: `initial` needs a `transition` with a `target`
+            m.scxml:9:2: error[no-initial-state]: there is no state to enter first here, only a history
+            m.scxml:9:16: error[not-inside]: `h` is not inside `h`; declared here at m.scxml:9:12
+        "#]],
+    );
+    check(
+        "<parallel id=\"p\" initial=\"q\">\n<initial><transition target=\"q\"/></initial>\n<state id=\"q\"/>\n<final id=\"r\"/>\n</parallel>\n<parallel id=\"s\"/>",
+        &expect![[r#"
+            m.scxml:2:27: error[not-in-parallel]: a parallel state has no initial state; parallel because of this at m.scxml:2:2
+            m.scxml:3:2: error[not-in-parallel]: a parallel state has no initial state; parallel because of this at m.scxml:2:2
+            m.scxml:5:2: error[not-in-parallel]: a parallel state has no end state; parallel because of this at m.scxml:2:2
+            m.scxml:7:2: error[no-states]: a `parallel` without states
+        "#]],
+    );
+}
+
+#[test]
+fn what_is_entered_together() {
+    check(
+        "<state id=\"a\"><transition target=\"p1 p2\"/>\n<transition target=\"p1x q1\"/>\n<transition target=\"p1x p1y\"/><transition target=\"b p1\"/></state>\n<state id=\"b\"/>\n<parallel id=\"p\"><state id=\"p1\"><state id=\"p1x\"/><state id=\"p1y\"/></state><state id=\"p2\"><state id=\"q1\"/></state></parallel>",
+        &expect![[r#"
+            m.scxml:4:25: error[conflicting-targets]: `p1y` cannot be entered together with another state; the other one at m.scxml:4:21 (only states in different parts of a `parallel` are active together)
+            m.scxml:4:53: error[conflicting-targets]: `p1` cannot be entered together with another state; the other one at m.scxml:4:51 (only states in different parts of a `parallel` are active together)
+        "#]],
+    );
+}
+
+#[test]
+fn the_checks_of_smdsl() {
+    check(
+        "<state id=\"a\"><transition event=\"e\" target=\"b\"/><transition event=\"f\" target=\"b\"/>\n<transition event=\"e\" target=\"b\"/></state>\n<final id=\"b\"/>\n<state id=\"c\"/><state id=\"d\"><transition target=\"e\"/></state><state id=\"e\"/>",
+        &expect![[r#"
+            m.scxml:3:2: warning[duplicate-transition]: the transition `a => b` is repeated; the first one at m.scxml:2:16
+            m.scxml:5:12: warning[no-way-in]: no transition leads to state `c`
+            m.scxml:5:27: warning[no-way-in]: no transition leads to state `d`
+            m.scxml:5:73: warning[unreachable-state]: state `e` cannot be reached from the initial state
+        "#]],
+    );
+    check(
+        "<state id=\"a\"/><final id=\"b\">\n<transition target=\"a\"/></final>",
+        &expect![[r#"
+            m.scxml:3:2: error[transition-from-end-state]: a transition cannot lead out of the end state `b`; declared here at m.scxml:2:27
+        "#]],
+    );
+    check(
+        "<state id=\"a\"/><state id=\"b\"/>",
+        &expect![[r#"
+        m.scxml:1:68: warning[no-transitions]: `m` has no transitions: it stays in its initial state
+    "#]],
+    );
+}
