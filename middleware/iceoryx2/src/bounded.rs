@@ -1,9 +1,9 @@
 //! A time limit on everything that starts. iceoryx2 can wait for a file that a killed process left half made, until
-//! that is removed (see [`unfinished`]), and perhaps for other things; so what opens runs on a thread of its own, and
+//! that is removed (see [`incomplete_files`]), and perhaps for other things; so what opens runs on a thread of its own, and
 //! that thread is given up when the limit has passed.
 
+use crate::incomplete_files;
 use crate::session::Session;
-use crate::unfinished;
 use rc_middleware::{Endpoint, OpenError, RunDirectory};
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
@@ -54,15 +54,15 @@ pub(crate) fn run<T: Send + 'static>(
         Ok(result) => result,
         Err(RecvTimeoutError::Timeout) => Err(failed(format!(
             "iceoryx2 does not come back within {LIMIT:?}; {}",
-            what_is_left(directory)
+            recovery_hint(directory)
         ))),
         Err(RecvTimeoutError::Disconnected) => Err(failed("iceoryx2 panicked".to_owned())),
     }
 }
 
 /// What the dead left, and what to do, for the end of an error.
-pub(crate) fn what_is_left(directory: &RunDirectory) -> String {
-    let files = unfinished::now(directory);
+pub(crate) fn recovery_hint(directory: &RunDirectory) -> String {
+    let files = incomplete_files::list(directory);
     let left = if files.is_empty() {
         "no file of the network is half made".to_owned()
     } else {

@@ -1,11 +1,11 @@
 //! The calling end of a connection.
 
-use crate::bell::{Bell, Ear};
 use crate::message::RequestHeader;
-use crate::service::{Audience, Calls, ClientPort, Pending, calls, refusal};
-use crate::session::{OnItsWay, Session, lock};
-use crate::waiting::Waiting;
-use crate::watch::Watch;
+use crate::notifier::{Listener, Notifier};
+use crate::process_monitor::ProcessMonitor;
+use crate::service::{CallService, ClientPort, EventPorts, PendingResponse, calls, refusal};
+use crate::session::{PendingCommand, Session, lock};
+use crate::wait_set::WaitSet;
 use crate::{names, nodes};
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::client::RequestSendError;
@@ -21,11 +21,11 @@ use std::time::{Duration, Instant};
 
 /// Bytes that a client is ready for; its memory grows by doubling.
 const INITIAL: usize = 256;
-/// Longest wait before the queue is looked into all the same: a ring can be lost, see [`Ear::take`].
-const CYCLE: Duration = Duration::from_millis(50);
-/// A server that has answered so lately is asked again without a look whether it is still there: that costs a call of
+/// Longest wait before the queue is looked into all the same: a ring can be lost, see [`Listener::acknowledge`].
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// A server that has replied so recently is asked again without a look whether it is still there: that costs a call of
 /// the system. One that died meanwhile ends the call as one that dies later does.
-const LATELY: Duration = Duration::from_millis(10);
+const RECENT_REPLY: Duration = Duration::from_millis(10);
 
 /// Opens the calling end of a connection.
 pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedClient, OpenError> {
@@ -42,18 +42,23 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         .map_err(|error| refusal(address.as_str())(format!("{error:?}")))?;
     let guid = port.id().value().to_be_bytes();
     let own = names::client(address, guid);
-    let ear = Ear::open(session, &own, Audience::Client, None)?;
+    let listener = Listener::open(session, &own, EventPorts::Client, None)?;
     let interrupt = session.environment.interrupt.as_fd();
-    let waiting = Waiting::new(ear.descriptor(), interrupt)
+    let wait_set = WaitSet::new(listener.descriptor(), interrupt)
         .map_err(|error| refusal(address.as_str())(error.to_string()))?;
     Ok(SharedClient {
         address: address.to_string(),
         guid,
-        waiting,
-        ear,
-        server: Bell::open(session, &names::server(address), Audience::Server, None)?,
-        watch: RefCell::new(None),
-        answered: Cell::new(None),
+        wait_set,
+        listener,
+        server_notifier: Notifier::open(
+            session,
+            &names::server(address),
+            EventPorts::Server,
+            None,
+        )?,
+        server_process: RefCell::new(None),
+        last_reply: Cell::new(None),
         command: session.command(),
         spin: endpoint.qos.spin,
         port,
@@ -66,17 +71,17 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
 pub(crate) struct SharedClient {
     address: String,
     guid: [u8; 16],
-    waiting: Waiting,
-    ear: Ear,
-    server: Bell,
+    wait_set: WaitSet,
+    listener: Listener,
+    server_notifier: Notifier,
     /// The server that was seen last.
-    watch: RefCell<Option<Watch>>,
+    server_process: RefCell<Option<ProcessMonitor>>,
     /// When the call began that it has answered, if that was the last call.
-    answered: Cell<Option<Instant>>,
-    command: OnItsWay,
+    last_reply: Cell<Option<Instant>>,
+    command: PendingCommand,
     spin: Duration,
     port: ClientPort,
-    calls: Calls,
+    calls: CallService,
     session: Arc<Session>,
 }
 
@@ -97,42 +102,42 @@ impl SharedClient {
         let live = self.finds_server();
         if !live {
             // The next call has to look: by then there may be another server.
-            self.answered.set(None);
+            self.last_reply.set(None);
         }
         live
     }
 
     fn finds_server(&self) -> bool {
         let Some((server, node)) = self.registered() else {
-            *self.watch.borrow_mut() = None;
+            *self.server_process.borrow_mut() = None;
             return false;
         };
-        let mut watch = self.watch.borrow_mut();
-        let watch = match watch.take() {
-            Some(known) if known.server == server => watch.insert(known),
+        let mut monitor = self.server_process.borrow_mut();
+        let monitor = match monitor.take() {
+            Some(known) if known.server == server => monitor.insert(known),
             _ => {
                 let pid = node.pid::<crate::service::Service>();
-                let mut new = Watch::new(server, pid.ok().map(|pid| pid.value()));
+                let mut new = ProcessMonitor::new(server, pid.ok().map(|pid| pid.value()));
                 if new.is_gone() && !nodes::is_dead(&self.session.config, node) {
                     // It is alive in another namespace of processes, where its id is not what it seems here.
                     new.give_up();
                 }
                 if let Some(death) = new.descriptor() {
                     // What the kernel refuses here shows at the end of a cycle.
-                    let _ = self.waiting.until(death);
+                    let _ = self.wait_set.add_death(death);
                 }
-                watch.insert(new)
+                monitor.insert(new)
             }
         };
-        let live = !watch.is_dead();
+        let live = !monitor.is_dead();
         if !live {
-            self.session.clean_soon();
+            self.session.request_cleanup();
         }
         live
     }
 
     /// Puts a request into the queue of the server.
-    fn submit(&self, header: RequestHeader, request: &[u8]) -> Result<Pending, CallError> {
+    fn submit(&self, header: RequestHeader, request: &[u8]) -> Result<PendingResponse, CallError> {
         let full = || CallError::QueueFull(self.address.clone());
         let mut loan = match self.port.loan_slice_uninit(request.len()) {
             Ok(loan) => loan,
@@ -149,7 +154,7 @@ impl SharedClient {
                 })
             }
             Ok(pending) => {
-                self.server.ring();
+                self.server_notifier.notify();
                 Ok(pending)
             }
             Err(
@@ -163,7 +168,7 @@ impl SharedClient {
     /// Takes the answer, where it is there.
     fn take(
         &self,
-        pending: &Pending,
+        pending: &PendingResponse,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<bool, CallError> {
         match pending.receive() {
@@ -182,7 +187,7 @@ impl SharedClient {
     /// Looks for the answer without sleeping, as long as its slot says.
     fn spin(
         &self,
-        pending: &Pending,
+        pending: &PendingResponse,
         take: &mut dyn FnMut(Header, &[u8]),
         limit: Duration,
     ) -> Result<bool, CallError> {
@@ -199,9 +204,13 @@ impl SharedClient {
 
     /// Whether the server that was `asked` is there no more.
     fn is_gone(&self, asked: Option<u128>) -> bool {
-        let dead = self.watch.borrow().as_ref().is_some_and(Watch::is_dead);
+        let dead = self
+            .server_process
+            .borrow()
+            .as_ref()
+            .is_some_and(ProcessMonitor::is_dead);
         if dead {
-            self.session.clean_soon();
+            self.session.request_cleanup();
         }
         dead || self.registered().map(|(server, _)| server) != asked
     }
@@ -246,18 +255,28 @@ impl Client for SharedClient {
         if stopping() {
             return Err(CallError::Stopping);
         }
-        let answered = self.answered.take();
-        let lately = answered.is_some_and(|at| start.saturating_duration_since(at) < LATELY);
+        let last_reply = self.last_reply.take();
+        let recently_replied =
+            last_reply.is_some_and(|at| start.saturating_duration_since(at) < RECENT_REPLY);
         // It is the one that answered, and no successor.
-        let known = self.watch.borrow().as_ref().map(|watch| watch.server);
-        let lately = lately && self.registered().map(|(server, _)| server) == known;
-        if !lately && !self.has_server() {
+        let known = self
+            .server_process
+            .borrow()
+            .as_ref()
+            .map(|monitor| monitor.server);
+        let recently_replied =
+            recently_replied && self.registered().map(|(server, _)| server) == known;
+        if !recently_replied && !self.has_server() {
             return Err(CallError::NoServer(self.address.clone()));
         }
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
-        let asked = self.watch.borrow().as_ref().map(|watch| watch.server);
+        let asked = self
+            .server_process
+            .borrow()
+            .as_ref()
+            .map(|monitor| monitor.server);
         if !self.spin.is_zero() && self.spin(&pending, take, limit)? {
-            self.answered.set(Some(start));
+            self.last_reply.set(Some(start));
             return Ok(());
         }
         let mut unanswered: Option<Instant> = None;
@@ -272,16 +291,16 @@ impl Client for SharedClient {
             let rung = if stopping() {
                 false
             } else {
-                self.waiting.sleep(left.min(CYCLE))
+                self.wait_set.sleep(left.min(POLL_INTERVAL))
             };
-            self.ear.take(rung);
+            self.listener.acknowledge(rung);
             if self.take(&pending, take)? {
-                self.answered.set(Some(start));
+                self.last_reply.set(Some(start));
                 return Ok(());
             }
             // What is found out about the server comes before the look into the queue, so that no answer is missed.
             let gone = self.is_gone(asked);
-            let given_up = unanswered.is_some_and(|since| since.elapsed() >= CYCLE);
+            let given_up = unanswered.is_some_and(|since| since.elapsed() >= POLL_INTERVAL);
             if !pending.is_connected() {
                 // The server has dropped the request. If it is about to leave, that is seen soon.
                 unanswered.get_or_insert_with(Instant::now);

@@ -4,12 +4,12 @@
     reason = "iceoryx2 gives a listener's descriptor only as a number"
 )]
 
-use crate::service::Listener;
+use crate::service::ListenerPort;
 use iceoryx2::prelude::FileDescriptorBased;
 use std::os::fd::BorrowedFd;
 
 /// The descriptor of `listener`: readable when it was notified.
-pub(crate) fn of(listener: &Listener) -> BorrowedFd<'_> {
+pub(crate) fn of(listener: &ListenerPort) -> BorrowedFd<'_> {
     // SAFETY: the number is that of the listener's socket. The listener owns the socket and closes it when it is
     // dropped, and the result cannot outlive the borrow of the listener. Nothing here reads from the socket or
     // closes it.

@@ -1,7 +1,9 @@
 //! Holds the services of a network open. A process that is killed while it starts can leave a service half made,
 //! but only one that nobody else has open; a deployer that holds them all prevents it.
 
-use crate::service::{Audience, Calls, Event, Topic, calls, event, kept_topic, topic};
+use crate::service::{
+    CallService, EventPorts, EventService, TopicService, calls, event, topic, transient_local_topic,
+};
 use crate::session::Session;
 use crate::{bounded, names};
 use rc_middleware::{Durability, Endpoint, Environment, OpenError};
@@ -16,9 +18,9 @@ pub struct Holder {
 /// What is held of one address.
 #[expect(dead_code, reason = "held, never used")]
 enum Held {
-    Topic(Topic, Event),
-    Kept(Topic, Event),
-    Calls(Calls, Event),
+    Topic(TopicService, EventService),
+    TransientLocal(TopicService, EventService),
+    Calls(CallService, EventService),
 }
 
 impl Holder {
@@ -37,12 +39,18 @@ impl Holder {
             let (address, types) = (&endpoint.address, &endpoint.types);
             let depth = (endpoint.qos.depth as usize).max(1);
             let name = names::topic(address);
-            let bell = event(session, &name, Audience::Topic, Some(types))?;
-            let mut held = vec![Held::Topic(topic(session, &name, types, depth)?, bell)];
+            let notifier = event(session, &name, EventPorts::Topic, Some(types))?;
+            let mut held = vec![Held::Topic(topic(session, &name, types, depth)?, notifier)];
             if endpoint.qos.durability == Durability::TransientLocal {
-                let late = event(session, &names::late(address), Audience::Keepers, None)?;
-                let kept = kept_topic(session, &names::kept(address), types, depth)?;
-                held.push(Held::Kept(kept, late));
+                let late = event(
+                    session,
+                    &names::late_joiners(address),
+                    EventPorts::LateJoiners,
+                    None,
+                )?;
+                let kept =
+                    transient_local_topic(session, &names::transient_local(address), types, depth)?;
+                held.push(Held::TransientLocal(kept, late));
             }
             Ok(held)
         })?;
@@ -54,10 +62,10 @@ impl Holder {
     pub fn hold_call(&mut self, endpoint: &Endpoint) -> Result<(), OpenError> {
         let held = bounded::open(&self.session, endpoint, |session, endpoint| {
             let (address, types) = (&endpoint.address, &endpoint.types);
-            let bell = event(session, &names::server(address), Audience::Server, None)?;
+            let notifier = event(session, &names::server(address), EventPorts::Server, None)?;
             Ok(Held::Calls(
                 calls(session, &names::calls(address), types)?,
-                bell,
+                notifier,
             ))
         })?;
         self.held.push(held);

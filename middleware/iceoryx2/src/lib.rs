@@ -5,34 +5,34 @@
 //!
 //! How an address becomes names, and what the bytes are, is in this crate's README.md.
 
-mod bell;
 mod bounded;
-mod cleaning;
+mod cleanup;
 mod client;
 mod descriptor;
-mod estate;
 mod holder;
-mod keeper;
-mod last;
+mod incomplete_files;
+mod late_joiners;
+mod leader;
+mod membership;
 mod memory;
 mod message;
 mod names;
 mod nodes;
-mod opening;
+mod notifier;
+mod open_lock;
+mod port_tags;
+mod process_monitor;
 mod publisher;
 mod server;
 mod service;
+mod service_files;
 mod session;
 mod subscriber;
-mod tags;
-mod turn;
-mod unfinished;
-mod waiting;
-mod watch;
+mod wait_set;
 
-pub use estate::{leftovers, wipe};
 pub use holder::Holder;
 pub use names::prefix;
+pub use service_files::{leftovers, wipe};
 
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,

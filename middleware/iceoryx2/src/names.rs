@@ -35,12 +35,12 @@ pub(crate) fn topic(address: &Address) -> String {
 }
 
 /// Publish/subscribe whose publishers keep values for late subscribers.
-pub(crate) fn kept(address: &Address) -> String {
+pub(crate) fn transient_local(address: &Address) -> String {
     format!("{address}:kept")
 }
 
 /// The event service by which late subscribers ask for what was kept.
-pub(crate) fn late(address: &Address) -> String {
+pub(crate) fn late_joiners(address: &Address) -> String {
     format!("{address}:late")
 }
 

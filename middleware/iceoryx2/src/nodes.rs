@@ -9,7 +9,7 @@ use iceoryx2::prelude::{CallbackProgression, Config};
 pub(crate) type Dead = iceoryx2::node::DeadNodeView<Service>;
 
 /// Whether a node of the network is alive.
-pub(crate) fn any_lives(config: &Config) -> bool {
+pub(crate) fn any_alive(config: &Config) -> bool {
     let mut found = false;
     list(config, |node| {
         found = matches!(node, NodeState::Alive(_));

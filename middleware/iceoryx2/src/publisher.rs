@@ -1,11 +1,13 @@
 //! The sending end of a topic.
 
-use crate::bell::Bell;
-use crate::keeper::Keeper;
+use crate::late_joiners::LateJoinerThread;
 use crate::memory;
 use crate::message::MessageHeader;
 use crate::names;
-use crate::service::{Audience, PublisherPort, Sample, Topic, kept_topic, refusal, topic};
+use crate::notifier::Notifier;
+use crate::service::{
+    EventPorts, PublisherPort, Sample, TopicService, refusal, topic, transient_local_topic,
+};
 use crate::session::Session;
 use iceoryx2::prelude::AllocationStrategy;
 use iceoryx2::service::port_factory::PortFactory as _;
@@ -26,9 +28,9 @@ pub(crate) fn open(
     let keeps = endpoint.qos.durability == Durability::TransientLocal;
     let depth = (endpoint.qos.depth as usize).max(1);
     let name = names::topic(address);
-    let bell = Bell::open(session, &name, Audience::Topic, Some(types))?;
+    let notifier = Notifier::open(session, &name, EventPorts::Topic, Some(types))?;
     let topic = if keeps {
-        kept_topic(session, &names::kept(address), types, depth)?
+        transient_local_topic(session, &names::transient_local(address), types, depth)?
     } else {
         topic(session, &name, types, depth)?
     };
@@ -40,31 +42,35 @@ pub(crate) fn open(
         .create()
         .map_err(|error| refusal(&name)(format!("{error:?}")))?;
     let port = Arc::new(port);
-    let keeper = if keeps {
-        Some(Keeper::start(session, endpoint, Arc::clone(&port))?)
+    let late_joiners = if keeps {
+        Some(LateJoinerThread::start(
+            session,
+            endpoint,
+            Arc::clone(&port),
+        )?)
     } else {
         None
     };
     if keeps {
-        bell.announce();
+        notifier.announce_transient_local();
     }
     Ok(SharedPublisher {
         address: address.to_string(),
         session: Arc::clone(session),
-        _keeper: keeper,
+        _late_joiners: late_joiners,
         port,
         topic,
-        bell,
+        notifier,
     })
 }
 
 /// The sending end of a topic.
 pub(crate) struct SharedPublisher {
     address: String,
-    _keeper: Option<Keeper>,
+    _late_joiners: Option<LateJoinerThread>,
     port: Arc<PublisherPort>,
-    topic: Topic,
-    bell: Bell,
+    topic: TopicService,
+    notifier: Notifier,
     /// Left after everything above: the last one out must have no end open.
     session: Arc<Session>,
 }
@@ -80,9 +86,9 @@ impl SharedPublisher {
     /// Rings after sending.
     fn sent(&self, reached: Result<usize, iceoryx2::port::SendError>) -> Result<(), SendError> {
         let reached = reached.map_err(|error| self.failed(&error))?;
-        self.bell.ring();
+        self.notifier.notify();
         if reached > 0 {
-            self.session.published();
+            self.session.note_published();
         }
         Ok(())
     }

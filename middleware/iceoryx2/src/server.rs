@@ -1,12 +1,14 @@
 //! The answering end of a connection.
 
-use crate::bell::{Bell, Ear};
 use crate::memory;
 use crate::message::MessageHeader;
 use crate::names;
-use crate::service::{Active, Audience, Calls, Response, ServerPort, Service, calls, refusal};
+use crate::notifier::{Listener, Notifier};
+use crate::process_monitor::ProcessMonitor;
+use crate::service::{
+    ActiveRequest, CallService, EventPorts, Response, ServerPort, Service, calls, refusal,
+};
 use crate::session::Session;
-use crate::watch::Watch;
 use iceoryx2::port::ReceiveError as PortError;
 use iceoryx2::port::port_name::PortName;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
@@ -22,29 +24,29 @@ use std::time::Duration;
 
 /// The largest answer in bytes. Memory for answers is reserved in this size, and exists only as far as it has been
 /// written; a growing one would need 1.6 MB of bookkeeping for every client.
-const LARGEST_ANSWER: usize = 64 << 20;
+const LARGEST_REPLY: usize = 64 << 20;
 /// Answers that exist at the same time: each client has at most one in its queue and one in its hands.
-const ANSWERS: usize = 3 * MAX_READERS;
+const MAX_REPLIES: usize = 3 * MAX_READERS;
 
 /// How often the place of a dead server is tried, and the pause in between.
-const TAKEOVER: u32 = 100;
+const TAKEOVER_ATTEMPTS: u32 = 100;
 const PAUSE: Duration = Duration::from_millis(10);
 
 /// Opens the answering end of a connection.
 pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedServer, OpenError> {
     let address = &endpoint.address;
     // The ear comes first: who sees the server can wake it.
-    let ear = Ear::open(session, &names::server(address), Audience::Server, None)?;
+    let listener = Listener::open(session, &names::server(address), EventPorts::Server, None)?;
     let calls = calls(session, &names::calls(address), &endpoint.types)?;
     let mut port = make_port(session, &calls);
-    for _ in 0..TAKEOVER {
+    for _ in 0..TAKEOVER_ATTEMPTS {
         // Only a live server keeps its place through a clean-up; a dead one does while somebody else cleans up.
         if port.as_ref().err() != Some(&ServerCreateError::ExceedsMaxSupportedServers) {
             break;
         }
         session.clean();
         port = make_port(session, &calls);
-        if holder(&calls).is_some_and(|holder| !holder.is_dead()) {
+        if current_server(&calls).is_some_and(|holder| !holder.is_dead()) {
             break;
         }
         std::thread::sleep(PAUSE);
@@ -52,7 +54,7 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
     let port = port.map_err(|error| match error {
         ServerCreateError::ExceedsMaxSupportedServers => OpenError::AddressTaken {
             address: address.to_string(),
-            holder: holder(&calls).map_or_else(
+            holder: current_server(&calls).map_or_else(
                 || "a server that has just left".to_owned(),
                 |holder| holder.to_string(),
             ),
@@ -64,39 +66,39 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         session: Arc::clone(session),
         inbox: VecDeque::new(),
         reply: Vec::new(),
-        bells: HashMap::new(),
+        client_notifiers: HashMap::new(),
         port,
         calls,
-        ear,
+        listener,
     })
 }
 
-fn make_port(session: &Session, calls: &Calls) -> Result<ServerPort, ServerCreateError> {
+fn make_port(session: &Session, calls: &CallService) -> Result<ServerPort, ServerCreateError> {
     let name = PortName::new(&session.environment.instance);
     calls
         .server_builder()
         .name(&name.unwrap_or_else(|_| PortName::new_empty()))
-        .initial_max_slice_len(LARGEST_ANSWER)
+        .initial_max_slice_len(LARGEST_REPLY)
         .allocation_strategy(AllocationStrategy::Static)
         .max_loaned_responses_per_request(1)
-        .override_response_preallocation(|most| most.min(ANSWERS))
+        .override_response_preallocation(|most| most.min(MAX_REPLIES))
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .create()
 }
 
 /// Who serves.
-struct Holder {
+struct CurrentServer {
     pid: Option<i32>,
     name: String,
 }
 
-impl Holder {
+impl CurrentServer {
     fn is_dead(&self) -> bool {
-        Watch::new(0, self.pid).is_dead()
+        ProcessMonitor::new(0, self.pid).is_dead()
     }
 }
 
-impl std::fmt::Display for Holder {
+impl std::fmt::Display for CurrentServer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.pid {
             Some(pid) => write!(f, "pid {pid} ({})", self.name),
@@ -105,10 +107,10 @@ impl std::fmt::Display for Holder {
     }
 }
 
-fn holder(calls: &Calls) -> Option<Holder> {
+fn current_server(calls: &CallService) -> Option<CurrentServer> {
     let mut holder = None;
     calls.dynamic_config().list_servers(|server| {
-        holder = Some(Holder {
+        holder = Some(CurrentServer {
             pid: server.node_id.pid::<Service>().ok().map(|pid| pid.value()),
             name: server.server_name.to_string(),
         });
@@ -121,13 +123,13 @@ fn holder(calls: &Calls) -> Option<Holder> {
 pub(crate) struct SharedServer {
     address: Address,
     /// Requests that were taken out of the queues of the clients.
-    inbox: VecDeque<Active>,
+    inbox: VecDeque<ActiveRequest>,
     reply: Vec<u8>,
     /// How to wake the clients that were answered.
-    bells: HashMap<[u8; 16], Bell>,
+    client_notifiers: HashMap<[u8; 16], Notifier>,
     port: ServerPort,
-    calls: Calls,
-    ear: Ear,
+    calls: CallService,
+    listener: Listener,
     /// Left after everything above: the last one out must have no end open.
     session: Arc<Session>,
 }
@@ -152,7 +154,7 @@ impl SharedServer {
         }
         if self.inbox.len() > 1 {
             let mut counts = HashMap::new();
-            let mut ranked: Vec<(usize, Active)> = Vec::with_capacity(self.inbox.len());
+            let mut ranked: Vec<(usize, ActiveRequest)> = Vec::with_capacity(self.inbox.len());
             for request in self.inbox.drain(..) {
                 let count = counts
                     .entry(request.header().client_id().value())
@@ -170,23 +172,23 @@ impl SharedServer {
     /// Sends the answer; one that is empty is none.
     fn reply_to(
         &self,
-        request: &Active,
+        request: &ActiveRequest,
         header: Header,
         answer: SharedReply<'_>,
     ) -> Result<(), ReceiveError> {
         let length = answer.body.len();
         let failed = |error: &dyn Debug| {
             self.failed(format!(
-                "an answer of {length} bytes was not sent (the largest has {LARGEST_ANSWER}): {error:?}"
+                "an answer of {length} bytes was not sent (the largest has {LARGEST_REPLY}): {error:?}"
             ))
         };
-        let encoding = if answer.chosen {
+        let encoding = if answer.loan_is_reply {
             Encoding::Image
         } else {
             Encoding::Cdr
         };
         let header = MessageHeader::new(Header { encoding, ..header });
-        match answer.loan.filter(|_| answer.chosen) {
+        match answer.loan.filter(|_| answer.loan_is_reply) {
             Some(mut loan) => {
                 *loan.user_header_mut() = header;
                 loan.send().map_err(|error| failed(&error))
@@ -203,21 +205,24 @@ impl SharedServer {
     }
 
     /// Wakes one client.
-    fn wake(&mut self, client: [u8; 16]) {
+    fn notify_client(&mut self, client: [u8; 16]) {
         if client == [0; 16] {
             return;
         }
-        if let Some(bell) = self.bells.get(&client) {
-            bell.ring();
+        if let Some(notifier) = self.client_notifiers.get(&client) {
+            notifier.notify();
             return;
         }
-        if self.bells.len() >= self.calls.dynamic_config().number_of_clients() {
-            self.bells.retain(|_, bell| bell.is_heard());
+        if self.client_notifiers.len() >= self.calls.dynamic_config().number_of_clients() {
+            self.client_notifiers
+                .retain(|_, notifier| notifier.has_listeners());
         }
         // No bell: the client is gone, or does not wait for a ring.
-        if let Some(bell) = Bell::existing(&self.session, &names::client(&self.address, client)) {
-            bell.ring();
-            self.bells.insert(client, bell);
+        if let Some(notifier) =
+            Notifier::existing(&self.session, &names::client(&self.address, client))
+        {
+            notifier.notify();
+            self.client_notifiers.insert(client, notifier);
         }
     }
 
@@ -231,11 +236,11 @@ impl SharedServer {
 
 /// The answer to one request.
 struct SharedReply<'a> {
-    request: &'a Active,
+    request: &'a ActiveRequest,
     body: &'a mut Vec<u8>,
     loan: Option<Response>,
     /// What was lent is the answer.
-    chosen: bool,
+    loan_is_reply: bool,
 }
 
 impl Reply for SharedReply<'_> {
@@ -252,17 +257,17 @@ impl Reply for SharedReply<'_> {
     }
 
     fn send_loan(&mut self) {
-        self.chosen = true;
+        self.loan_is_reply = true;
     }
 }
 
 impl Server for SharedServer {
     fn descriptor(&self) -> BorrowedFd<'_> {
-        self.ear.descriptor()
+        self.listener.descriptor()
     }
 
     fn acknowledge(&mut self, woken: bool) {
-        self.ear.take(woken);
+        self.listener.acknowledge(woken);
     }
 
     fn serve(
@@ -287,7 +292,7 @@ impl Server for SharedServer {
             request: &request,
             body: &mut body,
             loan: None,
-            chosen: false,
+            loan_is_reply: false,
         };
         answer(header, request.payload(), &mut reply);
         let sent = if user_header.is_one_way() {
@@ -298,7 +303,7 @@ impl Server for SharedServer {
         self.reply = body;
         drop(request);
         if !user_header.is_one_way() {
-            self.wake(client);
+            self.notify_client(client);
         }
         sent.map(|()| true)
     }

@@ -2,7 +2,7 @@
 
 use crate::message::{MessageHeader, RequestHeader};
 use crate::session::Session;
-use crate::{bounded, names, opening};
+use crate::{bounded, names, open_lock};
 use iceoryx2::port::{client, listener, notifier, publisher, server, subscriber};
 use iceoryx2::prelude::{AttributeVerifier, MessagingPattern, SemanticString, ServiceName};
 use iceoryx2::service::Service as _;
@@ -20,21 +20,21 @@ use std::time::Duration;
 pub(crate) type Service = iceoryx2::service::ipc_threadsafe::Service;
 
 pub(crate) type Node = iceoryx2::prelude::Node<Service>;
-pub(crate) type Event = event::PortFactory<Service>;
-pub(crate) type Listener = listener::Listener<Service>;
-pub(crate) type Notifier = notifier::Notifier<Service>;
-pub(crate) type Topic = publish_subscribe::PortFactory<Service, [u8], MessageHeader>;
+pub(crate) type EventService = event::PortFactory<Service>;
+pub(crate) type ListenerPort = listener::Listener<Service>;
+pub(crate) type NotifierPort = notifier::Notifier<Service>;
+pub(crate) type TopicService = publish_subscribe::PortFactory<Service, [u8], MessageHeader>;
 pub(crate) type PublisherPort = publisher::Publisher<Service, [u8], MessageHeader>;
 pub(crate) type Sample = iceoryx2::sample_mut::SampleMut<Service, [u8], MessageHeader>;
 pub(crate) type SubscriberPort = subscriber::Subscriber<Service, [u8], MessageHeader>;
-pub(crate) type Calls =
+pub(crate) type CallService =
     request_response::PortFactory<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type ClientPort = client::Client<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type ServerPort = server::Server<Service, [u8], RequestHeader, [u8], MessageHeader>;
-pub(crate) type Pending =
+pub(crate) type PendingResponse =
     iceoryx2::pending_response::PendingResponse<Service, [u8], RequestHeader, [u8], MessageHeader>;
 pub(crate) type Response = iceoryx2::response_mut::ResponseMut<Service, [u8], MessageHeader>;
-pub(crate) type Active =
+pub(crate) type ActiveRequest =
     iceoryx2::active_request::ActiveRequest<Service, [u8], RequestHeader, [u8], MessageHeader>;
 
 /// The attribute that carries the types of a connection.
@@ -51,23 +51,23 @@ const PAUSE: Duration = Duration::from_millis(20);
 
 /// Which notifiers and listeners an event service has room for.
 #[derive(Clone, Copy)]
-pub(crate) enum Audience {
+pub(crate) enum EventPorts {
     /// Many publishers wake many subscribers.
     Topic,
     /// Many subscribers wake the publishers that keep values.
-    Keepers,
+    LateJoiners,
     /// Many clients wake the server. There is room for one that died and for one that is refused.
     Server,
     /// The server wakes one client. There is room for servers that died.
     Client,
 }
 
-impl Audience {
-    fn room(self) -> (usize, usize) {
+impl EventPorts {
+    fn limits(self) -> (usize, usize) {
         match self {
             // A publisher that keeps values has two notifiers.
             Self::Topic => (2 * MAX_PUBLISHERS, MAX_READERS),
-            Self::Keepers => (MAX_READERS, MAX_PUBLISHERS),
+            Self::LateJoiners => (MAX_READERS, MAX_PUBLISHERS),
             Self::Server => (MAX_READERS, 4),
             Self::Client => (4, 1),
         }
@@ -80,7 +80,7 @@ pub(crate) fn topic(
     name: &str,
     types: &TypeIdentity,
     depth: usize,
-) -> Result<Topic, OpenError> {
+) -> Result<TopicService, OpenError> {
     let verifier = require(name, types)?;
     session.attempt(name, MessagingPattern::PublishSubscribe, types, |service| {
         topic_builder(session, service)
@@ -97,12 +97,12 @@ pub(crate) fn topic(
 }
 
 /// The publish/subscribe service `name` whose publishers keep values; made with `depth` of them if it is not there.
-pub(crate) fn kept_topic(
+pub(crate) fn transient_local_topic(
     session: &Session,
     name: &str,
     types: &TypeIdentity,
     depth: usize,
-) -> Result<Topic, OpenError> {
+) -> Result<TopicService, OpenError> {
     let verifier = require(name, types)?;
     session.attempt(
         name,
@@ -119,11 +119,11 @@ pub(crate) fn kept_topic(
 }
 
 /// The publish/subscribe service `name` whose publishers keep values, where there is one.
-pub(crate) fn existing_kept_topic(
+pub(crate) fn existing_transient_local_topic(
     session: &Session,
     name: &str,
     types: &TypeIdentity,
-) -> Result<Option<Topic>, OpenError> {
+) -> Result<Option<TopicService>, OpenError> {
     let verifier = require(name, types)?;
     session.attempt(
         name,
@@ -142,7 +142,7 @@ pub(crate) fn calls(
     session: &Session,
     name: &str,
     types: &TypeIdentity,
-) -> Result<Calls, OpenError> {
+) -> Result<CallService, OpenError> {
     let verifier = require(name, types)?;
     session.attempt(name, MessagingPattern::RequestResponse, types, |service| {
         session
@@ -169,10 +169,10 @@ pub(crate) fn calls(
 pub(crate) fn event(
     session: &Session,
     name: &str,
-    audience: Audience,
+    ports: EventPorts,
     types: Option<&TypeIdentity>,
-) -> Result<Event, OpenError> {
-    let (notifiers, listeners) = audience.room();
+) -> Result<EventService, OpenError> {
+    let (notifiers, listeners) = ports.limits();
     let (verifier, types) = match types {
         Some(types) => (require(name, types)?, types),
         None => (AttributeVerifier::new(), &NO_TYPES),
@@ -185,13 +185,13 @@ pub(crate) fn event(
             .max_notifiers(notifiers)
             .max_listeners(listeners)
             .max_nodes(MAX_NODES)
-            .event_id_max_value(crate::bell::KEPT)
+            .event_id_max_value(crate::notifier::TRANSIENT_LOCAL)
             .open_or_create_with_attributes(&verifier)
     })
 }
 
 /// The event service `name` as another end made it.
-pub(crate) fn existing_event(session: &Session, name: &str) -> Option<Event> {
+pub(crate) fn existing_event(session: &Session, name: &str) -> Option<EventService> {
     let service = ServiceName::new(name).ok()?;
     session.node.service_builder(&service).event().open().ok()
 }
@@ -250,7 +250,7 @@ impl Session {
         let mut attempt = 1;
         loop {
             let outcome = {
-                let _together = opening::together(&root);
+                let _lock = open_lock::shared(&root);
                 open(&service)
             };
             let error = match outcome {
@@ -271,8 +271,8 @@ impl Session {
             }
             if attempt == ATTEMPTS {
                 let reason = explain(&error);
-                return Err(refused(if is_half_made(&error) {
-                    format!("{reason}; {}", bounded::what_is_left(directory))
+                return Err(refused(if is_incomplete(&error) {
+                    format!("{reason}; {}", bounded::recovery_hint(directory))
                 } else {
                     reason
                 }));
@@ -301,7 +301,7 @@ impl Session {
 
 fn explain(error: &impl Debug) -> String {
     let text = format!("{error:?}");
-    let help = if is_half_made(error) {
+    let help = if is_incomplete(error) {
         "a process that was killed while it started or ended left it half made"
     } else if text.contains("MinBufferSize") {
         "an end that keeps fewer values made it; start the end that keeps most values first"
@@ -314,7 +314,7 @@ fn explain(error: &impl Debug) -> String {
 }
 
 /// Whether an error says that a service is neither there nor not there.
-fn is_half_made(error: &impl Debug) -> bool {
+fn is_incomplete(error: &impl Debug) -> bool {
     let text = format!("{error:?}");
     ["HangsInCreation", "Corrupted", "IsMarkedForDestruction"]
         .iter()

@@ -1,9 +1,9 @@
 //! What the ports of one component share: the node, its configuration, and what is still on its way.
 
-use crate::cleaning::{Cleaner, Graveyard};
-use crate::last::Presence;
-use crate::service::{Node, Pending, Service};
-use crate::unfinished::{CREATION, Watcher};
+use crate::cleanup::{CleanupThread, DeadNodes};
+use crate::incomplete_files::{CREATION, IncompleteFileRemover};
+use crate::membership::Membership;
+use crate::service::{Node, PendingResponse, Service};
 use crate::{bounded, names};
 use iceoryx2::prelude::{
     Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
@@ -28,7 +28,7 @@ const SETTLE: Duration = Duration::from_millis(100);
 const ROUND: Duration = Duration::from_secs(2);
 
 /// A request that was sent and not yet handled.
-pub(crate) type OnItsWay = Arc<Mutex<Option<Pending>>>;
+pub(crate) type PendingCommand = Arc<Mutex<Option<PendingResponse>>>;
 
 /// What the ports of one component share.
 pub(crate) struct Session {
@@ -36,14 +36,14 @@ pub(crate) struct Session {
     pub(crate) config: Config,
     pub(crate) node: Node,
     published: Mutex<Option<Instant>>,
-    commands: Mutex<Vec<Weak<Mutex<Option<Pending>>>>>,
-    graveyard: Graveyard,
-    /// Ended before the watcher: a clean-up can wait for a half-made file.
-    cleaner: Cleaner,
+    commands: Mutex<Vec<Weak<Mutex<Option<PendingResponse>>>>>,
+    dead_nodes: DeadNodes,
+    /// Ended before the remover of incomplete files: a clean-up can wait for a half-made file.
+    cleaner: CleanupThread,
     /// Ended after everything above.
-    _watcher: Watcher,
+    _incomplete_files: IncompleteFileRemover,
     /// Left after everything above.
-    _presence: Presence,
+    _membership: Membership,
 }
 
 impl Session {
@@ -57,17 +57,17 @@ impl Session {
                 reason,
             };
             let config = configuration(&owned).map_err(refused)?;
-            let presence = Presence::enter(&owned.directory, &config).map_err(|e| {
+            let membership = Membership::join(&owned.directory, &config).map_err(|e| {
                 refused(format!(
                     "the network cannot be entered: {e}; remove by hand what is in the way"
                 ))
             })?;
             let root = names::root(&owned.directory);
             private(&root).map_err(|e| refused(format!("{}: {e}", root.display())))?;
-            let watcher = Watcher::start(&owned.directory)
+            let incomplete_files = IncompleteFileRemover::start(&owned.directory)
                 .map_err(|e| refused(format!("no thread for its files: {e}")))?;
-            let graveyard = Graveyard::of(&owned.directory, &config);
-            let cleaner = Cleaner::start(graveyard.clone())
+            let dead_nodes = DeadNodes::of(&owned.directory, &config);
+            let cleaner = CleanupThread::start(dead_nodes.clone())
                 .map_err(|e| refused(format!("no thread for what the dead leave: {e}")))?;
             let node = node(&owned, &config).map_err(refused)?;
             let session = Self {
@@ -76,10 +76,10 @@ impl Session {
                 node,
                 published: Mutex::default(),
                 commands: Mutex::default(),
-                graveyard,
+                dead_nodes,
                 cleaner,
-                _watcher: watcher,
-                _presence: presence,
+                _incomplete_files: incomplete_files,
+                _membership: membership,
             };
             Ok(Arc::new(session))
         })?;
@@ -94,7 +94,7 @@ impl Session {
     /// Removes what the dead left behind, for an opening: it may take some seconds. Says how many dead there were.
     pub(crate) fn clean(&self) -> usize {
         let end = Instant::now() + ROUND;
-        let (gone, all) = self.graveyard.clean(|| Instant::now() < end);
+        let (gone, all) = self.dead_nodes.clean(|| Instant::now() < end);
         if !all {
             self.cleaner.wake();
         }
@@ -102,18 +102,18 @@ impl Session {
     }
 
     /// Has what the dead left behind removed, and does not wait for it.
-    pub(crate) fn clean_soon(&self) {
+    pub(crate) fn request_cleanup(&self) {
         self.cleaner.wake();
     }
 
     /// Notes that a value was published, for `linger`.
-    pub(crate) fn published(&self) {
+    pub(crate) fn note_published(&self) {
         *lock(&self.published) = Some(Instant::now());
     }
 
     /// Where a client keeps its last command until it is handled, for `linger`.
-    pub(crate) fn command(&self) -> OnItsWay {
-        let slot = OnItsWay::default();
+    pub(crate) fn command(&self) -> PendingCommand {
+        let slot = PendingCommand::default();
         let mut commands = lock(&self.commands);
         commands.retain(|slot| slot.strong_count() > 0);
         commands.push(Arc::downgrade(&slot));
@@ -135,8 +135,11 @@ impl Session {
 
     fn commands_waiting(&self) -> bool {
         lock(&self.commands).iter().any(|slot| {
-            slot.upgrade()
-                .is_some_and(|slot| lock(&slot).as_ref().is_some_and(Pending::is_connected))
+            slot.upgrade().is_some_and(|slot| {
+                lock(&slot)
+                    .as_ref()
+                    .is_some_and(PendingResponse::is_connected)
+            })
         })
     }
 }
@@ -156,7 +159,7 @@ fn configuration(environment: &Environment) -> Result<Config, String> {
     config.global.prefix =
         FileName::new(names::prefix(&environment.directory).as_bytes()).map_err(|e| says(&e))?;
     config.global.creation_timeout = CREATION;
-    // Who cleans does it alone, see [`opening`].
+    // Who cleans does it alone, see [`open_lock`].
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
@@ -207,7 +210,7 @@ fn node(environment: &Environment, config: &Config) -> Result<Node, String> {
             Err(error) => {
                 return Err(format!(
                     "iceoryx2 makes no node: {error:?}; {}",
-                    bounded::what_is_left(&environment.directory)
+                    bounded::recovery_hint(&environment.directory)
                 ));
             }
         }

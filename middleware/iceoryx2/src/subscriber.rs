@@ -1,8 +1,10 @@
 //! The receiving end of a topic.
 
-use crate::bell::{Bell, Ear, Heard};
 use crate::names;
-use crate::service::{Audience, SubscriberPort, Topic, existing_kept_topic, refusal, topic};
+use crate::notifier::{Listener, Notifier, Wakeup};
+use crate::service::{
+    EventPorts, SubscriberPort, TopicService, existing_transient_local_topic, refusal, topic,
+};
 use crate::session::Session;
 use iceoryx2::service::port_factory::PortFactory as _;
 use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
@@ -17,58 +19,60 @@ pub(crate) fn open(
     let name = names::topic(&endpoint.address);
     let types = &endpoint.types;
     // The ear comes first: a publisher that keeps values and is made meanwhile announces itself to it.
-    let ear = Ear::open(session, &name, Audience::Topic, Some(types))?;
+    let listener = Listener::open(session, &name, EventPorts::Topic, Some(types))?;
     let topic = topic(session, &name, types, depth(endpoint))?;
     let mut subscriber = SharedSubscriber {
-        live: Source::new(endpoint, topic, 0)?,
-        kept: None,
-        kept_next: false,
+        volatile: Source::new(endpoint, topic, 0)?,
+        transient_local: None,
+        transient_local_first: false,
         failure: None,
         session: Arc::clone(session),
         endpoint: endpoint.clone(),
-        ear,
+        listener,
     };
     let late = endpoint.qos.durability == Durability::TransientLocal;
-    subscriber.join_keepers(if late { depth(endpoint) } else { 0 })?;
+    subscriber.join_transient_local(if late { depth(endpoint) } else { 0 })?;
     Ok(subscriber)
 }
 
 /// The receiving end of a topic.
 pub(crate) struct SharedSubscriber {
     /// From publishers that keep nothing.
-    live: Source,
+    volatile: Source,
     /// From publishers that keep values, once there was one.
-    kept: Option<Source>,
+    transient_local: Option<Source>,
     /// Which of both is asked first.
-    kept_next: bool,
+    transient_local_first: bool,
     /// Why the second one could not be opened, until that was told.
     failure: Option<ReceiveError>,
     endpoint: Endpoint,
-    ear: Ear,
+    listener: Listener,
     /// Left after everything above: the last one out must have no end open.
     session: Arc<Session>,
 }
 
 impl SharedSubscriber {
     /// Subscribes to publishers that keep values, where there are some, and asks for `history` of them.
-    fn join_keepers(&mut self, history: usize) -> Result<(), OpenError> {
+    fn join_transient_local(&mut self, history: usize) -> Result<(), OpenError> {
         let address = &self.endpoint.address;
-        let name = names::kept(address);
-        let Some(topic) = existing_kept_topic(&self.session, &name, &self.endpoint.types)? else {
+        let name = names::transient_local(address);
+        let Some(topic) =
+            existing_transient_local_topic(&self.session, &name, &self.endpoint.types)?
+        else {
             return Ok(());
         };
-        self.kept = Some(Source::new(&self.endpoint, topic, history)?);
-        if let Some(keepers) = Bell::existing(&self.session, &names::late(address)) {
-            keepers.ring();
+        self.transient_local = Some(Source::new(&self.endpoint, topic, history)?);
+        if let Some(publishers) = Notifier::existing(&self.session, &names::late_joiners(address)) {
+            publishers.notify();
         }
         Ok(())
     }
 
     /// Joins the publishers that keep values, where the first of them has come.
-    fn heard(&mut self, heard: Heard) {
-        if heard.kept && self.kept.is_none() {
+    fn handle_wakeup(&mut self, wakeup: Wakeup) {
+        if wakeup.transient_local && self.transient_local.is_none() {
             // All that this publisher has kept was sent while we were here already.
-            if let Err(error) = self.join_keepers(depth(&self.endpoint)) {
+            if let Err(error) = self.join_transient_local(depth(&self.endpoint)) {
                 self.failure = Some(ReceiveError {
                     address: self.endpoint.address.to_string(),
                     reason: error.to_string(),
@@ -83,14 +87,14 @@ impl SharedSubscriber {
             return Err(failure);
         }
         let address = &self.endpoint.address;
-        let Some(kept) = &mut self.kept else {
-            return self.live.receive(address.as_str(), take);
+        let Some(transient_local) = &mut self.transient_local else {
+            return self.volatile.receive(address.as_str(), take);
         };
-        self.kept_next = !self.kept_next;
-        let (first, second) = if self.kept_next {
-            (&mut self.live, kept)
+        self.transient_local_first = !self.transient_local_first;
+        let (first, second) = if self.transient_local_first {
+            (&mut self.volatile, transient_local)
         } else {
-            (kept, &mut self.live)
+            (transient_local, &mut self.volatile)
         };
         Ok(first.receive(address.as_str(), take)? || second.receive(address.as_str(), take)?)
     }
@@ -98,12 +102,12 @@ impl SharedSubscriber {
 
 impl Subscriber for SharedSubscriber {
     fn descriptor(&self) -> BorrowedFd<'_> {
-        self.ear.descriptor()
+        self.listener.descriptor()
     }
 
     fn acknowledge(&mut self, woken: bool) {
-        let heard = self.ear.take(woken);
-        self.heard(heard);
+        let wakeup = self.listener.acknowledge(woken);
+        self.handle_wakeup(wakeup);
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
@@ -111,19 +115,19 @@ impl Subscriber for SharedSubscriber {
     }
 
     fn peers(&self) -> usize {
-        self.live.peers() + self.kept.as_ref().map_or(0, Source::peers)
+        self.volatile.peers() + self.transient_local.as_ref().map_or(0, Source::peers)
     }
 }
 
 /// One service that values come from.
 struct Source {
     port: SubscriberPort,
-    topic: Topic,
+    topic: TopicService,
     unread: Unread,
 }
 
 impl Source {
-    fn new(endpoint: &Endpoint, topic: Topic, history: usize) -> Result<Self, OpenError> {
+    fn new(endpoint: &Endpoint, topic: TopicService, history: usize) -> Result<Self, OpenError> {
         let depth = depth(endpoint).min(topic.static_config().subscriber_max_buffer_size());
         let history = history.min(depth).min(topic.static_config().history_size());
         let port = topic

@@ -1,6 +1,8 @@
 //! Waking: who receives listens, who sends rings. A ring carries no data.
 
-use crate::service::{Audience, Event, Listener, Notifier, event, existing_event, refusal};
+use crate::service::{
+    EventPorts, EventService, ListenerPort, NotifierPort, event, existing_event, refusal,
+};
 use crate::session::Session;
 use iceoryx2::port::EventId;
 use iceoryx2::service::port_factory::PortFactory as _;
@@ -10,102 +12,102 @@ use std::os::fd::BorrowedFd;
 /// The event that says: look into your queue.
 const DATA: usize = 0;
 /// The event that says: there is a publisher that keeps values.
-pub(crate) const KEPT: usize = 1;
+pub(crate) const TRANSIENT_LOCAL: usize = 1;
 
-/// Most passes to take rings back, see [`Ear::take`].
+/// Most passes to take rings back, see [`Listener::acknowledge`].
 const PASSES: usize = 100;
 
 /// The ringing end.
-pub(crate) struct Bell {
-    event: Event,
-    notifier: Notifier,
+pub(crate) struct Notifier {
+    event: EventService,
+    port: NotifierPort,
 }
 
 /// The listening end.
-pub(crate) struct Ear {
-    listener: Listener,
-    _event: Event,
+pub(crate) struct Listener {
+    port: ListenerPort,
+    _event: EventService,
 }
 
 /// What was rung for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Heard {
+pub(crate) struct Wakeup {
     /// Something was rung for.
     pub(crate) any: bool,
     /// There is a publisher that keeps values.
-    pub(crate) kept: bool,
+    pub(crate) transient_local: bool,
 }
 
-impl Bell {
+impl Notifier {
     /// The ringing end of `name`, which is made if it is not there.
     pub(crate) fn open(
         session: &Session,
         name: &str,
-        audience: Audience,
+        ports: EventPorts,
         types: Option<&TypeIdentity>,
     ) -> Result<Self, OpenError> {
-        let event = event(session, name, audience, types)?;
-        let notifier = event
+        let event = event(session, name, ports, types)?;
+        let port = event
             .notifier_builder()
             .default_event_id(EventId::new(DATA))
             .create()
             .map_err(|error| refusal(name)(format!("{error:?}")))?;
-        Ok(Self { event, notifier })
+        Ok(Self { event, port })
     }
 
     /// The ringing end of `name`, where that is there.
     pub(crate) fn existing(session: &Session, name: &str) -> Option<Self> {
         let event = existing_event(session, name)?;
-        let notifier = event.notifier_builder().create().ok()?;
-        Some(Self { event, notifier })
+        let port = event.notifier_builder().create().ok()?;
+        Some(Self { event, port })
     }
 
     /// Wakes all who listen.
-    pub(crate) fn ring(&self) {
-        self.notify(DATA);
+    pub(crate) fn notify(&self) {
+        self.send(DATA);
     }
 
     /// Tells all who listen that there is a publisher that keeps values.
-    pub(crate) fn announce(&self) {
-        self.notify(KEPT);
+    pub(crate) fn announce_transient_local(&self) {
+        self.send(TRANSIENT_LOCAL);
     }
 
     /// Whether anybody listens.
-    pub(crate) fn is_heard(&self) -> bool {
+    pub(crate) fn has_listeners(&self) -> bool {
         self.event.dynamic_config().number_of_listeners() > 0
     }
 
-    fn notify(&self, id: usize) {
-        if self.is_heard() {
+    fn send(&self, id: usize) {
+        if self.has_listeners() {
             // A listener that cannot be reached is dead or has been rung for already; those who wait look into
             // their queues from time to time all the same.
-            let _ = self.notifier.notify_with_custom_event_id(EventId::new(id));
+            let _ = self.port.notify_with_custom_event_id(EventId::new(id));
         }
     }
 }
 
-impl Ear {
+impl Listener {
     /// The listening end of `name`, which is made if it is not there.
     pub(crate) fn open(
         session: &Session,
         name: &str,
-        audience: Audience,
+        ports: EventPorts,
         types: Option<&TypeIdentity>,
     ) -> Result<Self, OpenError> {
-        let event = event(session, name, audience, types)?;
-        let listener = event
+        let event = event(session, name, ports, types)?;
+        let port = event
             .listener_builder()
             .create()
             .map_err(|error| refusal(name)(format!("{error:?}")))?;
         Ok(Self {
-            listener,
+            port,
             _event: event,
         })
     }
 
     /// Readable when it was rung for.
     pub(crate) fn descriptor(&self) -> BorrowedFd<'_> {
-        crate::descriptor::of(&self.listener)
+        crate::descriptor::of(&self.port)
     }
 
     /// Takes the rings back; `woken`: whether the descriptor was readable.
@@ -117,23 +119,23 @@ impl Ear {
     /// of the defect takes two such coincidences one after the other, and the next look after it, which is never far:
     /// rung for by two and three at once, none of 3.0 million wakes was lost so, none of 2.6 million with passes until
     /// nothing is found, 7 of 3.0 million with a single pass.)
-    pub(crate) fn take(&self, woken: bool) -> Heard {
-        let mut heard = Heard::default();
+    pub(crate) fn acknowledge(&self, woken: bool) -> Wakeup {
+        let mut wakeup = Wakeup::default();
         for pass in 0..PASSES {
-            match self.pass(&mut heard) {
+            match self.pass(&mut wakeup) {
                 0 => break,
                 1 if woken && pass == 0 => break,
                 _ => {}
             }
         }
-        heard
+        wakeup
     }
 
     /// Gives the number of rings.
-    fn pass(&self, heard: &mut Heard) -> u64 {
-        let pass = self.listener.try_wait(|event| {
-            heard.any = true;
-            heard.kept |= event.id.as_value() == KEPT;
+    fn pass(&self, wakeup: &mut Wakeup) -> u64 {
+        let pass = self.port.try_wait(|event| {
+            wakeup.any = true;
+            wakeup.transient_local |= event.id.as_value() == TRANSIENT_LOCAL;
         });
         pass.unwrap_or_default()
     }

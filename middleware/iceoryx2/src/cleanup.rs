@@ -1,11 +1,11 @@
 //! Removes what dead processes left: their places in the services, their shared memory, their files.
 //!
 //! For each of the dead iceoryx2 lists all shared memory several times; on a busy machine 40 of them take seconds. So
-//! it is one of the dead at a time, and openings come in between (see [`opening`]); and who has a deadline, a client
+//! it is one of the dead at a time, and openings come in between (see [`open_lock`]); and who has a deadline, a client
 //! that finds its server dead, does none of it, and wakes a thread of the session that does.
 
 use crate::nodes::{self, Dead};
-use crate::{names, opening, tags};
+use crate::{names, open_lock, port_tags};
 use iceoryx2::node::{NodeCleanupFailure, NodeView as _};
 use iceoryx2::prelude::Config;
 use rc_middleware::RunDirectory;
@@ -22,13 +22,13 @@ const PAUSE: Duration = Duration::from_millis(20);
 
 /// The dead of one network.
 #[derive(Clone)]
-pub(crate) struct Graveyard {
+pub(crate) struct DeadNodes {
     config: Config,
     root: PathBuf,
     prefix: String,
 }
 
-impl Graveyard {
+impl DeadNodes {
     pub(crate) fn of(directory: &RunDirectory, config: &Config) -> Self {
         Self {
             config: config.clone(),
@@ -57,13 +57,13 @@ impl Graveyard {
         let id = node.id().value();
         let monitor = format!("{}{id}.node_monitor", self.prefix);
         let monitor = self.root.join("nodes").join(monitor);
-        let Some(alone) = opening::alone(&self.root, || monitor.exists()) else {
+        let Some(lock) = open_lock::exclusive(&self.root, || monitor.exists()) else {
             return true;
         };
-        tags::keep(&self.root, &[id]);
+        port_tags::back_up(&self.root, &[id]);
         let removed = node.try_remove_stale_resources();
-        tags::forget(&self.root);
-        alone.end();
+        port_tags::discard_backups(&self.root);
+        lock.release();
         matches!(
             removed,
             Ok(()) | Err(NodeCleanupFailure::ResourcesAlreadyCleanedUp)
@@ -72,14 +72,14 @@ impl Graveyard {
 }
 
 /// Cleans when it is woken, on a thread of its own, until it is dropped.
-pub(crate) struct Cleaner {
+pub(crate) struct CleanupThread {
     wake: Option<SyncSender<()>>,
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Cleaner {
-    pub(crate) fn start(graveyard: Graveyard) -> io::Result<Self> {
+impl CleanupThread {
+    pub(crate) fn start(dead_nodes: DeadNodes) -> io::Result<Self> {
         let (wake, woken) = sync_channel(1);
         let ended = Arc::new(AtomicBool::new(false));
         let end = Arc::clone(&ended);
@@ -87,7 +87,7 @@ impl Cleaner {
         let thread = thread.spawn(move || {
             let goes_on = || !end.load(Ordering::Relaxed);
             while woken.recv().is_ok() {
-                let (gone, _) = graveyard.clean(goes_on);
+                let (gone, _) = dead_nodes.clean(goes_on);
                 if gone == 0 && goes_on() {
                     std::thread::sleep(PAUSE);
                 }
@@ -109,7 +109,7 @@ impl Cleaner {
     }
 }
 
-impl Drop for Cleaner {
+impl Drop for CleanupThread {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Relaxed);
         self.wake = None;

@@ -11,27 +11,27 @@ use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 /// After this time without a word others stand in.
-const SILENCE: Duration = Duration::from_secs(1);
+const LEASE: Duration = Duration::from_secs(1);
 
 /// The place of one process among those who may have to do it.
-pub(crate) struct Turn {
+pub(crate) struct LeaderLock {
     path: PathBuf,
     held: Option<File>,
 }
 
-impl Turn {
+impl LeaderLock {
     /// `path` is that of the lock, in a folder that all of them know.
     pub(crate) fn new(path: PathBuf) -> Self {
         Self { path, held: None }
     }
 
-    /// Whether this process is to do it now. It asks several times within [`SILENCE`].
-    pub(crate) fn is_ours(&mut self) -> bool {
+    /// Whether this process is to do it now. It asks several times within [`LEASE`].
+    pub(crate) fn is_leader(&mut self) -> bool {
         // Where there can be no lock, everybody does it.
-        self.take().unwrap_or(true)
+        self.try_lead().unwrap_or(true)
     }
 
-    fn take(&mut self) -> io::Result<bool> {
+    fn try_lead(&mut self) -> io::Result<bool> {
         if let Some(file) = &self.held
             && file.metadata()?.nlink() > 0
         {
@@ -47,9 +47,9 @@ impl Turn {
             self.held = Some(file);
             return Ok(true);
         }
-        let silent = file.metadata()?.modified()?.elapsed();
+        let silence = file.metadata()?.modified()?.elapsed();
         // A word from the future is one of a clock that was set.
-        Ok(silent.is_ok_and(|time| time > SILENCE))
+        Ok(silence.is_ok_and(|time| time > LEASE))
     }
 }
 
@@ -59,27 +59,27 @@ mod tests {
 
     #[test]
     fn one_does_it_until_it_is_gone_or_silent() {
-        let folder = std::env::temp_dir().join(format!("rc-turn-{}", std::process::id()));
+        let folder = std::env::temp_dir().join(format!("rc-leader-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
-        let path = folder.join("turn.lock");
-        let new = || Turn::new(path.clone());
+        let path = folder.join("leader.lock");
+        let new = || LeaderLock::new(path.clone());
         let (mut first, mut second, mut third) = (new(), new(), new());
-        assert!(first.is_ours() && !second.is_ours() && !third.is_ours());
-        assert!(first.is_ours());
+        assert!(first.is_leader() && !second.is_leader() && !third.is_leader());
+        assert!(first.is_leader());
         // It is stopped.
         let file = File::options().write(true).open(&path).expect("the lock");
-        let past = SystemTime::now() - 2 * SILENCE;
+        let past = SystemTime::now() - 2 * LEASE;
         file.set_modified(past).expect("a time");
-        assert!(second.is_ours() && third.is_ours());
-        assert!(first.is_ours() && !second.is_ours());
+        assert!(second.is_leader() && third.is_leader());
+        assert!(first.is_leader() && !second.is_leader());
         // It is killed.
         drop(first);
-        assert!(second.is_ours() && !third.is_ours());
+        assert!(second.is_leader() && !third.is_leader());
         // The folder is wiped, and made anew.
         std::fs::remove_dir_all(&folder).expect("it is ours");
-        assert!(second.is_ours() && third.is_ours());
+        assert!(second.is_leader() && third.is_leader());
         std::fs::create_dir_all(&folder).expect("a folder");
-        assert!(third.is_ours() && !second.is_ours());
+        assert!(third.is_leader() && !second.is_leader());
         std::fs::remove_dir_all(&folder).expect("it is ours");
     }
 }

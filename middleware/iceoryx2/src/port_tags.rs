@@ -14,25 +14,25 @@ const TAG: &str = "port_tag";
 
 /// Remembers the tags of the dead nodes `dead`, and gives back to them those that somebody had begun to remove.
 /// Only while nobody else cleans.
-pub(crate) fn keep(root: &Path, dead: &[u128]) {
+pub(crate) fn back_up(root: &Path, dead: &[u128]) {
     for node in dead {
-        let (here, kept) = (of_node(root, *node), kept(root).join(node.to_string()));
-        if !here.is_dir() || fs::create_dir_all(&kept).is_err() {
+        let (here, backup) = (of_node(root, *node), backups(root).join(node.to_string()));
+        if !here.is_dir() || fs::create_dir_all(&backup).is_err() {
             // What cannot be remembered is cleaned up as iceoryx2 does it.
             continue;
         }
-        link_tags(&kept, &here);
-        link_tags(&here, &kept);
+        link_tags(&backup, &here);
+        link_tags(&here, &backup);
     }
 }
 
 /// Forgets the tags of nodes that are gone.
-pub(crate) fn forget(root: &Path) {
-    for kept in entries(&kept(root)) {
-        let node = kept.file_name().unwrap_or_default();
+pub(crate) fn discard_backups(root: &Path) {
+    for backup in entries(&backups(root)) {
+        let node = backup.file_name().unwrap_or_default();
         if !nodes(root).join(node).exists() {
             // What is left of it harms nobody.
-            let _ = fs::remove_dir_all(&kept);
+            let _ = fs::remove_dir_all(&backup);
         }
     }
 }
@@ -57,7 +57,7 @@ fn of_node(root: &Path, node: u128) -> PathBuf {
     nodes(root).join(node.to_string())
 }
 
-fn kept(root: &Path) -> PathBuf {
+fn backups(root: &Path) -> PathBuf {
     root.join("tags")
 }
 

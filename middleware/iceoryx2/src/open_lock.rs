@@ -14,53 +14,53 @@ use std::time::{Duration, Instant};
 /// How long either waits for the other, in order that a process which was stopped in the middle harms nobody: then it
 /// goes on without the lock, which is as safe as iceoryx2 is by itself. To clean up after one of the dead takes some
 /// milliseconds, on a busy machine a tenth of a second.
-const PATIENCE: Duration = Duration::from_millis(500);
+const TIMEOUT: Duration = Duration::from_millis(500);
 /// Between two attempts.
-const PAUSE: Duration = Duration::from_millis(1);
+const RETRY_INTERVAL: Duration = Duration::from_millis(1);
 /// How long openings go first after each of the dead: some attempts long.
-const TURN: Duration = Duration::from_millis(5);
+const OPENING_WINDOW: Duration = Duration::from_millis(5);
 
 /// A lock that is held, or that could not be had in time.
-pub(crate) struct Lock {
+pub(crate) struct OpenLock {
     _file: Option<File>,
 }
 
 /// The locks of who cleans.
-pub(crate) struct Alone {
-    root: Lock,
-    _cleaning: Lock,
+pub(crate) struct CleanupLock {
+    root: OpenLock,
+    _cleaning: OpenLock,
 }
 
-impl Alone {
+impl CleanupLock {
     /// Lets openings go first, then the next one who cleans.
-    pub(crate) fn end(self) {
+    pub(crate) fn release(self) {
         drop(self.root);
-        std::thread::sleep(TURN);
+        std::thread::sleep(OPENING_WINDOW);
     }
 }
 
 /// To open services.
-pub(crate) fn together(root: &Path) -> Lock {
+pub(crate) fn shared(root: &Path) -> OpenLock {
     lock(File::open(root), FlockOperation::NonBlockingLockShared)
 }
 
 /// To clean up after one of the dead; none where that was `needed` no more while this one waited for others who clean.
-pub(crate) fn alone(root: &Path, needed: impl Fn() -> bool) -> Option<Alone> {
+pub(crate) fn exclusive(root: &Path, needed: impl Fn() -> bool) -> Option<CleanupLock> {
     let cleaning = File::create(root.join("cleaning.lock"));
     let cleaning = lock_while(
         cleaning,
         FlockOperation::NonBlockingLockExclusive,
-        TURN,
+        OPENING_WINDOW,
         needed,
     )?;
-    Some(Alone {
+    Some(CleanupLock {
         root: lock(File::open(root), FlockOperation::NonBlockingLockExclusive),
         _cleaning: cleaning,
     })
 }
 
-fn lock(file: std::io::Result<File>, operation: FlockOperation) -> Lock {
-    lock_while(file, operation, PAUSE, || true).unwrap_or(Lock { _file: None })
+fn lock(file: std::io::Result<File>, operation: FlockOperation) -> OpenLock {
+    lock_while(file, operation, RETRY_INTERVAL, || true).unwrap_or(OpenLock { _file: None })
 }
 
 fn lock_while(
@@ -68,19 +68,19 @@ fn lock_while(
     operation: FlockOperation,
     pause: Duration,
     needed: impl Fn() -> bool,
-) -> Option<Lock> {
+) -> Option<OpenLock> {
     let Ok(file) = file else {
-        return Some(Lock { _file: None });
+        return Some(OpenLock { _file: None });
     };
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     while flock(&file, operation).is_err() {
         if !needed() {
             return None;
         }
         if Instant::now() >= end {
-            return Some(Lock { _file: None });
+            return Some(OpenLock { _file: None });
         }
         std::thread::sleep(pause);
     }
-    Some(Lock { _file: Some(file) })
+    Some(OpenLock { _file: Some(file) })
 }

@@ -7,9 +7,9 @@
 //! microseconds, is of a dead process, and is removed. Those who wait then find nothing there, and make it themselves.
 //! One of them looks at a time: what a hundred processes look at while they start are thousands of files.
 
-use crate::estate::{self, MEMORY};
+use crate::leader::LeaderLock;
 use crate::names;
-use crate::turn::Turn;
+use crate::service_files::{self, MEMORY};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::collections::HashMap;
@@ -24,7 +24,7 @@ use std::time::{Duration, Instant, SystemTime};
 /// How long a file may be half made.
 pub(crate) const CREATION: Duration = Duration::from_millis(500);
 /// Between two looks. Where no file came or went since the last one, a look costs two system calls.
-const LOOK: Duration = Duration::from_millis(250);
+const INTERVAL: Duration = Duration::from_millis(250);
 /// The permissions of a shared memory that is half made.
 const MEMORY_MODE: u32 = 0o200;
 /// The permissions of a service's file that is half made.
@@ -33,20 +33,20 @@ const SERVICE_MODE: u32 = 0o600;
 const PERMISSIONS: u32 = 0o777;
 
 /// Looks after half-made files, on a thread of its own, until it is dropped.
-pub(crate) struct Watcher {
+pub(crate) struct IncompleteFileRemover {
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Watcher {
+impl IncompleteFileRemover {
     /// Begins to look after the files of a network.
     pub(crate) fn start(directory: &RunDirectory) -> io::Result<Self> {
         let (stop, stopped) = channel();
         let mut files = Files::of(directory);
         let thread = std::thread::Builder::new().name("iceoryx2-files".to_owned());
         let thread = thread.spawn(move || {
-            while stopped.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
-                files.look(Instant::now());
+            while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+                files.sweep(Instant::now());
             }
         })?;
         Ok(Self {
@@ -56,7 +56,7 @@ impl Watcher {
     }
 }
 
-impl Drop for Watcher {
+impl Drop for IncompleteFileRemover {
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) = self.thread.take() {
@@ -66,10 +66,10 @@ impl Drop for Watcher {
 }
 
 /// The half-made files of a network, as they are now.
-pub(crate) fn now(directory: &RunDirectory) -> Vec<PathBuf> {
+pub(crate) fn list(directory: &RunDirectory) -> Vec<PathBuf> {
     let files = Files::of(directory);
     files
-        .half_made()
+        .incomplete()
         .into_iter()
         .map(|(path, _)| path)
         .collect()
@@ -100,7 +100,7 @@ struct Files {
     services: PathBuf,
     suspects: HashMap<PathBuf, (Identity, Instant)>,
     stamps: Stamps,
-    turn: Turn,
+    leader: LeaderLock,
     /// Two looks have seen the same stamps, so that no change hides in the grain of the clock.
     settled: bool,
 }
@@ -111,7 +111,7 @@ impl Files {
         Self {
             prefix: names::prefix(directory),
             services: root.join("services"),
-            turn: Turn::new(root.join("looking.lock")),
+            leader: LeaderLock::new(root.join("looking.lock")),
             root,
             suspects: HashMap::new(),
             stamps: Stamps::default(),
@@ -120,8 +120,8 @@ impl Files {
     }
 
     /// Removes what has been half made for too long.
-    fn look(&mut self, now: Instant) {
-        if !self.turn.is_ours() {
+    fn sweep(&mut self, now: Instant) {
+        if !self.leader.is_leader() {
             return;
         }
         let stamps = [Path::new(MEMORY), &self.services]
@@ -132,7 +132,7 @@ impl Files {
         }
         (self.stamps, self.settled) = (stamps, same);
         let mut suspects = HashMap::new();
-        for (path, identity) in self.half_made() {
+        for (path, identity) in self.incomplete() {
             let since = match self.suspects.get(&path) {
                 Some((earlier, since)) if *earlier == identity => *since,
                 _ => now,
@@ -144,14 +144,16 @@ impl Files {
         self.suspects = suspects;
     }
 
-    fn half_made(&self) -> Vec<(PathBuf, Identity)> {
-        let memory = estate::named(Path::new(MEMORY), &self.prefix).filter(|(_, metadata)| {
-            metadata.is_file()
-                && (metadata.len() == 0 || metadata.mode() & PERMISSIONS == MEMORY_MODE)
-        });
-        let services = estate::named(&self.services, &self.prefix).filter(|(_, metadata)| {
-            metadata.is_file() && metadata.mode() & PERMISSIONS == SERVICE_MODE
-        });
+    fn incomplete(&self) -> Vec<(PathBuf, Identity)> {
+        let memory =
+            service_files::with_prefix(Path::new(MEMORY), &self.prefix).filter(|(_, metadata)| {
+                metadata.is_file()
+                    && (metadata.len() == 0 || metadata.mode() & PERMISSIONS == MEMORY_MODE)
+            });
+        let services =
+            service_files::with_prefix(&self.services, &self.prefix).filter(|(_, metadata)| {
+                metadata.is_file() && metadata.mode() & PERMISSIONS == SERVICE_MODE
+            });
         memory
             .chain(services)
             .map(|(path, metadata)| (path, Identity::of(&metadata)))

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// Watches the process of one server. A process id is looked up once; afterwards its descriptor stands for the
 /// process, even when the id is given to another one.
-pub(crate) struct Watch {
+pub(crate) struct ProcessMonitor {
     /// Which server, in iceoryx2's terms.
     pub(crate) server: u128,
     process: Process,
@@ -21,7 +21,7 @@ enum Process {
     Unknown,
 }
 
-impl Watch {
+impl ProcessMonitor {
     /// Watches the process `pid`.
     pub(crate) fn new(server: u128, pid: Option<i32>) -> Self {
         let process = match pid.and_then(Pid::from_raw) {

@@ -36,14 +36,17 @@ pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
     let root = directory.middleware(crate::NAME);
     let mut found: Vec<PathBuf> = root.exists().then_some(root).into_iter().collect();
     let prefix = names::prefix(directory);
-    let ours = named(Path::new(MEMORY), &prefix);
+    let ours = with_prefix(Path::new(MEMORY), &prefix);
     found.extend(ours.map(|(path, _)| path));
     found.sort();
     found
 }
 
 /// What a folder has whose name begins with `prefix`.
-pub(crate) fn named(folder: &Path, prefix: &str) -> impl Iterator<Item = (PathBuf, Metadata)> {
+pub(crate) fn with_prefix(
+    folder: &Path,
+    prefix: &str,
+) -> impl Iterator<Item = (PathBuf, Metadata)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten();
     entries
         .flatten()
