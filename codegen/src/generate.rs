@@ -9,7 +9,7 @@ use rc_diagnostics::Diagnostics;
 use std::path::Path;
 use tera::{Context, Tera};
 
-const TEMPLATES: [(&str, &str); 20] = [
+const TEMPLATES: [(&str, &str); 21] = [
     ("cargo.toml", include_str!("../templates/cargo.toml.tera")),
     ("lib.rs", include_str!("../templates/lib.rs.tera")),
     ("backend.rs", include_str!("../templates/backend.rs.tera")),
@@ -49,6 +49,7 @@ const TEMPLATES: [(&str, &str); 20] = [
         "user_cargo.toml",
         include_str!("../templates/user_cargo.toml.tera"),
     ),
+    ("user_lib.rs", include_str!("../templates/user_lib.rs.tera")),
     (
         "user_main.rs",
         include_str!("../templates/user_main.rs.tera"),
@@ -235,6 +236,11 @@ impl<'a> Printer<'a> {
             "Cargo.toml",
             Owner::Specific,
             self.print("user_cargo.toml", &[])?,
+        );
+        files.add(
+            "src/lib.rs",
+            Owner::Specific,
+            self.print("user_lib.rs", &[])?,
         );
         files.add(
             "src/main.rs",

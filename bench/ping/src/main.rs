@@ -1,7 +1,5 @@
-//! The component `ping`.
-
-mod specific_worker;
+//! Runs the component `ping`.
 
 fn main() -> std::process::ExitCode {
-    ping_generated::run::<specific_worker::SpecificWorker>()
+    ping_generated::run::<ping::SpecificWorker>()
 }

@@ -5,7 +5,7 @@ use ping_generated::{Context, Worker, WorkerError};
 
 use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
 
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     data: Vec<u8>,
     times: Vec<i64>,
 }

@@ -1,7 +1,5 @@
-//! The component `pong`.
-
-mod specific_worker;
+//! Runs the component `pong`.
 
 fn main() -> std::process::ExitCode {
-    pong_generated::run::<specific_worker::SpecificWorker>()
+    pong_generated::run::<pong::SpecificWorker>()
 }

@@ -6,7 +6,7 @@ use pong_generated::{
     Awake, Context, Echo, ParamChange, PictureInPlace, Pictures, Sample, Worker, WorkerError,
 };
 
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     times: Vec<i64>,
 }
 

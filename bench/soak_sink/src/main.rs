@@ -1,7 +1,5 @@
-//! The component `soak_sink`.
-
-mod specific_worker;
+//! Runs the component `soak_sink`.
 
 fn main() -> std::process::ExitCode {
-    soak_sink_generated::run::<specific_worker::SpecificWorker>()
+    soak_sink_generated::run::<soak_sink::SpecificWorker>()
 }

@@ -6,7 +6,7 @@ use bench_protocol::soak::{
 use soak_sink_generated::tracing::warn;
 use soak_sink_generated::{Context, Echo, ImageInPlace, Images, Ticks, Worker, WorkerError};
 
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     pattern: Vec<u8>,
     ticks: Sequence,
     images: Sequence,

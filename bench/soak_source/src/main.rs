@@ -1,7 +1,5 @@
-//! The component `soak_source`.
-
-mod specific_worker;
+//! Runs the component `soak_source`.
 
 fn main() -> std::process::ExitCode {
-    soak_source_generated::run::<specific_worker::SpecificWorker>()
+    soak_source_generated::run::<soak_source::SpecificWorker>()
 }

@@ -14,7 +14,7 @@ const MOST_TICKS: u64 = 10;
 /// Further behind than this, the schedule begins anew: what was missed is not sent.
 const MOST_BEHIND: u64 = TICKS_A_SECOND;
 
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     pattern: Vec<u8>,
     picture: Image,
     sends_images: bool,

@@ -1,8 +1,5 @@
-//! The component `avoider`.
-
-mod policy;
-mod specific_worker;
+//! Runs the component `avoider`.
 
 fn main() -> std::process::ExitCode {
-    avoider_generated::run::<specific_worker::SpecificWorker>()
+    avoider_generated::run::<avoider::SpecificWorker>()
 }

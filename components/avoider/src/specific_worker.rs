@@ -5,7 +5,7 @@ use avoider_generated::tracing::warn;
 use avoider_generated::{Context, Worker, WorkerError};
 
 /// The policy and what it remembers.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     policy: Policy,
 }
 

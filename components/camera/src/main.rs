@@ -1,7 +1,5 @@
-//! The component `camera`.
-
-mod specific_worker;
+//! Runs the component `camera`.
 
 fn main() -> std::process::ExitCode {
-    camera_generated::run::<specific_worker::SpecificWorker>()
+    camera_generated::run::<camera::SpecificWorker>()
 }

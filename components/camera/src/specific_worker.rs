@@ -7,7 +7,7 @@ use camera_generated::{
 use std::time::Instant;
 
 /// What was seen so far.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     number: i64,
     begun: Instant,
     width: i32,

@@ -1,7 +1,5 @@
-//! The component `image_monitor`.
-
-mod specific_worker;
+//! Runs the component `image_monitor`.
 
 fn main() -> std::process::ExitCode {
-    image_monitor_generated::run::<specific_worker::SpecificWorker>()
+    image_monitor_generated::run::<image_monitor::SpecificWorker>()
 }

@@ -7,7 +7,7 @@ use image_monitor_generated::{
 
 /// What came since the last line.
 #[derive(Default)]
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     images: u32,
     points: usize,
     /// Why the last picture that was not whole was not.

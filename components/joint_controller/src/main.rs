@@ -1,8 +1,5 @@
-//! The component `joint_controller`.
-
-mod motion;
-mod specific_worker;
+//! Runs the component `joint_controller`.
 
 fn main() -> std::process::ExitCode {
-    joint_controller_generated::run::<specific_worker::SpecificWorker>()
+    joint_controller_generated::run::<joint_controller::SpecificWorker>()
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 const LIMITS_PAUSE: Duration = Duration::from_secs(1);
 
 /// What the motor can do, and how far the motion has come.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     /// None until the bus has told them.
     limits: Option<Limits>,
     /// When it has told them.

@@ -1,8 +1,5 @@
-//! The component `motor_bus`.
-
-mod motor;
-mod specific_worker;
+//! Runs the component `motor_bus`.
 
 fn main() -> std::process::ExitCode {
-    motor_bus_generated::run::<specific_worker::SpecificWorker>()
+    motor_bus_generated::run::<motor_bus::SpecificWorker>()
 }

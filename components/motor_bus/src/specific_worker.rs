@@ -13,7 +13,7 @@ use motor_bus_generated::{
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// The motors, in the order of the parameters.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     motors: Vec<Motor>,
     /// The moment of which the motors tell.
     now: Instant,

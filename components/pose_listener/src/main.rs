@@ -1,7 +1,5 @@
-//! The component `pose_listener`.
-
-mod specific_worker;
+//! Runs the component `pose_listener`.
 
 fn main() -> std::process::ExitCode {
-    pose_listener_generated::run::<specific_worker::SpecificWorker>()
+    pose_listener_generated::run::<pose_listener::SpecificWorker>()
 }

@@ -1,10 +1,5 @@
-//! The component `pose_monitor`.
-
-mod chart;
-mod screen;
-mod specific_worker;
-mod track;
+//! Runs the component `pose_monitor`.
 
 fn main() -> std::process::ExitCode {
-    pose_monitor_generated::run::<specific_worker::SpecificWorker>()
+    pose_monitor_generated::run::<pose_monitor::SpecificWorker>()
 }

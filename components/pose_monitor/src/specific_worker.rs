@@ -13,7 +13,7 @@ use std::path::Path;
 const CLEAR: &str = "\x1b[H\x1b[J";
 
 /// The map, the way so far, and where it is written.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     map: Map,
     track: Track,
     trace: Option<BufWriter<File>>,

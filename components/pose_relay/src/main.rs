@@ -1,7 +1,5 @@
-//! The component `pose_relay`.
-
-mod specific_worker;
+//! Runs the component `pose_relay`.
 
 fn main() -> std::process::ExitCode {
-    pose_relay_generated::run::<specific_worker::SpecificWorker>()
+    pose_relay_generated::run::<pose_relay::SpecificWorker>()
 }

@@ -1,12 +1,5 @@
-//! The component `simulator`.
-
-mod lidar;
-mod noise;
-#[cfg(test)]
-mod patrol;
-mod specific_worker;
-mod world;
+//! Runs the component `simulator`.
 
 fn main() -> std::process::ExitCode {
-    simulator_generated::run::<specific_worker::SpecificWorker>()
+    simulator_generated::run::<simulator::SpecificWorker>()
 }

@@ -10,7 +10,7 @@ use simulator_generated::{
 };
 
 /// The simulated world, and when its time passes.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     simulation: Simulation,
     lockstep: bool,
 }

@@ -1,8 +1,5 @@
-//! The component `speech_client`.
-
-mod dialogue;
-mod specific_worker;
+//! Runs the component `speech_client`.
 
 fn main() -> std::process::ExitCode {
-    speech_client_generated::run::<specific_worker::SpecificWorker>()
+    speech_client_generated::run::<speech_client::SpecificWorker>()
 }

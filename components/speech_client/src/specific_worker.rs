@@ -7,7 +7,7 @@ use speech_client_generated::{
 };
 
 /// How far the conversation has come.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     dialogue: Dialogue,
 }
 

@@ -1,8 +1,5 @@
-//! The component `speech_server`.
-
-mod specific_worker;
-mod voice;
+//! Runs the component `speech_server`.
 
 fn main() -> std::process::ExitCode {
-    speech_server_generated::run::<specific_worker::SpecificWorker>()
+    speech_server_generated::run::<speech_server::SpecificWorker>()
 }

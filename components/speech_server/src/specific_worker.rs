@@ -8,7 +8,7 @@ use speech_server_generated::{
 use std::time::Instant;
 
 /// The voice, and the time up to which it has spoken.
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     voice: Voice,
     spoken_until: Instant,
 }

@@ -145,10 +145,10 @@ fn stage(workspace: &Path, component: &str) {
             );
         }
     }
-    let main = std::fs::read_to_string(folder.join("src/main.rs")).expect("main.rs");
+    let own = std::fs::read_to_string(folder.join("src/lib.rs")).expect("lib.rs");
     let mut lib = String::new();
     let mut test_only = false;
-    for line in main.lines() {
+    for line in own.lines() {
         if let Some(module) = line
             .strip_prefix("mod ")
             .and_then(|rest| rest.strip_suffix(';'))

@@ -1,7 +1,5 @@
-//! The component `herald`.
-
-mod specific_worker;
+//! Runs the component `herald`.
 
 fn main() -> std::process::ExitCode {
-    herald_generated::run::<specific_worker::SpecificWorker>()
+    herald_generated::run::<herald::SpecificWorker>()
 }

@@ -7,7 +7,7 @@ use herald_generated::{
 };
 use std::time::Duration;
 
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     noted: Vec<String>,
 }
 

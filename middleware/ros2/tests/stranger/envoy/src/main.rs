@@ -1,7 +1,5 @@
-//! The component `envoy`.
-
-mod specific_worker;
+//! Runs the component `envoy`.
 
 fn main() -> std::process::ExitCode {
-    envoy_generated::run::<specific_worker::SpecificWorker>()
+    envoy_generated::run::<envoy::SpecificWorker>()
 }

@@ -7,7 +7,7 @@ use envoy_generated::{
 };
 use std::time::Duration;
 
-pub(crate) struct SpecificWorker {
+pub struct SpecificWorker {
     noted: Vec<String>,
 }
 

@@ -1,0 +1,5 @@
+//! The component `ping`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

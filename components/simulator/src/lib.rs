@@ -1,0 +1,10 @@
+//! The component `simulator`.
+
+mod lidar;
+mod noise;
+#[cfg(test)]
+mod patrol;
+mod specific_worker;
+mod world;
+
+pub use specific_worker::SpecificWorker;

@@ -1,0 +1,6 @@
+//! The component `speech_client`.
+
+mod dialogue;
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

@@ -1,0 +1,5 @@
+//! The component `herald`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

@@ -1,0 +1,5 @@
+//! The component `envoy`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;
