@@ -1,0 +1,170 @@
+//! What a supervisor and its agent on another machine say to each other, over the standard streams of ssh.
+//!
+//! The supervisor starts with [`SupervisorMessage::Network`]. The agent answers [`AgentMessage::Missing`], receives the
+//! bytes of those files one after the other, and answers [`AgentMessage::Ready`]. From then on both sides send
+//! whenever they have something to say. Both are the same program, so the protocol has no version.
+
+use crate::lines::LIMIT;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The longest line after [`AgentMessage::Ready`], in bytes: it holds a line of a link, however much of that JSON escapes.
+pub const LONGEST: usize = 16 * LIMIT;
+
+/// What the supervisor sends. `C` describes a component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SupervisorMessage<C> {
+    /// The first line.
+    Network {
+        /// The network's name.
+        name: String,
+        /// The files that the components need.
+        files: Vec<File>,
+        /// The shared-memory services that the guard keeps open, as JSON.
+        services: String,
+    },
+    /// Start a process.
+    Start {
+        /// The component, with the paths of the agent's machine.
+        component: Box<C>,
+        /// Identifies this run of the component.
+        run: String,
+        /// The first line of the component's link.
+        greeting: Option<String>,
+    },
+    /// Ask this component to end.
+    Stop(String),
+    /// Kill this component and its process group.
+    Kill(String),
+    /// A client has connected to the management socket of a component.
+    #[serde(rename = "call")]
+    Connect {
+        /// Identifies the connection.
+        wire: u64,
+        /// The component.
+        name: String,
+    },
+    /// Bytes from that client.
+    #[serde(rename = "tell")]
+    Data {
+        /// The connection.
+        wire: u64,
+        /// The bytes.
+        text: String,
+    },
+    /// That client has closed this connection.
+    #[serde(rename = "shut")]
+    Close(u64),
+    /// The supervisor lives.
+    #[serde(rename = "beat")]
+    Heartbeat,
+    /// All components have ended; clean up and exit.
+    Farewell,
+}
+
+/// What an agent sends.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AgentMessage {
+    /// The indices of the files that the agent lacks, or has with another content.
+    #[serde(rename = "wants")]
+    Missing(Vec<usize>),
+    /// The agent has all files and holds the network on its machine.
+    #[serde(rename = "there")]
+    Ready {
+        /// The folder of the copies.
+        root: PathBuf,
+        /// How many processes of an earlier run the agent killed; none if there was no such run.
+        recovered: Option<usize>,
+    },
+    /// The agent cannot do its work and exits.
+    Refused(String),
+    /// A component was started.
+    Started {
+        /// The component.
+        name: String,
+        /// Its process.
+        pid: i32,
+    },
+    /// A component could not be started.
+    NotStarted {
+        /// The component.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A line of a component's link.
+    #[serde(rename = "said")]
+    LinkLine {
+        /// The component.
+        name: String,
+        /// The line; none if it was too long.
+        line: Option<String>,
+    },
+    /// This component has closed its link.
+    #[serde(rename = "closed")]
+    LinkClosed(String),
+    /// Output of a component, from its log.
+    Printed {
+        /// The component.
+        name: String,
+        /// The output.
+        text: String,
+    },
+    /// Bytes from the management socket of a component.
+    #[serde(rename = "tell")]
+    Data {
+        /// The connection.
+        wire: u64,
+        /// The bytes.
+        text: String,
+    },
+    /// The component has closed this connection, or refuses it.
+    #[serde(rename = "shut")]
+    Close(u64),
+    /// A component has ended, with all that it left.
+    Ended {
+        /// The component.
+        name: String,
+        /// How it ended.
+        exit: Exit,
+        /// How many orphans of it the agent killed.
+        left: usize,
+    },
+    /// A message of the agent, for people.
+    Note(String),
+    /// The agent lives.
+    #[serde(rename = "beat")]
+    Heartbeat,
+    /// All processes have ended.
+    #[serde(rename = "gone")]
+    Finished {
+        /// How many orphans of components the agent killed.
+        left: usize,
+    },
+}
+
+/// A file that an agent needs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct File {
+    /// The path on the supervisor's machine, without `.` and `..`. The copy has it below the folder of the copies.
+    pub path: PathBuf,
+    /// SHA-256 of the content, in hexadecimal.
+    pub hash: String,
+    /// The length in bytes.
+    pub size: u64,
+    /// Whether it may be executed.
+    pub executable: bool,
+}
+
+/// How a process ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Exit {
+    /// Whether the exit code was 0.
+    pub success: bool,
+    /// The signal that killed it.
+    pub signal: Option<i32>,
+    /// `exit status 1`, `signal 11 (SIGSEGV)`.
+    pub text: String,
+}

@@ -1,0 +1,321 @@
+//! The client of components and supervisors.
+
+use crate::lines::{self, Line, Lines, Overlong};
+use crate::output::Output;
+use crate::rpc::{self, Error};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustix::net::sockopt::{Timeout, set_socket_timeout};
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::VecDeque;
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// The longest message, in bytes: the status of a network has many times the length of a component's line.
+const LONGEST: usize = 64 * lines::LIMIT;
+
+/// A connection to the management socket of a component or a supervisor.
+///
+/// [`Client::call`] waits for an answer. A program that waits for several things sends with [`Client::send`], polls the
+/// descriptor and takes what arrives from [`Client::receive`], which never waits.
+///
+/// ```no_run
+/// use rc_management::{Client, component};
+/// use std::path::Path;
+/// use std::time::Duration;
+///
+/// let limit = Duration::from_secs(2);
+/// let mut client = Client::connect(Path::new("/run/user/1000/robocomp/default/lidar.sock"), limit)?;
+/// let status: component::Status = client.call(&component::Request::Status, limit)?;
+/// println!("{} runs since {} s", status.name, status.uptime_s);
+/// # Ok::<(), rc_management::CallError>(())
+/// ```
+#[derive(Debug)]
+pub struct Client {
+    stream: UnixStream,
+    lines: Lines,
+    output: Output,
+    requests: u64,
+    received: VecDeque<Incoming>,
+    closed: bool,
+}
+
+/// A received message.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Incoming {
+    /// The answer to the request with this number; none if the other side could not read the request.
+    Answer(Option<u64>, Result<Value, Error>),
+    /// A notification: its method and parameters.
+    Notification(String, Value),
+    /// What is neither.
+    Unknown(String),
+}
+
+/// Why a call has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum CallError {
+    /// The connection failed.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// No answer came within this time.
+    #[error("no answer came within {0:?}")]
+    TimedOut(Duration),
+    /// The other side closed the connection before it answered.
+    #[error("the connection closed before the answer came")]
+    Closed,
+    /// The other side refuses.
+    #[error(transparent)]
+    Refused(#[from] Error),
+    /// This is not an answer to the request.
+    #[error("the answer is `{0}`")]
+    Unexpected(String),
+}
+
+impl Client {
+    /// Connects to the socket at `path`, within `limit`. A limit of zero does not wait for a listener that is busy.
+    ///
+    /// `NotFound` and `ConnectionRefused` mean that nobody listens, `WouldBlock` that the listener did not accept in
+    /// time.
+    pub fn connect(path: &Path, limit: Duration) -> io::Result<Self> {
+        let flags = if limit.is_zero() {
+            SocketFlags::NONBLOCK | SocketFlags::CLOEXEC
+        } else {
+            SocketFlags::CLOEXEC
+        };
+        let socket = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
+        if !limit.is_zero() {
+            // A Unix socket waits for a place in the queue of the listener, at most for its limit to send.
+            set_socket_timeout(&socket, Timeout::Send, Some(limit))?;
+        }
+        let address = SocketAddrUnix::new(path)?;
+        while let Err(error) = connect(&socket, &address) {
+            if error != Errno::INTR {
+                return Err(error.into());
+            }
+        }
+        let stream = UnixStream::from(socket);
+        stream.set_nonblocking(true)?;
+        Ok(Self {
+            stream,
+            lines: Lines::up_to(LONGEST, Overlong::Skip),
+            output: Output::default(),
+            requests: 0,
+            received: VecDeque::new(),
+            closed: false,
+        })
+    }
+
+    /// Whether requests wait until the other side reads; poll the descriptor for writing then, too.
+    pub fn has_output(&self) -> bool {
+        !self.output.is_empty()
+    }
+
+    /// Sends a request, as far as that is possible at once, and returns its number.
+    pub fn send(&mut self, request: &impl Serialize) -> u64 {
+        self.requests += 1;
+        self.output.push(&rpc::request(self.requests, request));
+        // `receive` reports a failure.
+        let _ = self.output.write(&self.stream);
+        self.requests
+    }
+
+    /// Writes and reads what is possible at once. Returns what has arrived, and whether the connection is still open.
+    pub fn receive(&mut self) -> (Vec<Incoming>, bool) {
+        self.turn();
+        (self.received.drain(..).collect(), !self.closed)
+    }
+
+    /// Sends a request and waits for its answer, at most for `limit`. Notifications that arrive meanwhile are kept for
+    /// [`Client::next`] and [`Client::receive`].
+    pub fn call<T: DeserializeOwned>(
+        &mut self,
+        request: &impl Serialize,
+        limit: Duration,
+    ) -> Result<T, CallError> {
+        let number = self.send(request);
+        let is_answer = |incoming: &Incoming| match incoming {
+            // An answer without a number is to a request that the other side could not read.
+            Incoming::Answer(answered, _) => answered.is_none_or(|answered| answered == number),
+            Incoming::Notification(..) => false,
+            Incoming::Unknown(_) => true,
+        };
+        let end = Instant::now() + limit;
+        let answer = loop {
+            if let Some(at) = self.received.iter().position(is_answer) {
+                break self.received.remove(at);
+            }
+            self.wait(end, limit)?;
+        };
+        match answer {
+            Some(Incoming::Answer(_, result)) => {
+                let result = result?;
+                T::deserialize(&result).map_err(|_| CallError::Unexpected(result.to_string()))
+            }
+            Some(Incoming::Unknown(text)) => Err(CallError::Unexpected(text)),
+            Some(Incoming::Notification(..)) | None => Err(CallError::Closed),
+        }
+    }
+
+    /// Waits for the next message, at most for `limit`.
+    pub fn next(&mut self, limit: Duration) -> Result<Incoming, CallError> {
+        let end = Instant::now() + limit;
+        loop {
+            if let Some(incoming) = self.received.pop_front() {
+                return Ok(incoming);
+            }
+            self.wait(end, limit)?;
+        }
+    }
+
+    /// Waits until something can be read or written, and does so.
+    fn wait(&mut self, end: Instant, limit: Duration) -> Result<(), CallError> {
+        if self.closed {
+            return Err(CallError::Closed);
+        }
+        let left = end.saturating_duration_since(Instant::now());
+        let timeout = Timespec::try_from(left).ok();
+        let events = if self.has_output() {
+            PollFlags::IN | PollFlags::OUT
+        } else {
+            PollFlags::IN
+        };
+        let mut polled = [PollFd::new(&self.stream, events)];
+        match poll(&mut polled, timeout.as_ref()) {
+            Ok(0) => return Err(CallError::TimedOut(limit)),
+            Ok(_) | Err(Errno::INTR) => {}
+            Err(error) => return Err(CallError::Io(error.into())),
+        }
+        self.turn();
+        Ok(())
+    }
+
+    fn turn(&mut self) {
+        if self.output.write(&self.stream).is_err() {
+            // The other side has closed, but may have answered before: reading tells.
+            self.output.clear();
+        }
+        let (lines, ended) = self.lines.read(&self.stream);
+        self.closed |= ended;
+        self.received.extend(lines.into_iter().map(incoming));
+    }
+}
+
+impl AsFd for Client {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.stream.as_fd()
+    }
+}
+
+fn incoming(line: Line) -> Incoming {
+    let Line::Complete(line) = line else {
+        return Incoming::Unknown(format!("a message of more than {LONGEST} bytes"));
+    };
+    let unknown = || Incoming::Unknown(String::from_utf8_lossy(&line).into_owned());
+    let Ok(mut message) = serde_json::from_slice::<Value>(&line) else {
+        return unknown();
+    };
+    if let Some(method) = message["method"].as_str() {
+        let method = method.to_owned();
+        return Incoming::Notification(method, message["params"].take());
+    }
+    let number = message["id"].as_u64();
+    if let Some(result) = message.get_mut("result") {
+        return Incoming::Answer(number, Ok(result.take()));
+    }
+    match Error::deserialize(&message["error"]) {
+        Ok(error) => Incoming::Answer(number, Err(error)),
+        Err(_) => unknown(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::component::{Done, Request};
+    use std::io::{BufRead, BufReader, Write};
+    use std::os::unix::net::UnixListener;
+
+    const LIMIT: Duration = Duration::from_secs(10);
+    const SHORT: Duration = Duration::from_millis(100);
+
+    /// A client, and what a server that answers one request with `answer` has received.
+    fn served(answer: &'static [u8]) -> (Client, std::thread::JoinHandle<String>) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        let listener = UnixListener::bind(&path).expect("a socket");
+        let client = Client::connect(&path, LIMIT).expect("a connection");
+        let server = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().expect("a client");
+            let mut line = String::new();
+            let mut input = BufReader::new(stream.try_clone().expect("a socket"));
+            input.read_line(&mut line).expect("a request");
+            stream.write_all(answer).expect("answered");
+            line
+        });
+        (client, server)
+    }
+
+    #[test]
+    fn a_call_finds_its_answer_among_notifications() {
+        let (mut client, server) = served(
+            b"{\"method\":\"event\",\"params\":7}\n{\"id\":9,\"result\":0}\n{\"id\":1,\"result\":{}}\n",
+        );
+        let answer: Result<Done, _> = client.call(&Request::Stop, LIMIT);
+        assert!(answer.is_ok(), "{answer:?}");
+        let event = Incoming::Notification("event".to_owned(), 7.into());
+        assert_eq!(client.next(LIMIT).expect("an event"), event);
+        assert!(matches!(
+            client.next(LIMIT),
+            Ok(Incoming::Answer(Some(9), Ok(_)))
+        ));
+        assert!(matches!(client.next(LIMIT), Err(CallError::Closed)));
+        assert_eq!(
+            server.join().expect("the server"),
+            "{\"id\":1,\"jsonrpc\":\"2.0\",\"method\":\"stop\",\"params\":{}}\n"
+        );
+    }
+
+    #[test]
+    fn errors_and_what_is_no_answer_end_a_call() {
+        let call = |answer| served(answer).0.call::<Done>(&Request::Stop, LIMIT);
+        let refused = call(b"{\"error\":{\"code\":-32602,\"message\":\"too long\"},\"id\":null}\n");
+        assert!(matches!(refused, Err(CallError::Refused(error)) if error.message == "too long"));
+        assert!(matches!(call(b"hello\n"), Err(CallError::Unexpected(text)) if text == "hello"));
+        assert!(matches!(
+            call(b"{\"id\":1,\"result\":7}\n"),
+            Err(CallError::Unexpected(_))
+        ));
+        assert!(matches!(call(b""), Err(CallError::Closed)));
+    }
+
+    #[test]
+    fn connecting_and_calling_have_limits() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        let connect = |limit| Client::connect(&path, limit).map_err(|error| error.kind());
+        assert_eq!(connect(SHORT).err(), Some(io::ErrorKind::NotFound));
+        let _listener = UnixListener::bind(&path).expect("a socket");
+        let mut client = connect(SHORT).expect("a connection");
+        let answer = client.call::<Done>(&Request::Stop, SHORT);
+        assert!(matches!(answer, Err(CallError::TimedOut(SHORT))));
+        // The queue of the listener has a bound.
+        let mut waiting = Vec::new();
+        let refused = loop {
+            match connect(SHORT) {
+                Ok(client) => waiting.push(client),
+                Err(kind) => break kind,
+            }
+        };
+        assert_eq!(refused, io::ErrorKind::WouldBlock);
+        assert_eq!(
+            connect(Duration::ZERO).err(),
+            Some(io::ErrorKind::WouldBlock)
+        );
+    }
+}

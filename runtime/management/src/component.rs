@@ -1,0 +1,287 @@
+//! What tools ask of a component, on `NAME.sock` in the run directory of its network.
+
+use crate::rpc::{Call, Error};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::fmt;
+use std::path::PathBuf;
+
+/// A request to a component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Request {
+    /// Answered with [`Status`].
+    Status,
+    /// Answered with [`Parameters`].
+    Parameters {
+        /// The parameters to list; all if there is no path.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        paths: Option<Vec<String>>,
+    },
+    /// Changes parameters, all or none. Answered with [`Changed`] when the worker has decided.
+    ParametersSet {
+        /// The new values by path; at least one.
+        changes: Map<String, Value>,
+    },
+    /// Writes changed parameters into the configuration file. Answered with [`Saved`].
+    ParametersSave,
+    /// Sets the period of `compute()`. Answered with [`Done`].
+    Period {
+        /// Milliseconds, from 0.1 to 3,600,000.
+        ms: f64,
+    },
+    /// Enters or leaves the state [`State::Emergency`]. Answered with [`Done`].
+    Emergency {
+        /// Whether to enter it.
+        active: bool,
+    },
+    /// Ends the component. Answered with [`Done`].
+    Stop,
+}
+
+impl Request {
+    /// Each method with its parameters, for error messages.
+    const METHODS: [(&'static str, &'static str); 7] = [
+        ("status", "{}"),
+        ("parameters", r#"{} or {"paths": ["motors[0].max", …]}"#),
+        (
+            "parameters_set",
+            r#"{"changes": {"motors[0].max": 1.5, …}}"#,
+        ),
+        ("parameters_save", "{}"),
+        ("period", r#"{"ms": 0.1 … 3600000}"#),
+        ("emergency", r#"{"active": true|false}"#),
+        ("stop", "{}"),
+    ];
+
+    /// Decodes a received request. The error is the answer to it.
+    pub fn decode(call: Call) -> Result<Self, Error> {
+        call.decode(&Self::METHODS, |request| match request {
+            Self::ParametersSet { changes } => !changes.is_empty(),
+            Self::Period { ms } => (0.1..=3.6e6).contains(ms),
+            _ => true,
+        })
+    }
+}
+
+/// The answer to a request that only succeeds: `{}`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Done {}
+
+/// The state of a component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// It opens its connections and initialises its worker.
+    Starting,
+    /// It runs `compute()` on its period.
+    Running,
+    /// It runs `emergency()` on its period, in place of `compute()`.
+    Emergency,
+    /// It ends.
+    Stopping,
+}
+
+impl State {
+    /// The word for it in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Starting => "starting",
+            Self::Running => "running",
+            Self::Emergency => "emergency",
+            Self::Stopping => "stopping",
+        }
+    }
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.word())
+    }
+}
+
+/// The end of a connection that a component has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub enum Role {
+    /// Answers calls.
+    Implements,
+    /// Calls.
+    Requires,
+    /// Sends to topics, one an operation.
+    Publishes,
+    /// Receives from topics, one an operation.
+    SubscribesTo,
+}
+
+impl Role {
+    /// The keyword of a `.cdsl`, which is also the word in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Implements => "implements",
+            Self::Requires => "requires",
+            Self::Publishes => "publishes",
+            Self::SubscribesTo => "subscribesTo",
+        }
+    }
+
+    /// The role of the other end.
+    ///
+    /// ```
+    /// use rc_management::component::Role;
+    ///
+    /// assert_eq!(Role::Publishes.opposite(), Role::SubscribesTo);
+    /// ```
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Implements => Self::Requires,
+            Self::Requires => Self::Implements,
+            Self::Publishes => Self::SubscribesTo,
+            Self::SubscribesTo => Self::Publishes,
+        }
+    }
+}
+
+/// The status of a component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// The component's type: the name after `Component` in its `.cdsl`.
+    pub component: String,
+    /// The component's name in its network.
+    pub name: String,
+    /// The network.
+    pub network: String,
+    /// The process.
+    pub pid: u32,
+    /// The state.
+    pub state: State,
+    /// Seconds since the start.
+    pub uptime_s: f64,
+    /// Milliseconds since the last turn of the worker's loop.
+    pub age_ms: u64,
+    /// Hash of the description files, 16 hexadecimal digits.
+    pub model: String,
+    /// The middleware of all connections that do not choose one.
+    pub middleware: String,
+    /// The period of `compute()`, in milliseconds.
+    pub period_ms: f64,
+    /// How often `compute()` took longer than its period, or was skipped.
+    pub overruns: u64,
+    /// The runs of `compute()`.
+    pub compute: Timing,
+    /// The last error of `compute()` or a handler.
+    pub last_error: Option<String>,
+    /// The connections, in the order of the `.cdsl`.
+    pub slots: Vec<SlotStatus>,
+}
+
+/// The status of one connection.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SlotStatus {
+    /// The slot's name.
+    pub name: String,
+    /// Which end of the connection it is.
+    pub role: Role,
+    /// The type of the connection, `RoboCompLaser::Laser`.
+    pub interface: String,
+    /// The middleware.
+    pub middleware: String,
+    /// Where the ends of the connection meet; none until it is open.
+    pub address: Option<String>,
+    /// The number of connected peers.
+    pub peers: usize,
+    /// The handlers that ran for received samples or calls.
+    pub handlers: Timing,
+    /// Samples that were published, or calls that were made.
+    #[serde(default)]
+    pub sent: u64,
+    /// Samples that never arrived because newer ones took their place.
+    pub lost: u64,
+}
+
+/// How often something ran, how often it failed and how long it took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Timing {
+    /// The number of runs.
+    pub count: u64,
+    /// The number of runs that failed.
+    pub errors: u64,
+    /// The median time, in microseconds.
+    pub p50_us: u64,
+    /// The 99th percentile of the times, in microseconds.
+    pub p99_us: u64,
+    /// The longest time, in microseconds.
+    #[serde(default)]
+    pub max_us: u64,
+}
+
+/// The parameters of a component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// The configuration file; none if the component read none.
+    pub file: Option<PathBuf>,
+    /// The listed parameters.
+    pub parameters: Vec<ParameterStatus>,
+}
+
+/// One parameter. The values of a secret one are `***`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterStatus {
+    /// The path, `motors[2].max`.
+    pub path: String,
+    /// The value.
+    pub value: Value,
+    /// The value of the next start, if that is another one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pending: Option<Value>,
+    /// Whether the value of the next start is missing in the configuration file, as far as the component knows.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unsaved: bool,
+    /// The default value; none if the configuration must give a value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<Value>,
+    /// The type and the limits, in the words of PDSL: "float, from 0 to 1500, in mm/s".
+    pub allowed: String,
+    /// The unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Whether a change takes effect at once.
+    pub editable: bool,
+    /// Whether a change takes effect at the next start.
+    pub restart: bool,
+    /// Whether the values are never shown.
+    pub secret: bool,
+    /// The documentation, line by line.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doc: Vec<String>,
+}
+
+/// One changed value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterChange {
+    /// The path of the parameter.
+    pub path: String,
+    /// The value before; `***` if it is secret.
+    pub old: Value,
+    /// The value after; `***` if it is secret.
+    pub new: Value,
+}
+
+/// The effect of a change of parameters.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Changed {
+    /// The values that changed at once.
+    pub changed: Vec<ParameterChange>,
+    /// The values that will change at the next start.
+    pub pending: Vec<ParameterChange>,
+}
+
+/// The effect of saving parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Saved {
+    /// The configuration file.
+    pub file: PathBuf,
+    /// The values that were written.
+    pub saved: Vec<ParameterChange>,
+}

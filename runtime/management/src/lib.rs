@@ -1,0 +1,27 @@
+//! The line protocol between components, supervisors, agents and tools.
+//!
+//! Each message is one JSON object a line. Sockets in the run directory and the link between a component and its
+//! supervisor speak JSON-RPC 2.0; a supervisor and its agents exchange the plain objects of [`agent`].
+//!
+//! | module | between |
+//! |---|---|
+//! | [`component`] | tools and a component, on `NAME.sock` |
+//! | [`supervisor`] | tools and the supervisor of a network, on `rcdeploy.sock` |
+//! | [`link`] | a component and the supervisor that started it, on a socket at its standard input |
+//! | [`agent`] | a supervisor and its agent on another machine, over ssh |
+//!
+//! [`lines`] splits bytes into lines of bounded length, [`rpc`] reads and writes JSON-RPC, [`Client`] sends requests
+//! and receives answers and notifications.
+
+pub mod agent;
+mod client;
+pub mod component;
+pub mod event;
+pub mod lines;
+pub mod link;
+mod output;
+pub mod rpc;
+pub mod supervisor;
+
+pub use client::{CallError, Client, Incoming};
+pub use output::Output;

@@ -1,0 +1,151 @@
+//! Notifications between a component and the supervisor that started it.
+
+use crate::component::State;
+use crate::rpc::{self, Call};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// What a component tells its supervisor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ComponentMessage {
+    /// The state has changed.
+    State {
+        /// The new state.
+        state: State,
+    },
+    /// The component has started, and has restored its parameters.
+    Ready,
+    /// The set of parameters that were changed and not saved is another one.
+    Parameters(UnsavedParameters),
+    /// The answer to [`SupervisorMessage::Restore`].
+    Restored {
+        /// Why nothing was restored; none if all was.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        refused: Option<String>,
+    },
+    /// The component lives. It comes twice a second.
+    Heartbeat(Heartbeat),
+}
+
+/// What a supervisor tells a component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SupervisorMessage {
+    /// Set these parameters before you are ready: an earlier run changed them and did not save them.
+    Restore {
+        /// The values by path.
+        changes: Map<String, Value>,
+    },
+}
+
+/// Parameters that were changed and not saved.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UnsavedParameters {
+    /// The values by path, except secret ones.
+    #[serde(default)]
+    pub changed: Map<String, Value>,
+    /// The paths of those that a new run cannot get: they are secret, or too long for a line.
+    #[serde(default)]
+    pub unkept: Vec<String>,
+}
+
+/// The health of a component. What it does not report is empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Heartbeat {
+    /// Milliseconds since the last turn of the worker's loop.
+    pub age_ms: u64,
+    /// Samples that each slot has lost since the start; slots without loss are left out.
+    #[serde(default)]
+    pub lost: BTreeMap<String, u64>,
+    /// The number of peers of each slot that requires or subscribes.
+    #[serde(default)]
+    pub peers: BTreeMap<String, usize>,
+    /// What took longer than the period since the last heartbeat.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub overruns: Option<Overruns>,
+    /// Topics that exceeded their deadline since the last heartbeat, and for how many milliseconds they were silent.
+    #[serde(default)]
+    pub silent: BTreeMap<String, u64>,
+    /// Peers that were discovered since the last heartbeat and do not fit.
+    #[serde(default)]
+    pub mismatches: Vec<String>,
+}
+
+/// Runs of the worker that took longer than the period.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Overruns {
+    /// How many.
+    #[serde(default)]
+    pub count: u64,
+    /// What took longest: `compute()`, `a handler of laser`.
+    pub what: String,
+    /// How long that took, in milliseconds.
+    pub ms: f64,
+    /// The period, in milliseconds.
+    pub period_ms: f64,
+}
+
+impl ComponentMessage {
+    /// Decodes a line. The error says what is wrong with it.
+    pub fn decode(line: &[u8]) -> Result<Self, String> {
+        let Call { method, params, .. } = Call::parse(line).map_err(|error| error.message)?;
+        rpc::message(&method, params).map_err(|error| error.to_string())
+    }
+}
+
+impl SupervisorMessage {
+    /// Decodes a line; none for what a supervisor of another version may say.
+    pub fn decode(line: &[u8]) -> Option<Self> {
+        let Call { method, params, .. } = Call::parse(line).ok()?;
+        rpc::message(&method, params).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decode(line: &str) -> Result<ComponentMessage, String> {
+        ComponentMessage::decode(line.as_bytes())
+    }
+
+    #[test]
+    fn what_a_component_does_not_report_is_empty() {
+        let ready = r#"{"jsonrpc":"2.0","method":"ready"}"#;
+        assert_eq!(decode(ready), Ok(ComponentMessage::Ready));
+        let heartbeat = Heartbeat {
+            age_ms: 7,
+            ..Heartbeat::default()
+        };
+        assert_eq!(
+            decode(r#"{"jsonrpc":"2.0","method":"heartbeat","params":{"age_ms":7}}"#),
+            Ok(ComponentMessage::Heartbeat(heartbeat))
+        );
+        assert_eq!(
+            decode(r#"{"method":"restored","params":{}}"#),
+            Ok(ComponentMessage::Restored { refused: None })
+        );
+        assert_eq!(
+            decode(r#"{"method":"parameters"}"#),
+            Ok(ComponentMessage::Parameters(UnsavedParameters::default()))
+        );
+    }
+
+    #[test]
+    fn malformed_lines_are_errors() {
+        for line in [
+            "",
+            "hello",
+            "[]",
+            r#"{"method":"dance"}"#,
+            r#"{"method":"heartbeat"}"#,
+            r#"{"method":"heartbeat","params":{"age_ms":7,"lost":{"Laser":-3}}}"#,
+            r#"{"method":"state","params":{"state":"failed"}}"#,
+            r#"{"method":"state","params":{"state":"happy"}}"#,
+        ] {
+            assert!(decode(line).is_err(), "{line}");
+        }
+    }
+}

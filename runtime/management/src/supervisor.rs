@@ -1,0 +1,237 @@
+//! What tools ask of the supervisor of a network, on `rcdeploy.sock` in its run directory.
+
+pub use crate::event::{Event, Severity};
+use crate::rpc::{self, Call, Error};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::PathBuf;
+
+/// A request to a supervisor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Request {
+    /// Answered with [`NetworkStatus`].
+    Status,
+    /// Answered with [`KeptEvents`]; then follow [`Notification`]s of these and of all new events.
+    Events,
+    /// Stops the network. Answered with [`Stopping`]; the connection closes when the network is down.
+    Down,
+    /// Starts components. Answered with [`CommandResult`] when they are ready, or cannot be.
+    Start {
+        /// Components, or groups with all that is in them; at least one.
+        names: Vec<String>,
+    },
+    /// Stops components. Answered with [`CommandResult`] when they have ended.
+    Stop {
+        /// Components, or groups with all that is in them; at least one.
+        names: Vec<String>,
+    },
+    /// Stops components, then starts them. Answered with [`CommandResult`].
+    Restart {
+        /// Components, or groups with all that is in them; at least one.
+        names: Vec<String>,
+    },
+}
+
+impl Request {
+    const METHODS: [(&'static str, &'static str); 6] = [
+        ("status", "{}"),
+        ("events", "{}"),
+        ("down", "{}"),
+        ("start", r#"{"names": ["lidar", …]}"#),
+        ("stop", r#"{"names": ["lidar", …]}"#),
+        ("restart", r#"{"names": ["lidar", …]}"#),
+    ];
+
+    /// Decodes a received request. The error is the answer to it.
+    pub fn decode(call: Call) -> Result<Self, Error> {
+        call.decode(&Self::METHODS, |request| match request {
+            Self::Start { names } | Self::Stop { names } | Self::Restart { names } => {
+                !names.is_empty()
+            }
+            Self::Status | Self::Events | Self::Down => true,
+        })
+    }
+}
+
+/// What a supervisor sends to a client that follows events.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Notification {
+    /// An event.
+    Event(Event),
+    /// The client reads too slowly: the supervisor has dropped events that it did not get.
+    Missed {
+        /// How many.
+        events: u64,
+    },
+}
+
+impl Notification {
+    /// Decodes a received notification.
+    pub fn decode(method: &str, params: Value) -> Option<Self> {
+        rpc::message(method, params).ok()
+    }
+}
+
+/// The answer to [`Request::Events`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeptEvents {
+    /// How many past events follow.
+    pub kept: usize,
+}
+
+/// The answer to [`Request::Down`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stopping {
+    /// Always true.
+    pub stopping: bool,
+}
+
+/// The result of a command to components.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CommandResult {
+    /// The components that are ready, or have ended, in the order of the network.
+    pub done: Vec<String>,
+    /// The other components of the command.
+    pub failed: Vec<FailedCommand>,
+}
+
+/// A component for which a command failed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FailedCommand {
+    /// The component.
+    pub name: String,
+    /// The reason, possibly with the last lines of the component's log.
+    pub reason: String,
+}
+
+/// The state of a component, as its supervisor sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ComponentState {
+    /// It waits for others to be ready, or for the pause before a restart.
+    Waiting,
+    /// It runs and is not ready yet.
+    Starting,
+    /// It runs.
+    Running,
+    /// It runs `emergency()` in place of `compute()`.
+    Emergency,
+    /// It ends, by itself or on request.
+    Stopping,
+    /// It ended with exit code 0, or on request.
+    Done,
+    /// It ended in another way.
+    Failed,
+    /// It runs, and its loop has not turned for two seconds.
+    Hung,
+    /// A command stopped it, and none has started it since.
+    Stopped,
+}
+
+impl fmt::Display for ComponentState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Waiting => "waiting",
+            Self::Starting => "starting",
+            Self::Running => "running",
+            Self::Emergency => "emergency",
+            Self::Stopping => "stopping",
+            Self::Done => "done",
+            Self::Failed => "failed",
+            Self::Hung => "hung",
+            Self::Stopped => "stopped",
+        })
+    }
+}
+
+impl From<crate::component::State> for ComponentState {
+    fn from(state: crate::component::State) -> Self {
+        use crate::component::State;
+        match state {
+            State::Starting => Self::Starting,
+            State::Running => Self::Running,
+            State::Emergency => Self::Emergency,
+            State::Stopping => Self::Stopping,
+        }
+    }
+}
+
+/// The status of a network.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NetworkStatus {
+    /// The network's name.
+    pub network: String,
+    /// The process of the supervisor.
+    pub pid: i32,
+    /// The process of the guard, which cleans up after the supervisor.
+    pub guard: Option<i32>,
+    /// The file that the network was started from.
+    pub ddsl: PathBuf,
+    /// A hash of the file's content at the start; none if the file could not be read.
+    #[serde(default)]
+    pub digest: Option<String>,
+    /// Whether the file has changed since. The client determines it, not the supervisor.
+    #[serde(default)]
+    pub changed: bool,
+    /// The components, in the order of their start.
+    pub components: Vec<ComponentStatus>,
+}
+
+/// The status of one component, as its supervisor sees it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComponentStatus {
+    /// The component's name.
+    pub name: String,
+    /// The machine that it runs on; none for that of the supervisor.
+    #[serde(default)]
+    pub host: Option<String>,
+    /// The state.
+    pub state: ComponentState,
+    /// The process, while it runs.
+    pub pid: Option<i32>,
+    /// Seconds since the start, while it runs.
+    pub uptime_s: Option<f64>,
+    /// Whether it has reported readiness.
+    pub ready: bool,
+    /// The middleware that it was generated for.
+    pub middleware: String,
+    /// The processors that it may run on; empty for all.
+    #[serde(default)]
+    pub cpu: Vec<u16>,
+    /// The real-time priority (`SCHED_FIFO`), if any.
+    #[serde(default)]
+    pub priority: Option<u8>,
+    /// The executable.
+    pub executable: PathBuf,
+    /// The log.
+    pub log: PathBuf,
+    /// How often the supervisor restarted it without a command.
+    pub restarts: u32,
+    /// The limit from its start until it is ready, in milliseconds.
+    pub ready_ms: u64,
+    /// The limit from the request to stop until it has ended, in milliseconds.
+    pub stop_ms: u64,
+    /// Samples that its slots have lost in this run; slots without loss are left out.
+    #[serde(default)]
+    pub lost: BTreeMap<String, u64>,
+    /// The conditions that have started and not ended.
+    #[serde(default)]
+    pub troubles: Vec<Trouble>,
+    /// How it ended.
+    pub exit: Option<String>,
+}
+
+/// A condition that has started and not ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Trouble {
+    /// The code of the event with which it started.
+    pub code: String,
+    /// The latest message, for people.
+    pub message: String,
+    /// When it started, RFC 3339 in UTC.
+    pub since: String,
+}
