@@ -27,7 +27,7 @@ pub struct Component {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Clause {
     /// `Communications { … }`
-    Communications(Vec<Comm>),
+    Communications(Vec<Communication>),
     /// `language rust;`
     Language(Name),
     /// `gui Qt (QWidget);`
@@ -46,22 +46,22 @@ pub enum Clause {
 
 /// `requires A, B as front;`
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comm {
+pub struct Communication {
     /// The first word as written.
-    pub word: Name,
+    pub keyword: Name,
     /// The interfaces.
-    pub items: Vec<Item>,
+    pub slots: Vec<SlotDecl>,
 }
 
 /// One interface in a communication clause.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Item {
+pub struct SlotDecl {
     /// The interface.
     pub interface: Name,
     /// `(dds)`
     pub backend: Option<Name>,
     /// `as front`
-    pub slot: Option<Name>,
+    pub name: Option<Name>,
     /// `{ depth 5; }`
     pub qos: Vec<Setting>,
     /// All of it.

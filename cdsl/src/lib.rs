@@ -14,7 +14,7 @@ pub use resolve::load;
 
 /// The layout of a `.cdsl`.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
-    angles: false,
-    enumerations: false,
-    settings_from: Some(2),
+    angle_brackets: false,
+    enum_blocks: false,
+    inline_braces_from: Some(2),
 };

@@ -1,10 +1,10 @@
 //! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
 
-use crate::ast::{Clause, Comm, Component, File, Item, Setting};
+use crate::ast::{Clause, Communication, Component, File, Setting, SlotDecl};
 use crate::model::Role;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, Reader};
+use rc_syntax::{Literal, Name, ParseContext};
 
 #[allow(
     unreachable_pub,
@@ -16,7 +16,7 @@ use rc_syntax::{Literal, Name, Reader};
 pub struct Grammar;
 
 /// The words that begin a clause.
-const CLAUSES: [&str; 8] = [
+const KEYWORDS: [&str; 8] = [
     "Communications",
     "language",
     "gui",
@@ -29,12 +29,12 @@ const CLAUSES: [&str; 8] = [
 
 /// Reads one `.cdsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
-    let mut reader = Reader::new(sources, source);
+    let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
     (file, reader.found)
 }
 
-fn file(r: &mut Reader<'_>) -> File {
+fn file(r: &mut ParseContext<'_>) -> File {
     let mut file = File::default();
     for pair in r.file::<Rule>().into_iter().flatten() {
         match pair.as_rule() {
@@ -47,7 +47,7 @@ fn file(r: &mut Reader<'_>) -> File {
     file
 }
 
-fn component(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Component {
+fn component(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Component {
     let doc = r.doc(&pair);
     let mut component = Component {
         name: Name::new("", r.span(&pair)),
@@ -66,24 +66,24 @@ fn component(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Component {
     component
 }
 
-fn clause(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Clause)> {
+fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Clause)> {
     let rule = pair.as_rule();
-    if rule == Rule::unread {
-        unread_clause(r, &pair);
+    if rule == Rule::skipped {
+        report_skipped_clause(r, &pair);
         return None;
     }
     let first = pair.clone().into_inner().next().map(|p| r.name(&p))?;
     let clause = match rule {
         Rule::communications => {
-            let mut comms = Vec::new();
+            let mut communications = Vec::new();
             for part in pair.into_inner() {
                 match part.as_rule() {
-                    Rule::comm => comms.extend(comm(r, part)),
-                    Rule::unread => unread_comm(r, &part),
+                    Rule::communication => communications.extend(communication(r, part)),
+                    Rule::skipped => report_skipped_communication(r, &part),
                     _ => {}
                 }
             }
-            Clause::Communications(comms)
+            Clause::Communications(communications)
         }
         Rule::dependencies => {
             let dependencies = pair
@@ -125,45 +125,45 @@ fn clause(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Clause)> {
     Some((first, clause))
 }
 
-fn comm(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Comm> {
-    let (mut keyword, mut items) = (None, Vec::new());
+fn communication(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Communication> {
+    let (mut keyword, mut slots) = (None, Vec::new());
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::kw_comm => keyword = Some(r.name(&part)),
-            Rule::item => items.extend(item(r, part)),
+            Rule::kw_communication => keyword = Some(r.name(&part)),
+            Rule::slot => slots.extend(slot(r, part)),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
     }
-    Some(Comm {
-        word: keyword?,
-        items,
+    Some(Communication {
+        keyword: keyword?,
+        slots,
     })
 }
 
-fn item(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Item> {
+fn slot(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotDecl> {
     let span = r.span(&pair);
-    let (mut interface, mut backend, mut slot, mut qos) = (None, None, None, Vec::new());
+    let (mut interface, mut backend, mut name, mut qos) = (None, None, None, Vec::new());
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => interface = Some(r.name(&part)),
             Rule::backend => backend = Some(r.name(&part)),
-            Rule::slot => slot = Some(r.name(&part)),
+            Rule::slot_name => name = Some(r.name(&part)),
             Rule::qos => qos = part.into_inner().filter_map(|p| setting(r, p)).collect(),
             _ => {}
         }
     }
     let trimmed = r.trivia.end_of_token_before(span.end);
-    Some(Item {
+    Some(SlotDecl {
         interface: interface?,
         backend,
-        slot,
+        name,
         qos,
         span: Span::new(r.source, span.start, trimmed),
     })
 }
 
-fn setting(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Setting> {
+fn setting(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Setting> {
     let (mut name, mut value, mut spin) = (None, None, false);
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -185,7 +185,7 @@ fn setting(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Setting> {
     })
 }
 
-fn unread_clause(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     let first = r.first_word(pair);
     let rule = match first.text.to_lowercase().as_str() {
         "communications" => Rule::communications,
@@ -198,16 +198,16 @@ fn unread_clause(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
         "period" => Rule::period,
         _ => return r.found.push(unknown_clause(&first)),
     };
-    r.unread(pair, rule);
+    r.report_skipped(pair, rule);
 }
 
 /// `language N++;` is no name, and still a language that is not there.
-fn unknown_language(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+fn unknown_language(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     let text = pair.as_str();
     let rest = &text["language".len()..];
     let written = rest.trim_end_matches(';').trim();
     if written.is_empty() || written.contains(char::is_whitespace) {
-        return r.unread(pair, Rule::language);
+        return r.report_skipped(pair, Rule::language);
     }
     let start = pair.as_span().end() - rest.trim_start().len();
     let span = Span::new(r.source, start, start + written.len());
@@ -215,12 +215,12 @@ fn unknown_language(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
         .push(crate::resolve::unknown_language(&Name::new(written, span)));
 }
 
-fn unread_comm(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+fn report_skipped_communication(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     const ALL: &str = "allowed here: `implements`, `requires`, `publishes`, `subscribesTo`";
     let first = r.first_word(pair);
     let words = Role::WORDS.map(|(word, _)| word);
     if words.iter().any(|w| w.eq_ignore_ascii_case(&first.text)) {
-        return r.unread(pair, Rule::comm);
+        return r.report_skipped(pair, Rule::communication);
     }
     let message = format!("`{}` does not begin a communication clause", first.text);
     let words = ["implements", "requires", "publishes", "subscribesTo"];
@@ -254,15 +254,15 @@ fn unknown_clause(first: &Name) -> Diagnostic {
         Diagnostic::error("old-clause", first.span, message)
     } else {
         let message = format!("`{}` does not begin a clause of a component", first.text);
-        Diagnostic::error("unknown-clause", first.span, message).suggest(&first.text, CLAUSES)
+        Diagnostic::error("unknown-clause", first.span, message).suggest(&first.text, KEYWORDS)
     }
 }
 
 rc_syntax::language!("`Component NAME { … };`", words: [crate_name], {
     file | kw_component => "`Component`",
-    crate_name | item | item_name | backend | slot => "a name",
+    crate_name | slot | interface_name | backend | slot_name => "a name",
     duration | number => "a time such as `50ms`",
-    comm | kw_comm => "`implements`, `requires`, `publishes` or `subscribesTo`",
+    communication | kw_communication => "`implements`, `requires`, `publishes` or `subscribesTo`",
     clause => "a clause",
-    ends_comm => "`;`",
+    communication_end => "`;`",
 });

@@ -1,6 +1,6 @@
 //! From the tree to the model: interfaces are loaded, slots get their names.
 
-use crate::ast::{self, Clause, Item, Setting};
+use crate::ast::{self, Clause, Setting, SlotDecl};
 use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, SPIN, Slot, StateMachine};
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, duration_text};
@@ -21,24 +21,24 @@ pub fn load(
     let path = sources.path(source).to_path_buf();
     let mut session = Session::new(sources, loader);
     let mut imports: Vec<(ModuleId, Span)> = Vec::new();
-    let mut failed = Vec::new();
+    let mut failed_imports = Vec::new();
     for import in &file.imports {
         match session.import(&path, &import.text, import.span) {
             Some(module) if imports.iter().any(|(m, _)| *m == module) => {}
             Some(module) => imports.push((module, import.span)),
-            None => failed.push(stem(&import.text).to_owned()),
+            None => failed_imports.push(stem(&import.text).to_owned()),
         }
     }
     found.extend(session.found);
     let library = session.library;
     let component = file.component.map(|tree| {
         let mut resolver = Resolver {
-            interfaces: interfaces(&library, &imports),
+            interfaces: interfaces_by_name(&library, &imports),
             library,
             imports,
-            failed,
-            is_there: &|name| loader.find(&path, name, "idsl").is_ok(),
-            looked_for: 0,
+            failed_imports,
+            import_exists: &|name| loader.find(&path, name, "idsl").is_ok(),
+            import_lookups: 0,
             found: &mut found,
         };
         resolver.component(&tree)
@@ -46,11 +46,11 @@ pub fn load(
     (component, found)
 }
 
-const WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
+const KNOWN_WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
 const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
 /// The setting of a slot whose handlers take or make their value in shared memory.
 const IN_PLACE: &str = "in_place";
-const OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
+const KNOWN_OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
 
 /// The file's name in an import, without its ending.
 fn stem(import: &str) -> &str {
@@ -59,7 +59,7 @@ fn stem(import: &str) -> &str {
 }
 
 /// All interfaces that the imports reach, by their names.
-fn interfaces(
+fn interfaces_by_name(
     library: &Library,
     imports: &[(ModuleId, Span)],
 ) -> HashMap<String, Vec<InterfaceId>> {
@@ -76,7 +76,7 @@ fn interfaces(
 }
 
 /// For so many unknown interfaces the folders are looked through.
-const MOST_LOOKED_FOR: usize = 100;
+const MAX_IMPORT_LOOKUPS: usize = 100;
 
 /// A language that no component is written in.
 pub(crate) fn unknown_language(name: &Name) -> Diagnostic {
@@ -89,10 +89,10 @@ struct Resolver<'a> {
     library: Library,
     imports: Vec<(ModuleId, Span)>,
     /// The names of the files that were to be imported and could not be.
-    failed: Vec<String>,
+    failed_imports: Vec<String>,
     /// Whether an import of this name would be found.
-    is_there: &'a dyn Fn(&str) -> bool,
-    looked_for: usize,
+    import_exists: &'a dyn Fn(&str) -> bool,
+    import_lookups: usize,
     found: &'a mut Diagnostics,
 }
 
@@ -103,17 +103,17 @@ impl Resolver<'_> {
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
-            self.once(&mut seen, word, "clause");
+            self.check_unique(&mut seen, word, "clause");
             match clause {
-                Clause::Communications(comms) => {
+                Clause::Communications(all) => {
                     communications = true;
-                    slots = self.slots(comms);
+                    slots = self.slots(all);
                 }
                 Clause::Language(name) => language = Some(self.language(name)),
                 Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
                 Clause::Options(names) => self.options(word, names),
                 Clause::StateMachine(file, visual) => {
-                    self.later(word, "`statemachine`");
+                    self.warn_not_generated(word, "`statemachine`");
                     state_machine = Some(StateMachine {
                         file: file.clone(),
                         visual: *visual,
@@ -175,7 +175,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn once(&mut self, seen: &mut HashMap<String, Span>, word: &Name, what: &str) {
+    fn check_unique(&mut self, seen: &mut HashMap<String, Span>, word: &Name, what: &str) {
         if let Some(first) = seen.insert(word.text.to_lowercase(), word.span) {
             let message = format!("{what} `{}` is repeated; each stands once", word.text);
             self.found.push(
@@ -185,7 +185,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn later(&mut self, word: &Name, what: &str) {
+    fn warn_not_generated(&mut self, word: &Name, what: &str) {
         let message = format!("{what} is read and checked, but nothing is generated for it yet");
         self.found
             .push(Diagnostic::warning("not-generated-yet", word.span, message));
@@ -210,71 +210,72 @@ impl Resolver<'_> {
             );
         }
         if let Some(widget) = widget.filter(|w| {
-            !WIDGETS
+            !KNOWN_WIDGETS
                 .iter()
                 .any(|known| known.eq_ignore_ascii_case(&w.text))
         }) {
             let message = format!("unknown widget `{}`", widget.text);
             self.found.push(
                 Diagnostic::error("unknown-widget", widget.span, message)
-                    .suggest(&widget.text, WIDGETS),
+                    .suggest(&widget.text, KNOWN_WIDGETS),
             );
         }
-        self.later(word, "`gui`");
+        self.warn_not_generated(word, "`gui`");
     }
 
     fn options(&mut self, word: &Name, names: &[Name]) {
-        for name in names
-            .iter()
-            .filter(|n| !OPTIONS.iter().any(|o| o.eq_ignore_ascii_case(&n.text)))
-        {
+        for name in names.iter().filter(|n| {
+            !KNOWN_OPTIONS
+                .iter()
+                .any(|o| o.eq_ignore_ascii_case(&n.text))
+        }) {
             let message = format!("unknown option `{}`", name.text);
             self.found.push(
                 Diagnostic::error("unknown-option", name.span, message)
-                    .suggest(&name.text, OPTIONS),
+                    .suggest(&name.text, KNOWN_OPTIONS),
             );
         }
-        self.later(word, "`options`");
+        self.warn_not_generated(word, "`options`");
     }
 
-    fn slots(&mut self, comms: &[ast::Comm]) -> Vec<Slot> {
+    fn slots(&mut self, declared: &[ast::Communication]) -> Vec<Slot> {
         let mut slots: Vec<Slot> = Vec::new();
         let mut names = SlotNames::default();
         let mut seen = HashMap::new();
-        for comm in comms {
+        for communication in declared {
             let role = Role::WORDS
                 .iter()
-                .find(|(word, _)| word.eq_ignore_ascii_case(&comm.word.text));
+                .find(|(word, _)| word.eq_ignore_ascii_case(&communication.keyword.text));
             let Some((_, role)) = role else { continue };
-            self.once(
+            self.check_unique(
                 &mut seen,
-                &Name::new(role.word(), comm.word.span),
+                &Name::new(role.word(), communication.keyword.span),
                 "communication clause",
             );
-            for item in &comm.items {
-                let Some(interface) = self.interface(&item.interface) else {
+            for decl in &communication.slots {
+                let Some(interface) = self.interface(&decl.interface) else {
                     continue;
                 };
-                self.check_use(*role, interface, item);
-                let name = names.name(item);
+                self.check_patterns(*role, interface, decl);
+                let name = names.name(decl);
                 if let Some(first) = names.taken.get(&name.to_ascii_lowercase()) {
                     let message = format!("slot `{name}` exists already");
-                    let help = format!("name one of them: `{} as other`", item.interface.text);
+                    let help = format!("name one of them: `{} as other`", decl.interface.text);
                     let diagnostic =
-                        Diagnostic::error("duplicate-slot", item.span, message).help(help);
+                        Diagnostic::error("duplicate-slot", decl.span, message).help(help);
                     self.found.push(diagnostic.label(*first, "the first one"));
                     continue;
                 }
-                names.taken.insert(name.to_ascii_lowercase(), item.span);
-                let backend = item.backend.as_ref().and_then(|b| self.backend(b));
-                let qos = self.qos(*role, interface, &item.qos);
+                names.taken.insert(name.to_ascii_lowercase(), decl.span);
+                let backend = decl.backend.as_ref().and_then(|b| self.backend(b));
+                let qos = self.qos(*role, interface, &decl.qos);
                 slots.push(Slot {
                     name,
                     role: *role,
                     interface,
                     backend,
                     qos,
-                    span: item.span,
+                    span: decl.span,
                 });
             }
         }
@@ -289,7 +290,7 @@ impl Resolver<'_> {
         match named {
             // The import that would bring it has been reported; more about it would be noise.
             [] if self
-                .failed
+                .failed_imports
                 .iter()
                 .any(|f| f.eq_ignore_ascii_case(&name.text)) => {}
             [] => {
@@ -298,13 +299,13 @@ impl Resolver<'_> {
                 let known = self.interfaces.keys().map(String::as_str);
                 let near = rc_diagnostics::nearest(&name.text, known);
                 let import = format!("`import \"{}.idsl\";`", name.text);
-                self.looked_for += 1;
-                let diagnostic = if self.looked_for > MOST_LOOKED_FOR {
+                self.import_lookups += 1;
+                let diagnostic = if self.import_lookups > MAX_IMPORT_LOOKUPS {
                     diagnostic
-                } else if (self.is_there)(&name.text) {
+                } else if (self.import_exists)(&name.text) {
                     diagnostic.help(format!("import it: {import}"))
                 } else if near.is_some() {
-                    diagnostic.help_nearest(near)
+                    diagnostic.did_you_mean(near)
                 } else {
                     let help = format!("no imported file declares it, and {import} finds no file");
                     diagnostic.help(help)
@@ -333,15 +334,15 @@ impl Resolver<'_> {
     }
 
     /// Every operation of an interface has a pattern that its use allows.
-    fn check_use(&mut self, role: Role, interface: InterfaceId, item: &Item) {
+    fn check_patterns(&mut self, role: Role, interface: InterfaceId, decl: &SlotDecl) {
         let interface = self.library.interface(interface);
         if interface.operations.is_empty() {
             let message = format!("interface `{}` has no operations", interface.name.text);
-            let diagnostic = Diagnostic::warning("empty-interface", item.interface.span, message);
+            let diagnostic = Diagnostic::warning("empty-interface", decl.interface.span, message);
             self.found
                 .push(diagnostic.label(interface.name.span, "declared here"));
         }
-        let wrong = |operation: &Operation| match operation.marked {
+        let wrong = |operation: &Operation| match operation.explicit_pattern {
             Some(pattern) if !role.allows(pattern) => {
                 Some(format!("is marked `{}`", pattern.word()))
             }
@@ -375,7 +376,7 @@ impl Resolver<'_> {
             "operations marked `publish` belong under `publishes` and `subscribesTo`"
         };
         let diagnostic =
-            Diagnostic::error("wrong-pattern", item.interface.span, message).help(help);
+            Diagnostic::error("wrong-pattern", decl.interface.span, message).help(help);
         self.found
             .push(diagnostic.label(operation.name.span, "declared here"));
     }
@@ -421,7 +422,7 @@ impl Resolver<'_> {
         let mut qos = Qos::default();
         let mut seen = HashMap::new();
         for Setting { name, value, spin } in settings {
-            self.once(&mut seen, name, "setting");
+            self.check_unique(&mut seen, name, "setting");
             if !allowed.contains(&name.text.as_str()) {
                 let message = format!("`{}` is not a setting of `{}`", name.text, role.word());
                 let diagnostic = Diagnostic::error("unknown-qos", name.span, message);
@@ -438,15 +439,15 @@ impl Resolver<'_> {
                 .as_nanoseconds()
                 .filter(|ns| *ns > 0)
                 .map(Duration::from_nanos);
-            let understood = match name.text.as_str() {
+            let is_valid = match name.text.as_str() {
                 _ if *spin != wakes => false,
-                "wake" => set(&mut qos.spin, time.filter(|time| SPIN.contains(time))),
+                "wake" => assign(&mut qos.spin, time.filter(|time| SPIN.contains(time))),
                 "reliability" => {
-                    qos.reliable = one_of(word, "best_effort", "reliable");
+                    qos.reliable = parse_choice(word, "best_effort", "reliable");
                     qos.reliable.is_some()
                 }
                 "durability" => {
-                    qos.transient_local = one_of(word, "volatile", "transient_local");
+                    qos.transient_local = parse_choice(word, "volatile", "transient_local");
                     qos.transient_local.is_some()
                 }
                 "depth" => {
@@ -463,16 +464,16 @@ impl Resolver<'_> {
                     };
                     qos.in_place = choice == Some(true);
                     if qos.in_place {
-                        self.can_be_in_place(role, interface, value);
+                        self.check_in_place(role, interface, value);
                     }
                     choice.is_some()
                 }
-                "timeout" => set(&mut qos.timeout, time),
-                "deadline" => set(&mut qos.deadline, time),
-                "lifespan" => set(&mut qos.lifespan, time),
-                _ => set(&mut qos.liveliness, time),
+                "timeout" => assign(&mut qos.timeout, time),
+                "deadline" => assign(&mut qos.deadline, time),
+                "lifespan" => assign(&mut qos.lifespan, time),
+                _ => assign(&mut qos.liveliness, time),
             };
-            if !understood {
+            if !is_valid {
                 let allowed = match name.text.as_str() {
                     "reliability" => "`reliable` or `best_effort`",
                     "durability" => "`volatile` or `transient_local`",
@@ -498,7 +499,7 @@ impl Resolver<'_> {
     }
 
     /// Whether the interface has an operation whose values can be in place.
-    fn can_be_in_place(&mut self, role: Role, interface: InterfaceId, value: &Literal) {
+    fn check_in_place(&mut self, role: Role, interface: InterfaceId, value: &Literal) {
         let interface = self.library.interface(interface);
         let mut operations = interface.operations.iter();
         let any = operations.any(|operation| {
@@ -529,11 +530,11 @@ impl Resolver<'_> {
             .iter()
             .map(|s| self.library.interface(s.interface).module);
         let used: HashSet<ModuleId> = modules.collect();
-        let behind = used.iter().flat_map(|m| self.library.reachable(*m));
-        let behind: HashSet<ModuleId> = behind.collect();
+        let reachable = used.iter().flat_map(|m| self.library.reachable(*m));
+        let reachable: HashSet<ModuleId> = reachable.collect();
         for (module, span) in &self.imports {
             let reached = self.library.reachable(*module);
-            if !behind.contains(module)
+            if !reachable.contains(module)
                 && !reached.iter().any(|m| used.contains(m))
                 && !self.library.module(*module).interfaces.is_empty()
             {
@@ -548,12 +549,12 @@ impl Resolver<'_> {
     }
 }
 
-fn set(place: &mut Option<Duration>, value: Option<Duration>) -> bool {
-    *place = value;
+fn assign(field: &mut Option<Duration>, value: Option<Duration>) -> bool {
+    *field = value;
     value.is_some()
 }
 
-fn one_of(word: &str, no: &str, yes: &str) -> Option<bool> {
+fn parse_choice(word: &str, no: &str, yes: &str) -> Option<bool> {
     if word == yes {
         Some(true)
     } else {
@@ -572,11 +573,11 @@ struct SlotNames {
 
 impl SlotNames {
     /// The name that a slot chose, or its interface's with the first number that is free.
-    fn name(&mut self, item: &Item) -> String {
-        if let Some(name) = &item.slot {
+    fn name(&mut self, decl: &SlotDecl) -> String {
+        if let Some(name) = &decl.name {
             return name.text.clone();
         }
-        let base = &item.interface.text;
+        let base = &decl.interface.text;
         let next = self.next.entry(base.to_ascii_lowercase()).or_default();
         loop {
             let name = match *next {

@@ -3,7 +3,7 @@
 
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
 pub use rc_files::read;
-use rc_syntax::{Found, Loader, NotFound};
+use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -69,7 +69,7 @@ impl FileLoader {
 }
 
 impl Loader for FileLoader {
-    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<Found, NotFound> {
+    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<ImportedFile, ImportError> {
         let suffix = format!(".{ending}");
         let wanted = if wanted.ends_with(&suffix) {
             wanted.to_owned()
@@ -78,7 +78,7 @@ impl Loader for FileLoader {
         };
         let base = wanted.rsplit(['/', '\\']).next().unwrap_or(&wanted);
         let own = from.parent().unwrap_or(Path::new(""));
-        let mut missing = NotFound::default();
+        let mut missing = ImportError::default();
         // The path as written, then its base name in every folder.
         let folders = std::iter::once(own.to_path_buf()).chain(self.include.iter().cloned());
         let places =
@@ -86,7 +86,7 @@ impl Loader for FileLoader {
         for place in places {
             match read(&place) {
                 Ok(text) => {
-                    return Ok(Found {
+                    return Ok(ImportedFile {
                         path: normal(&place),
                         text,
                     });
@@ -101,7 +101,7 @@ impl Loader for FileLoader {
             }
         }
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == base) {
-            return Ok(Found {
+            return Ok(ImportedFile {
                 path: Path::new("<shipped>").join(name),
                 text: (*text).to_owned(),
             });

@@ -6,7 +6,7 @@ use rc_cdsl::Component;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_pdsl::model::Parameters;
-use rc_smdsl::Machine;
+use rc_smdsl::StateMachine;
 use rc_syntax::{Loader, Name, Trivia};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub struct Project {
     /// Its parameters, where its `.cdsl` names a `.pdsl`.
     pub parameters: Option<Parameters>,
     /// Its states, where its `.cdsl` names a `.smdsl` or `.scxml`.
-    pub state_machine: Option<Machine>,
+    pub state_machine: Option<StateMachine>,
     /// Hash of all the description files that its generated code comes from, comments and white space aside.
     pub hash: u64,
 }
@@ -109,7 +109,7 @@ fn state_machine(
     file: &Name,
     sources: &mut SourceMap,
     found: &mut Diagnostics,
-) -> Option<Machine> {
+) -> Option<StateMachine> {
     let path = beside(cdsl, file);
     let endings = ["smdsl", "scxml"];
     let text = read(&path, file, "statemachine-not-found", &endings, found)?;
@@ -159,7 +159,7 @@ fn read(
     let wanted = path.file_name().unwrap_or_default().to_string_lossy();
     let near = rc_diagnostics::nearest(&wanted, names.iter().map(String::as_str));
     found.push(match near {
-        Some(_) => diagnostic.help_nearest(near),
+        Some(_) => diagnostic.did_you_mean(near),
         None => diagnostic.help("the path is relative to the .cdsl file"),
     });
     None

@@ -1,14 +1,14 @@
 //! What can be wrong with a deployment as a whole, before its components are looked at.
 
-use crate::graph::circles;
-use crate::model::{Deployment, Place};
+use crate::graph::cycles;
+use crate::model::{Deployment, InstanceOrGroup};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, Span};
 use std::collections::HashMap;
 
 /// Checks a deployment whose own file is `main`.
 pub(crate) fn check(deployment: &Deployment, main: SourceId, found: &mut Diagnostics) {
     ports(deployment, found);
-    after_each_other(deployment, found);
+    check_after_cycles(deployment, found);
     // Where something is wrong, what is unused may be what was meant.
     if !found.has_errors() {
         unused_hosts(deployment, main, found);
@@ -52,14 +52,16 @@ fn unused_hosts(deployment: &Deployment, main: SourceId, found: &mut Diagnostics
 
 /// Who waits for whom, by the numbers of instances; behind them come the groups, each of which waits for all that is
 /// directly in it.
-pub(crate) fn waiting(deployment: &Deployment) -> Vec<Vec<usize>> {
+pub(crate) fn start_dependencies(deployment: &Deployment) -> Vec<Vec<usize>> {
     let count = deployment.instances.len();
     let mut next: Vec<Vec<usize>> = deployment
         .instances
         .iter()
         .map(|instance| {
             let after = instance.after.iter();
-            after.map(|(place, _)| node(deployment, *place)).collect()
+            after
+                .map(|(place, _)| node_index(deployment, *place))
+                .collect()
         })
         .collect();
     next.resize(count + deployment.groups.len(), Vec::new());
@@ -77,22 +79,22 @@ pub(crate) fn waiting(deployment: &Deployment) -> Vec<Vec<usize>> {
 }
 
 /// The number of a component or a group among those who wait.
-pub(crate) fn node(deployment: &Deployment, place: Place) -> usize {
+pub(crate) fn node_index(deployment: &Deployment, place: InstanceOrGroup) -> usize {
     match place {
-        Place::Instance(at) => at,
-        Place::Group(group) => deployment.instances.len() + group,
+        InstanceOrGroup::Instance(at) => at,
+        InstanceOrGroup::Group(group) => deployment.instances.len() + group,
     }
 }
 
 /// A circle of those who wait in words, and its places in the text. A step from a group leads to what is in it, one
 /// that no `after` makes is a call; neither has a place.
-pub(crate) fn circle_in_words(deployment: &Deployment, circle: &[usize]) -> (String, Vec<Span>) {
+pub(crate) fn describe_cycle(deployment: &Deployment, cycle: &[usize]) -> (String, Vec<Span>) {
     let path = |number: usize| match number.checked_sub(deployment.instances.len()) {
         None => deployment.instances[number].path.as_str(),
         Some(group) => deployment.groups[group].path.as_str(),
     };
-    let steps = circle.iter().zip(circle.iter().cycle().skip(1));
-    let mut message = format!("these components wait for each other: {}", path(circle[0]));
+    let steps = cycle.iter().zip(cycle.iter().cycle().skip(1));
+    let mut message = format!("these components wait for each other: {}", path(cycle[0]));
     let mut places: Vec<Span> = Vec::new();
     for (from, to) in steps {
         let Some(instance) = deployment.instances.get(*from) else {
@@ -100,7 +102,7 @@ pub(crate) fn circle_in_words(deployment: &Deployment, circle: &[usize]) -> (Str
             continue;
         };
         let mut after = instance.after.iter();
-        let step = after.find(|(place, _)| node(deployment, *place) == *to);
+        let step = after.find(|(place, _)| node_index(deployment, *place) == *to);
         let word = if step.is_some() { "after" } else { "requires" };
         message.push_str(&format!(" {word} {}", path(*to)));
         places.extend(step.map(|(_, span)| *span));
@@ -109,9 +111,9 @@ pub(crate) fn circle_in_words(deployment: &Deployment, circle: &[usize]) -> (Str
 }
 
 /// Finds circles of `after`.
-fn after_each_other(deployment: &Deployment, found: &mut Diagnostics) {
-    for circle in circles(&waiting(deployment)) {
-        let (message, places) = circle_in_words(deployment, &circle);
+fn check_after_cycles(deployment: &Deployment, found: &mut Diagnostics) {
+    for cycle in cycles(&start_dependencies(deployment)) {
+        let (message, places) = describe_cycle(deployment, &cycle);
         // Every circle has at least one component, since groups nest.
         if let Some((last, others)) = places.split_last() {
             let mut diagnostic = Diagnostic::error("after-cycle", *last, message);

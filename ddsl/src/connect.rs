@@ -1,10 +1,10 @@
 //! Who talks to whom, and what is wrong with it, before anything starts.
 
-use crate::agree::Agreement;
-use crate::check::{circle_in_words, node, waiting};
-use crate::exports::{Exports, provides};
-use crate::graph::{circles, parts, way};
-use crate::model::{Deployment, Instance, Place, SlotPath};
+use crate::check::{describe_cycle, node_index, start_dependencies};
+use crate::compatibility::CompatibilityChecker;
+use crate::exports::{Exports, is_provider};
+use crate::graph::{cycles, shortest_path, strongly_connected_components};
+use crate::model::{Deployment, Instance, InstanceOrGroup, SlotPath};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -30,13 +30,13 @@ pub struct Connection {
 
 /// A finding about one slot, or about what should connect it to another one: for those who draw networks.
 #[derive(Clone, Debug)]
-pub struct Trouble {
+pub struct ConnectionDiagnostic {
     /// The slot; that of the consumer where there are two.
-    pub end: Endpoint,
+    pub endpoint: Endpoint,
     /// The slot that it was meant to be connected to.
-    pub other: Option<Endpoint>,
+    pub peer: Option<Endpoint>,
     /// One of the findings that [`connect`] gives.
-    pub finding: Diagnostic,
+    pub diagnostic: Diagnostic,
 }
 
 /// All connections of a network.
@@ -47,7 +47,7 @@ pub struct Network {
     /// For each instance, those that it requires.
     pub required: Vec<BTreeSet<usize>>,
     /// What is wrong with single slots and connections; a connection with an error is none of `connections`.
-    pub troubles: Vec<Trouble>,
+    pub diagnostics: Vec<ConnectionDiagnostic>,
 }
 
 /// Connects every slot: as `bind` says, else to the only component in sight that provides its interface.
@@ -62,16 +62,16 @@ pub fn connect(
         deployment,
         components,
         exports,
-        agreement: Agreement::new(deployment, components),
+        compatibility: CompatibilityChecker::new(deployment, components),
         connections: Vec::new(),
-        troubles: Vec::new(),
+        diagnostics: Vec::new(),
         found,
     };
-    let bound = connector.binds();
-    connector.unbound(&bound);
+    let bound = connector.connect_binds();
+    connector.connect_implicitly(&bound);
     let mut network = connector.network();
-    connector.cycles(&network);
-    connector.orders(&network);
+    connector.check_requires_cycles(&network);
+    connector.check_start_order(&network);
     network.connections.sort();
     network.connections.dedup();
     (network, connector.found)
@@ -84,15 +84,15 @@ pub(crate) fn slot<'a>(components: &[Option<&'a Component>], end: Endpoint) -> O
 }
 
 /// How many names a message lists.
-const LISTED: usize = 8;
+const MAX_LISTED: usize = 8;
 
 struct Connector<'a> {
     deployment: &'a Deployment,
     components: &'a [Option<&'a Component>],
     exports: Exports<'a>,
-    agreement: Agreement<'a>,
+    compatibility: CompatibilityChecker<'a>,
     connections: Vec<Connection>,
-    troubles: Vec<Trouble>,
+    diagnostics: Vec<ConnectionDiagnostic>,
     found: Diagnostics,
 }
 
@@ -115,21 +115,23 @@ impl<'a> Connector<'a> {
     }
 
     /// Reports what is wrong with a slot, or with what should connect it to another one.
-    fn report(&mut self, end: Endpoint, other: Option<Endpoint>, finding: Diagnostic) {
-        self.troubles.push(Trouble {
-            end,
-            other,
-            finding: finding.clone(),
+    fn report(&mut self, end: Endpoint, other: Option<Endpoint>, diagnostic: Diagnostic) {
+        self.diagnostics.push(ConnectionDiagnostic {
+            endpoint: end,
+            peer: other,
+            diagnostic: diagnostic.clone(),
         });
-        self.found.push(finding);
+        self.found.push(diagnostic);
     }
 
     /// Whether two ends of one interface can talk; says so where they cannot.
     fn agree(&mut self, span: Span, consumer: Endpoint, provider: Endpoint) -> bool {
         let mut found = Diagnostics::new();
-        let agree = self.agreement.check(span, consumer, provider, &mut found);
-        for finding in found {
-            self.report(consumer, Some(provider), finding);
+        let agree = self
+            .compatibility
+            .check(span, consumer, provider, &mut found);
+        for diagnostic in found {
+            self.report(consumer, Some(provider), diagnostic);
         }
         agree
     }
@@ -162,8 +164,8 @@ impl<'a> Connector<'a> {
     fn find(&mut self, path: &SlotPath) -> Option<Endpoint> {
         let instance = match path.place {
             // What an export means has been told, or reported, already.
-            Place::Group(group) => return self.exports.get(group, &path.slot.text),
-            Place::Instance(instance) => instance,
+            InstanceOrGroup::Group(group) => return self.exports.get(group, &path.slot.text),
+            InstanceOrGroup::Instance(instance) => instance,
         };
         let component = self.components.get(instance).copied().flatten()?;
         let mut slots = component.slots.iter();
@@ -181,7 +183,7 @@ impl<'a> Connector<'a> {
     }
 
     /// Makes the connections that the files name; gives the consumers of all of them.
-    fn binds(&mut self) -> HashSet<Endpoint> {
+    fn connect_binds(&mut self) -> HashSet<Endpoint> {
         let mut bound: HashMap<Endpoint, Span> = HashMap::new();
         let mut pairs: HashSet<(Endpoint, Endpoint)> = HashSet::new();
         for bind in &self.deployment.binds {
@@ -279,11 +281,11 @@ impl<'a> Connector<'a> {
     }
 
     /// Slots that no bind names meet the only provider of their interface in sight, topics every publisher.
-    fn unbound(&mut self, bound: &HashSet<Endpoint>) {
+    fn connect_implicitly(&mut self, bound: &HashSet<Endpoint>) {
         let ends = self.ends();
         let mut providers: HashMap<(Role, String), Providers> = HashMap::new();
         for end in ends.iter().copied() {
-            if let Some(slot) = self.slot(end).filter(|s| provides(s.role)) {
+            if let Some(slot) = self.slot(end).filter(|s| is_provider(s.role)) {
                 let seen_in = self.exports.reach(self.deployment, end, &slot.name);
                 let same = providers
                     .entry((slot.role, self.interface(end)))
@@ -312,9 +314,9 @@ impl<'a> Connector<'a> {
             match (slot.role, seen.as_slice()) {
                 (_, []) => {
                     let hidden = all.and_then(|all| all.any);
-                    self.nobody(consumer, &interface, hidden);
+                    self.report_no_provider(consumer, &interface, hidden);
                 }
-                (Role::Requires, [_, _, ..]) => self.several(consumer, &seen),
+                (Role::Requires, [_, _, ..]) => self.report_several_providers(consumer, &seen),
                 _ => {
                     read.extend(seen.iter().copied());
                     let span = self.instance(consumer).name.span;
@@ -337,7 +339,12 @@ impl<'a> Connector<'a> {
     }
 
     /// There is no provider in sight of `consumer`; perhaps there is one that is `hidden` in a group.
-    fn nobody(&mut self, consumer: Endpoint, interface: &str, hidden: Option<Endpoint>) {
+    fn report_no_provider(
+        &mut self,
+        consumer: Endpoint,
+        interface: &str,
+        hidden: Option<Endpoint>,
+    ) {
         let (Some(slot), name) = (self.slot(consumer), self.name(consumer)) else {
             return;
         };
@@ -369,11 +376,11 @@ impl<'a> Connector<'a> {
         self.report(consumer, None, diagnostic);
     }
 
-    fn several(&mut self, consumer: Endpoint, seen: &[Endpoint]) {
-        let listed = seen.iter().take(LISTED);
+    fn report_several_providers(&mut self, consumer: Endpoint, seen: &[Endpoint]) {
+        let listed = seen.iter().take(MAX_LISTED);
         let mut names: Vec<String> = listed.map(|p| format!("`{}`", self.name(*p))).collect();
-        if seen.len() > LISTED {
-            names.push(format!("{} more", seen.len() - LISTED));
+        if seen.len() > MAX_LISTED {
+            names.push(format!("{} more", seen.len() - MAX_LISTED));
         }
         let message = format!(
             "`{}` could be served by {}",
@@ -411,22 +418,22 @@ impl<'a> Connector<'a> {
         Network {
             connections: std::mem::take(&mut self.connections),
             required,
-            troubles: std::mem::take(&mut self.troubles),
+            diagnostics: std::mem::take(&mut self.diagnostics),
         }
     }
 
     /// Two components that query each other at the same moment time out.
-    fn cycles(&mut self, network: &Network) {
+    fn check_requires_cycles(&mut self, network: &Network) {
         let next = network.required.iter();
         let next: Vec<Vec<usize>> = next.map(|all| all.iter().copied().collect()).collect();
-        for circle in circles(&next) {
-            let names = circle.iter().chain(circle.first());
+        for cycle in cycles(&next) {
+            let names = cycle.iter().chain(cycle.first());
             let names = names.map(|i| self.deployment.instances[*i].path.as_str());
             let message = format!(
                 "these components require each other: {}; calls that they make at the same moment time out",
                 names.collect::<Vec<_>>().join(" → ")
             );
-            let span = self.deployment.instances[circle[0]].name.span;
+            let span = self.deployment.instances[cycle[0]].name.span;
             let warning = Diagnostic::warning("requires-cycle", span, message);
             self.found.push(warning);
         }
@@ -435,25 +442,28 @@ impl<'a> Connector<'a> {
 
 impl Connector<'_> {
     /// What is required starts first, and so does what stands behind `after`: both must be possible.
-    fn orders(&mut self, network: &Network) {
-        let after = waiting(self.deployment);
+    fn check_start_order(&mut self, network: &Network) {
+        let after = start_dependencies(self.deployment);
         let mut both = after.clone();
         for (instance, required) in network.required.iter().enumerate() {
             both[instance].extend(required);
         }
-        let (alone, together) = (parts(&after), parts(&both));
-        let mut told: HashSet<usize> = HashSet::new();
+        let (alone, together) = (
+            strongly_connected_components(&after),
+            strongly_connected_components(&both),
+        );
+        let mut reported: HashSet<usize> = HashSet::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             for (place, span) in &instance.after {
-                let other = node(self.deployment, *place);
+                let other = node_index(self.deployment, *place);
                 // What `after` alone makes impossible has been told.
                 let new = together[at] == together[other] && alone[at] != alone[other];
-                if !new || !told.insert(together[at]) {
+                if !new || !reported.insert(together[at]) {
                     continue;
                 }
-                let mut circle = way(&both, other, at);
-                circle.rotate_right(1);
-                let (message, _) = circle_in_words(self.deployment, &circle);
+                let mut cycle = shortest_path(&both, other, at);
+                cycle.rotate_right(1);
+                let (message, _) = describe_cycle(self.deployment, &cycle);
                 let error = Diagnostic::error("after-cycle", *span, message);
                 self.found.push(error.help(
                     "leave this `after` out: what is required starts first, and those that require each other start together",

@@ -23,14 +23,14 @@ struct Candidate {
 
 /// The slots directly in one group, by their names.
 #[derive(Debug, Default)]
-struct Inside<'a> {
+struct GroupSlots<'a> {
     slots: BTreeMap<&'a str, Vec<Candidate>>,
     /// Something in it could not be read.
     incomplete: bool,
 }
 
 /// Whether it is the end that others connect to.
-pub(crate) fn provides(role: Role) -> bool {
+pub(crate) fn is_provider(role: Role) -> bool {
     matches!(role, Role::Implements | Role::Publishes)
 }
 
@@ -44,8 +44,8 @@ impl<'a> Exports<'a> {
     ) -> Self {
         let mut exports = Self::default();
         // What is in each group; those inside come after those around them.
-        let mut inside: Vec<Inside<'_>> = Vec::new();
-        inside.resize_with(deployment.groups.len(), Inside::default);
+        let mut inside: Vec<GroupSlots<'_>> = Vec::new();
+        inside.resize_with(deployment.groups.len(), GroupSlots::default);
         for (at, instance) in deployment.instances.iter().enumerate() {
             let Some(group) = instance.group else {
                 continue;
@@ -57,7 +57,7 @@ impl<'a> Exports<'a> {
             for (slot, described) in component.slots.iter().enumerate() {
                 let candidate = Candidate {
                     end: Endpoint { instance: at, slot },
-                    provides: provides(described.role),
+                    provides: is_provider(described.role),
                     span: instance.name.span,
                 };
                 let name = described.name.as_str();
@@ -75,7 +75,7 @@ impl<'a> Exports<'a> {
                         let slot = components[end.instance].map(|c| &c.slots[end.slot]);
                         let candidate = Candidate {
                             end,
-                            provides: slot.is_some_and(|s| provides(s.role)),
+                            provides: slot.is_some_and(|s| is_provider(s.role)),
                             span: name.span,
                         };
                         let slots = &mut inside[parent].slots;
@@ -106,7 +106,7 @@ impl<'a> Exports<'a> {
     }
 }
 
-impl Inside<'_> {
+impl GroupSlots<'_> {
     /// The slot that `name` means: the only one that provides, or else the only one that there is. A consumer of a
     /// name that is provided inside as well has no need of the outside.
     fn find(&self, group: &Group, name: &Name, found: &mut Diagnostics) -> Option<Endpoint> {

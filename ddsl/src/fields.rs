@@ -12,7 +12,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// The longest time that a field may name; what is longer is a slip of the pen.
-const LONGEST: Duration = Duration::from_secs(24 * 60 * 60);
+const MAX_DURATION: Duration = Duration::from_secs(24 * 60 * 60);
 /// The processors that Linux can name in one set.
 const PROCESSORS: RangeInclusive<i64> = 0..=1023;
 /// The real-time priorities of Linux.
@@ -22,7 +22,7 @@ const RESTARTS: RangeInclusive<i64> = 1..=1000;
 
 /// Where a component stands.
 #[derive(Clone, Debug)]
-pub(crate) struct Surroundings<'a> {
+pub(crate) struct BlockContext<'a> {
     /// The folder of its file.
     pub(crate) folder: &'a Path,
     /// The groups that it is in, with a dot after each.
@@ -45,21 +45,21 @@ pub(crate) struct References {
 /// Makes an instance of a tree; its references are still to be followed.
 pub(crate) fn instance(
     tree: &ast::Component,
-    around: &Surroundings<'_>,
+    context: &BlockContext<'_>,
     found: &mut Diagnostics,
 ) -> (Instance, References) {
     let mut instance = Instance {
         name: tree.name.clone(),
-        path: format!("{}{}", around.prefix, tree.name.text),
+        path: format!("{}{}", context.prefix, tree.name.text),
         doc: tree.doc.clone(),
-        group: around.group,
-        folder: around.folder.to_path_buf(),
+        group: context.group,
+        folder: context.folder.to_path_buf(),
         cdsl: None,
         executable: None,
         config: None,
         host: None,
         endpoint: None,
-        middleware: around.choice.middleware,
+        middleware: context.choice.middleware,
         settings: Vec::new(),
         after: Vec::new(),
         restart: Restart::default(),
@@ -78,7 +78,7 @@ pub(crate) fn instance(
         .iter()
         .filter(|(_, field)| !matches!(field, Field::Middleware(_)));
     once(words.map(|(word, _)| word), "field", found);
-    let mut block = Block::new(&around.choice, found);
+    let mut block = Block::new(&context.choice, found);
     for (word, field) in &tree.fields {
         match field {
             Field::Middleware(tree) => block.middleware(tree),
@@ -98,8 +98,10 @@ pub(crate) fn instance(
             Field::Host(name) => references.host = Some(name.clone()),
             Field::After(names) => references.after.clone_from(names),
             Field::Restart(tree) => instance.restart = restart(tree, found),
-            Field::Ready(literal) => instance.ready = time(literal, word, found).unwrap_or(READY),
-            Field::Stop(literal) => instance.stop = time(literal, word, found).unwrap_or(STOP),
+            Field::Ready(literal) => {
+                instance.ready = duration(literal, word, found).unwrap_or(READY)
+            }
+            Field::Stop(literal) => instance.stop = duration(literal, word, found).unwrap_or(STOP),
             Field::Env(variables) => {
                 // Unlike the words of the language, variables differ by case.
                 let mut seen: HashMap<&str, Span> = HashMap::new();
@@ -114,12 +116,12 @@ pub(crate) fn instance(
             Field::Cpu(literals) => {
                 let numbers = literals
                     .iter()
-                    .filter_map(|literal| whole(literal, "a processor", &PROCESSORS, found));
+                    .filter_map(|literal| whole_number(literal, "a processor", &PROCESSORS, found));
                 instance.cpu = numbers.map(|n| n as u16).collect();
                 instance.cpu_span = Some(word.span);
             }
             Field::Priority(literal) => {
-                let number = whole(literal, "a priority", &PRIORITIES, found);
+                let number = whole_number(literal, "a priority", &PRIORITIES, found);
                 instance.priority = number.map(|n| (n as u8, word.span));
             }
             Field::Middleware(_) | Field::Domain(_) => {}
@@ -155,7 +157,7 @@ pub(crate) fn repeated(word: &Name, what: &str, first: Span, found: &mut Diagnos
 }
 
 /// The whole number that a literal holds, if it is one of `allowed`.
-fn whole(
+fn whole_number(
     literal: &Literal,
     what: &str,
     allowed: &RangeInclusive<i64>,
@@ -173,9 +175,9 @@ fn whole(
     number
 }
 
-fn time(literal: &Literal, word: &Name, found: &mut Diagnostics) -> Option<Duration> {
+fn duration(literal: &Literal, word: &Name, found: &mut Diagnostics) -> Option<Duration> {
     let time = literal.as_nanoseconds().map(Duration::from_nanos);
-    let time = time.filter(|time| !time.is_zero() && *time <= LONGEST);
+    let time = time.filter(|time| !time.is_zero() && *time <= MAX_DURATION);
     if time.is_none() {
         let message = format!(
             "`{}` takes a time such as `5s`, at most a day",
@@ -200,12 +202,12 @@ fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
         );
     }
     let limit = tree.limit.as_ref().and_then(|(count, within)| {
-        let count = whole(count, "a number of restarts", &RESTARTS, found);
-        let within = time(within, &word("within"), found);
+        let count = whole_number(count, "a number of restarts", &RESTARTS, found);
+        let within = duration(within, &word("within"), found);
         Some((count? as u32, within?))
     });
     let backoff = tree.backoff.as_ref();
-    let backoff = backoff.and_then(|time_| time(time_, &word("backoff"), found));
+    let backoff = backoff.and_then(|time_| duration(time_, &word("backoff"), found));
     let policy = known.map_or(Policy::Never, |(_, policy)| *policy);
     if known.is_some()
         && policy == Policy::Never

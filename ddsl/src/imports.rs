@@ -27,7 +27,7 @@ pub(crate) fn files(
     let given = sources.path(source).to_path_buf();
     // The first file came by another way than the loader's; a file that imports it names it as the loader does.
     let name = given.file_name().unwrap_or_default().to_string_lossy();
-    let known = loader.find(&given, &name, ENDING);
+    let known = loader.find(&given, &name, EXTENSION);
     let path = known.map_or_else(|_| given.clone(), |known| known.path);
     let mut importer = Importer {
         sources,
@@ -41,7 +41,7 @@ pub(crate) fn files(
     (importer.imported, main)
 }
 
-const ENDING: &str = "ddsl";
+const EXTENSION: &str = "ddsl";
 
 struct Importer<'a> {
     sources: &'a mut SourceMap,
@@ -80,7 +80,7 @@ impl Importer<'_> {
             return;
         };
         if let Some(at) = self.open.iter().position(|open| *open == path) {
-            self.circle(at, wanted.span);
+            self.cycle(at, wanted.span);
         } else if !self.loaded.contains(&path) {
             let source = self.sources.add(path.clone(), text);
             let file = self.file(source, &path.clone(), path);
@@ -88,7 +88,7 @@ impl Importer<'_> {
         }
     }
 
-    fn circle(&mut self, at: usize, span: Span) {
+    fn cycle(&mut self, at: usize, span: Span) {
         let shown = |path: &PathBuf| {
             let name = path.file_name().unwrap_or(path.as_os_str());
             name.to_string_lossy().into_owned()
@@ -103,11 +103,11 @@ impl Importer<'_> {
     }
 
     fn find(&mut self, from: &Path, wanted: &Name) -> Option<(PathBuf, String)> {
-        let missing = match self.loader.find(from, &wanted.text, ENDING) {
+        let missing = match self.loader.find(from, &wanted.text, EXTENSION) {
             Ok(file) => return Some((file.path, file.text)),
             Err(missing) => missing,
         };
-        let missing = missing.diagnostic(&wanted.text, ENDING, wanted.span);
+        let missing = missing.diagnostic(&wanted.text, EXTENSION, wanted.span);
         self.found.push(missing);
         None
     }

@@ -3,9 +3,9 @@
 //! [`parse`] turns one text into a tree ([`ast`]); [`load`] also reads what it imports and resolves all of it into
 //! the [`model`]; [`connect`] checks that against its components and says who talks to whom.
 
-mod agree;
 pub mod ast;
 mod check;
+mod compatibility;
 mod connect;
 mod exports;
 mod fields;
@@ -16,14 +16,14 @@ mod parse;
 mod resolve;
 mod settings;
 
-pub use connect::{Connection, Endpoint, Network, Trouble, connect};
+pub use connect::{Connection, ConnectionDiagnostic, Endpoint, Network, connect};
 pub use model::Deployment;
 pub use parse::parse;
 pub use resolve::load;
 
 /// The layout of a `.ddsl`.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
-    angles: false,
-    enumerations: false,
-    settings_from: None,
+    angle_brackets: false,
+    enum_blocks: false,
+    inline_braces_from: None,
 };

@@ -70,7 +70,7 @@ pub struct Instance {
     /// What the files set of middlewares, each key of one of them once.
     pub settings: Vec<Setting>,
     /// What must be ready first, and where the file says so.
-    pub after: Vec<(Place, Span)>,
+    pub after: Vec<(InstanceOrGroup, Span)>,
     /// Whether it is started again when it has ended.
     pub restart: Restart,
     /// How long it may take to become ready.
@@ -180,7 +180,7 @@ pub struct Group {
 
 /// A component or a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Place {
+pub enum InstanceOrGroup {
     /// An index into [`Deployment::instances`].
     Instance(usize),
     /// An index into [`Deployment::groups`].
@@ -201,7 +201,7 @@ pub struct Bind {
 #[derive(Clone, Debug)]
 pub struct SlotPath {
     /// The instance or the group.
-    pub place: Place,
+    pub place: InstanceOrGroup,
     /// The slot.
     pub slot: Name,
     /// The whole path.
@@ -216,10 +216,10 @@ impl Deployment {
     }
 
     /// All instances that a place stands for, as indices into [`Deployment::instances`].
-    pub fn instances_of(&self, place: Place) -> Range<usize> {
+    pub fn instances_of(&self, place: InstanceOrGroup) -> Range<usize> {
         match place {
-            Place::Instance(at) => at..at + 1,
-            Place::Group(group) => self.groups[group].instances.clone(),
+            InstanceOrGroup::Instance(at) => at..at + 1,
+            InstanceOrGroup::Group(group) => self.groups[group].instances.clone(),
         }
     }
 

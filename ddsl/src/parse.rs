@@ -6,7 +6,7 @@ use crate::ast::{
 use crate::settings;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
-use rc_syntax::{Literal, Name, Reader};
+use rc_syntax::{Literal, Name, ParseContext};
 
 #[allow(
     unreachable_pub,
@@ -18,7 +18,7 @@ use rc_syntax::{Literal, Name, Reader};
 pub struct Grammar;
 
 /// The words that begin something, each with the rule that reads it.
-type Words = [(&'static str, Rule)];
+type Keywords = [(&'static str, Rule)];
 
 const GROUP: [(&str, Rule); 7] = [
     ("Component", Rule::component),
@@ -30,7 +30,7 @@ const GROUP: [(&str, Rule); 7] = [
     ("export", Rule::export),
 ];
 /// A deployment has all that a group has, but nobody to export to.
-const DEPLOYMENT: &Words = GROUP.split_at(6).0;
+const DEPLOYMENT: &Keywords = GROUP.split_at(6).0;
 const COMPONENT: [(&str, Rule); 15] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
@@ -56,12 +56,12 @@ const HOST: [(&str, Rule); 3] = [
 
 /// Reads one `.ddsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
-    let mut reader = Reader::new(sources, source);
+    let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
     (file, reader.found)
 }
 
-fn file(r: &mut Reader<'_>) -> File {
+fn file(r: &mut ParseContext<'_>) -> File {
     let mut file = File::default();
     for pair in r.file::<Rule>().into_iter().flatten() {
         match pair.as_rule() {
@@ -74,7 +74,7 @@ fn file(r: &mut Reader<'_>) -> File {
     file
 }
 
-fn deployment(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Deployment {
+fn deployment(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Deployment {
     let mut deployment = Deployment {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
@@ -93,7 +93,12 @@ fn deployment(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Deployment {
     deployment
 }
 
-fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>, words: &Words, what: &str) -> Option<Decl> {
+fn decl(
+    r: &mut ParseContext<'_>,
+    pair: Pair<'_, Rule>,
+    words: &Keywords,
+    what: &str,
+) -> Option<Decl> {
     let pair = pair.into_inner().next()?;
     Some(match pair.as_rule() {
         Rule::host => Decl::Host(host(r, pair)),
@@ -117,19 +122,19 @@ fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>, words: &Words, what: &str) -> 
             Decl::Domain(word, values(r, pair).into_iter().next()?)
         }
         _ => {
-            unread(r, &pair, words, what);
+            report_skipped(r, &pair, words, what);
             return None;
         }
     })
 }
 
-fn slot_path(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath> {
+fn slot_path(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath> {
     let mut path = r.texts(pair);
     let slot = path.pop()?;
     Some(SlotPath { path, slot })
 }
 
-fn host(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Host {
+fn host(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Host {
     let mut host = Host {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
@@ -144,9 +149,9 @@ fn host(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Host {
                 let text = r.texts(part).into_iter().next();
                 host.fields.extend(text.map(|text| (word, text)));
             }
-            Rule::unread => {
+            Rule::skipped => {
                 host.incomplete = true;
-                unread(r, &part, &HOST, "a field of a host");
+                report_skipped(r, &part, &HOST, "a field of a host");
             }
             _ => {}
         }
@@ -154,7 +159,7 @@ fn host(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Host {
     host
 }
 
-fn group(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Group {
+fn group(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Group {
     let mut group = Group {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
@@ -179,7 +184,7 @@ fn group(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Group {
     group
 }
 
-fn component(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Component {
+fn component(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Component {
     let mut component = Component {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
@@ -196,9 +201,9 @@ fn component(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Component {
                     component.fields.extend(field.map(|f| (word.clone(), f)));
                 }
             }
-            Rule::unread => {
+            Rule::skipped => {
                 component.incomplete = true;
-                unread(r, &part, &COMPONENT, "a field of a component");
+                report_skipped(r, &part, &COMPONENT, "a field of a component");
             }
             _ => {}
         }
@@ -206,7 +211,7 @@ fn component(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Component {
     component
 }
 
-fn field(r: &mut Reader<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<Field> {
+fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<Field> {
     let word = word.text.to_lowercase();
     Some(match pair.as_rule() {
         Rule::text_field => {
@@ -241,7 +246,7 @@ fn field(r: &mut Reader<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<Field>
     })
 }
 
-fn middleware(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Middleware> {
+fn middleware(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Middleware> {
     let (mut name, mut settings) = (None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -255,10 +260,10 @@ fn middleware(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Middleware> {
                             let word = r.first_word(&part);
                             list.push((word, values(r, part)));
                         }
-                        Rule::unread => {
+                        Rule::skipped => {
                             let words = settings::words().map(|word| (word, Rule::setting));
                             let words: Vec<_> = words.collect();
-                            unread(r, &part, &words, "a setting of a middleware");
+                            report_skipped(r, &part, &words, "a setting of a middleware");
                         }
                         _ => {}
                     }
@@ -273,7 +278,7 @@ fn middleware(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Middleware> {
     })
 }
 
-fn restart(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
+fn restart(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
     let (mut policy, mut limit, mut backoff) = (None, None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -295,7 +300,7 @@ fn restart(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
 }
 
 /// The values directly inside a pair, its `;` checked.
-fn values(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
+fn values(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
     let mut values = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -308,13 +313,13 @@ fn values(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
 }
 
 /// Says what is wrong with a piece that should begin with one of `words`.
-fn unread(r: &mut Reader<'_>, pair: &Pair<'_, Rule>, words: &Words, what: &str) {
+fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywords, what: &str) {
     let first = r.first_word(pair);
     let meant = words
         .iter()
         .find(|(word, _)| word.eq_ignore_ascii_case(&first.text));
     if let Some((_, rule)) = meant {
-        return r.unread(pair, *rule);
+        return r.report_skipped(pair, *rule);
     }
     let message = format!("`{}` does not begin {what}", first.text);
     let diagnostic = Diagnostic::error("unknown-field", first.span, message);

@@ -2,9 +2,9 @@
 
 use crate::ast::{self, Decl};
 use crate::check::check;
-use crate::fields::{References, Surroundings, instance, once};
+use crate::fields::{BlockContext, References, instance, once};
 use crate::imports::{File, files};
-use crate::model::{Bind, Deployment, Group, Host, LONGEST_NAME, Place, SlotPath};
+use crate::model::{Bind, Deployment, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
@@ -34,11 +34,11 @@ pub fn load(
         scopes: vec![Scope::default()],
         references: Vec::new(),
         binds: Vec::new(),
-        compared: 0,
+        comparisons: 0,
         found,
     };
     resolver.declare(&imported, &main);
-    resolver.refer();
+    resolver.resolve_references();
     let Resolver {
         deployment,
         mut found,
@@ -49,12 +49,12 @@ pub fn load(
 }
 
 /// So many names are looked through for near ones, in all; a text with more mistakes needs no more proposals.
-const COMPARED: usize = 200_000;
+const MAX_COMPARISONS: usize = 200_000;
 
 /// What can be named in one block: the deployment, or a group.
 #[derive(Debug, Default)]
 struct Scope {
-    places: Names<Place>,
+    places: Names<InstanceOrGroup>,
     hosts: Names<usize>,
 }
 
@@ -62,14 +62,14 @@ struct Scope {
 struct Names<T> {
     known: HashMap<String, T>,
     /// The first of all names that differ in nothing but upper and lower case.
-    folded: HashMap<String, Span>,
+    by_lowercase: HashMap<String, Span>,
 }
 
 impl<T> Default for Names<T> {
     fn default() -> Self {
         Self {
             known: HashMap::new(),
-            folded: HashMap::new(),
+            by_lowercase: HashMap::new(),
         }
     }
 }
@@ -77,7 +77,7 @@ impl<T> Default for Names<T> {
 impl<T> Names<T> {
     /// Takes a name in; of two that are equal, the first one is meant.
     fn declare(&mut self, name: &Name, what: T, found: &mut Diagnostics) {
-        if let Some(first) = self.folded.get(&name.text.to_lowercase()) {
+        if let Some(first) = self.by_lowercase.get(&name.text.to_lowercase()) {
             let message = format!("the name `{}` is there twice", name.text);
             let diagnostic = Diagnostic::error("duplicate-name", name.span, message)
                 .label(*first, "first declared here");
@@ -89,7 +89,8 @@ impl<T> Names<T> {
             self.known.entry(name.text.clone()).or_insert(what);
             return;
         }
-        self.folded.insert(name.text.to_lowercase(), name.span);
+        self.by_lowercase
+            .insert(name.text.to_lowercase(), name.span);
         self.known.insert(name.text.clone(), what);
     }
 }
@@ -102,7 +103,7 @@ struct Resolver<'a> {
     references: Vec<References>,
     /// Each with the group that it stands in.
     binds: Vec<(Option<usize>, &'a ast::Bind)>,
-    compared: usize,
+    comparisons: usize,
     found: Diagnostics,
 }
 
@@ -113,27 +114,27 @@ fn scope_of(group: Option<usize>) -> usize {
 impl<'a> Resolver<'a> {
     fn declare(&mut self, imported: &'a [File], main: &'a File) {
         self.length("network", &main.tree.name.text, main.tree.name.span);
-        let around = Surroundings {
+        let context = BlockContext {
             folder: &main.folder,
             prefix: String::new(),
             group: None,
             choice: Choice::default(),
         };
-        let network = self.settings(&main.tree.decls, &around);
+        let network = self.settings(&main.tree.decls, &context);
         for file in imported {
-            let around = Surroundings {
+            let context = BlockContext {
                 folder: &file.folder,
                 ..network.clone()
             };
-            let around = self.settings(&file.tree.decls, &around);
-            self.block(&file.tree.decls, &around);
+            let context = self.settings(&file.tree.decls, &context);
+            self.block(&file.tree.decls, &context);
         }
         self.block(&main.tree.decls, &network);
     }
 
     /// What holds for the components in a block, where it says something else than what is around it.
-    fn settings<'b>(&mut self, decls: &[Decl], around: &Surroundings<'b>) -> Surroundings<'b> {
-        let mut block = Block::new(&around.choice, &mut self.found);
+    fn settings<'b>(&mut self, decls: &[Decl], context: &BlockContext<'b>) -> BlockContext<'b> {
+        let mut block = Block::new(&context.choice, &mut self.found);
         for decl in decls {
             match decl {
                 Decl::Middleware(tree) => block.middleware(tree),
@@ -141,39 +142,39 @@ impl<'a> Resolver<'a> {
                 _ => {}
             }
         }
-        Surroundings {
+        BlockContext {
             choice: block.end(),
-            ..around.clone()
+            ..context.clone()
         }
     }
 
-    fn block(&mut self, decls: &'a [Decl], around: &Surroundings<'_>) {
-        let scope = scope_of(around.group);
+    fn block(&mut self, decls: &'a [Decl], context: &BlockContext<'_>) {
+        let scope = scope_of(context.group);
         for decl in decls {
             match decl {
                 Decl::Host(tree) => self.host(tree, scope),
                 Decl::Component(tree) => {
-                    self.reserved(&tree.name, around);
-                    let (instance, references) = instance(tree, around, &mut self.found);
+                    self.reserved(&tree.name, context);
+                    let (instance, references) = instance(tree, context, &mut self.found);
                     self.length("component", &instance.path, instance.name.span);
-                    let place = Place::Instance(self.deployment.instances.len());
+                    let place = InstanceOrGroup::Instance(self.deployment.instances.len());
                     let names = &mut self.scopes[scope].places;
                     names.declare(&tree.name, place, &mut self.found);
                     self.deployment.instances.push(instance);
                     self.references.push(references);
                 }
-                Decl::Group(tree) => self.group(tree, around),
-                Decl::Bind(tree) => self.binds.push((around.group, tree)),
+                Decl::Group(tree) => self.group(tree, context),
+                Decl::Bind(tree) => self.binds.push((context.group, tree)),
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }
         }
     }
 
-    fn group(&mut self, tree: &'a ast::Group, around: &Surroundings<'_>) {
-        self.reserved(&tree.name, around);
+    fn group(&mut self, tree: &'a ast::Group, context: &BlockContext<'_>) {
+        self.reserved(&tree.name, context);
         let number = self.deployment.groups.len();
-        let place = Place::Group(number);
-        let names = &mut self.scopes[scope_of(around.group)].places;
+        let place = InstanceOrGroup::Group(number);
+        let names = &mut self.scopes[scope_of(context.group)].places;
         names.declare(&tree.name, place, &mut self.found);
         self.scopes.push(Scope::default());
         once(
@@ -191,15 +192,15 @@ impl<'a> Resolver<'a> {
             }
         }
         let first = self.deployment.instances.len();
-        let path = format!("{}{}", around.prefix, tree.name.text);
-        let mut inside = self.settings(&tree.decls, around);
+        let path = format!("{}{}", context.prefix, tree.name.text);
+        let mut inside = self.settings(&tree.decls, context);
         inside.prefix = format!("{path}.");
         inside.group = Some(number);
         self.deployment.groups.push(Group {
             name: tree.name.clone(),
             path,
             doc: tree.doc.clone(),
-            parent: around.group,
+            parent: context.group,
             instances: first..first,
             exports,
         });
@@ -261,8 +262,8 @@ impl<'a> Resolver<'a> {
 
     /// The deployer has files beside those of the components: `rcdeploy`, and `rcdeploy-guard`, which would also
     /// be those of a component in a group `rcdeploy`.
-    fn reserved(&mut self, name: &Name, around: &Surroundings<'_>) {
-        if around.group.is_none() && name.text.eq_ignore_ascii_case("rcdeploy") {
+    fn reserved(&mut self, name: &Name, context: &BlockContext<'_>) {
+        if context.group.is_none() && name.text.eq_ignore_ascii_case("rcdeploy") {
             let message = "`rcdeploy` is the deployer's own name in every network";
             let error = Diagnostic::error("reserved-name", name.span, message);
             self.found.push(error);
@@ -280,7 +281,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    fn refer(&mut self) {
+    fn resolve_references(&mut self) {
         for (at, References { host, after }) in
             std::mem::take(&mut self.references).iter().enumerate()
         {
@@ -325,7 +326,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// What a name by itself, or the first name of a path, stands for in `group`.
-    fn first(&mut self, name: &Name, group: Option<usize>) -> Option<Place> {
+    fn first(&mut self, name: &Name, group: Option<usize>) -> Option<InstanceOrGroup> {
         let place = self
             .visible(group)
             .find_map(|s| s.places.known.get(&name.text).copied());
@@ -349,11 +350,11 @@ impl<'a> Resolver<'a> {
         name: &str,
         known: impl FnOnce(&Self) -> Vec<String>,
     ) {
-        if self.compared > COMPARED {
+        if self.comparisons > MAX_COMPARISONS {
             return self.found.push(error);
         }
         let mut known = known(self);
-        self.compared += known.len();
+        self.comparisons += known.len();
         known.sort_unstable();
         known.dedup();
         self.found
@@ -366,7 +367,7 @@ impl<'a> Resolver<'a> {
         let mut place = self.first(first, group)?;
         let mut entered: Vec<(usize, &Name)> = Vec::new();
         for (name, next) in rest.iter().zip(&tree.path) {
-            let Place::Group(inside) = place else {
+            let InstanceOrGroup::Group(inside) = place else {
                 let message = format!(
                     "`{}` is a component; a slot of it is `{0}.SLOT`, and there is nothing else in it",
                     next.text
@@ -410,7 +411,7 @@ impl<'a> Resolver<'a> {
             self.found.push(error);
             return None;
         }
-        if let Place::Group(of) = place {
+        if let InstanceOrGroup::Group(of) = place {
             let of = &self.deployment.groups[of];
             if !of.exports.iter().any(|e| e.text == tree.slot.text) {
                 let message = format!("group `{}` does not export `{}`", of.path, tree.slot.text);
@@ -419,7 +420,7 @@ impl<'a> Resolver<'a> {
                 let known = of.exports.iter().map(|e| e.text.as_str());
                 let near = rc_diagnostics::nearest(&tree.slot.text, known);
                 self.found.push(match near {
-                    Some(_) => error.help_nearest(near),
+                    Some(_) => error.did_you_mean(near),
                     None => error.help(of.export_with(&tree.slot.text)),
                 });
                 return None;

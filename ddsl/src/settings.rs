@@ -37,9 +37,9 @@ pub(crate) struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    pub(crate) fn new(around: &Choice, found: &'a mut Diagnostics) -> Self {
+    pub(crate) fn new(context: &Choice, found: &'a mut Diagnostics) -> Self {
         Self {
-            choice: around.clone(),
+            choice: context.clone(),
             found,
             named: Vec::new(),
             set: Vec::new(),
@@ -127,7 +127,7 @@ impl<'a> Block<'a> {
         let value = match &literal.kind {
             LiteralKind::Int(number) => Value::Int(*number),
             LiteralKind::Duration(time) => Value::Time(*time),
-            LiteralKind::Text(text) => Value::Text(text),
+            LiteralKind::String(text) => Value::Text(text),
             LiteralKind::Bool(choice) => Value::Bool(*choice),
             LiteralKind::Name(_) if matches!(key.kind, Kind::Word(_)) => Value::Text(&word),
             LiteralKind::Name(word) if word.eq_ignore_ascii_case("on") => Value::Bool(true),

@@ -102,7 +102,7 @@ impl Diagnostic {
 
     /// Suggests `near`, where there is one.
     #[must_use]
-    pub fn help_nearest(self, near: Option<&str>) -> Self {
+    pub fn did_you_mean(self, near: Option<&str>) -> Self {
         match near {
             Some(near) => self.help(format!("did you mean `{near}`?")),
             None => self,
@@ -115,7 +115,7 @@ impl Diagnostic {
         let candidates: Vec<&str> = candidates.into_iter().collect();
         let near = crate::nearest(name, candidates.iter().copied());
         if near.is_some() {
-            return self.help_nearest(near);
+            return self.did_you_mean(near);
         }
         if candidates.is_empty() || candidates.len() > 12 {
             return self;
@@ -153,7 +153,7 @@ impl Diagnostics {
     }
 
     /// Hides these places wherever a finding so far shows their line.
-    pub fn hide(&mut self, secrets: &[Span]) {
+    pub fn redact(&mut self, secrets: &[Span]) {
         for diagnostic in &mut self.all {
             diagnostic.secrets.extend_from_slice(secrets);
         }

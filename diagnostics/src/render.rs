@@ -38,9 +38,9 @@ impl std::str::FromStr for Format {
 /// found in a file that both read is told once.
 pub fn render(sources: &SourceMap, diagnostics: &Diagnostics, format: Format) -> String {
     let mut out = String::new();
-    let mut told = HashSet::new();
+    let mut printed = HashSet::new();
     for diagnostic in diagnostics.sorted() {
-        if !told.insert(short(sources, diagnostic)) {
+        if !printed.insert(short(sources, diagnostic)) {
             continue;
         }
         match format {
@@ -78,7 +78,7 @@ fn human(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
 }
 
 /// A part of a text, which begins at `start`, with a star for each byte of what is secret: places stay what they are.
-fn hidden<'a>(
+fn redacted<'a>(
     text: &'a str,
     source: crate::SourceId,
     start: usize,
@@ -117,7 +117,7 @@ fn snippet<'a>(
     let all = spans.reduce(Span::to).unwrap_or(diagnostic.span);
     // The lines concerned alone: the renderer goes through all that it is given.
     let (start, end) = sources.lines(all);
-    let text = hidden(&sources.text(source)[start..end], source, start, diagnostic);
+    let text = redacted(&sources.text(source)[start..end], source, start, diagnostic);
     let within = |at: usize| at.clamp(start, end) - start;
     let range = |span: Span| within(span.start)..within(span.end);
     let mut snippet = Snippet::source(text)

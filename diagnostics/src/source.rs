@@ -67,7 +67,7 @@ struct Source {
 pub struct SourceMap {
     sources: Vec<Source>,
     /// What was made of the text of a file, which many others may import.
-    made: HashMap<PathBuf, (SourceId, Arc<dyn Any + Send + Sync>)>,
+    cache: HashMap<PathBuf, (SourceId, Arc<dyn Any + Send + Sync>)>,
 }
 
 impl SourceMap {
@@ -96,20 +96,20 @@ impl SourceMap {
 
     /// What `make` makes of a text, or has made of the same text of the same file: places in that stay as good, since
     /// path, line and column are equal.
-    pub fn once<T: Any + Send + Sync>(
+    pub fn cached<T: Any + Send + Sync>(
         &mut self,
         source: SourceId,
         make: impl FnOnce(&Self, SourceId) -> T,
     ) -> Arc<T> {
-        let known = self.made.get(self.path(source));
+        let known = self.cache.get(self.path(source));
         let known = known.filter(|(before, _)| self.text(*before) == self.text(source));
-        if let Some(Ok(made)) = known.map(|(_, made)| Arc::clone(made).downcast()) {
-            return made;
+        if let Some(Ok(cache)) = known.map(|(_, cache)| Arc::clone(cache).downcast()) {
+            return cache;
         }
-        let made = Arc::new(make(self, source));
+        let cache = Arc::new(make(self, source));
         let path = self.path(source).to_path_buf();
-        self.made.insert(path, (source, made.clone()));
-        made
+        self.cache.insert(path, (source, cache.clone()));
+        cache
     }
 
     /// The text itself.
@@ -163,7 +163,7 @@ mod tests {
         let mut count = 0;
         let mut length = |path: &str, text: &str| {
             let id = map.add(path, text);
-            *map.once(id, |map, id| {
+            *map.cached(id, |map, id| {
                 count += 1;
                 map.text(id).len()
             })

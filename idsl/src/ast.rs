@@ -130,7 +130,7 @@ pub enum TypeKind {
     /// `int`, `TData`, `Other::TData`
     Named(Scoped),
     /// `string` and `string<64>`
-    Text(Option<Literal>),
+    String(Option<Literal>),
     /// `sequence<T>` and `sequence<T, 64>`
     Sequence(Box<Type>, Option<Literal>),
     /// `dictionary<K, V>`

@@ -83,7 +83,7 @@ impl Text<'_> {
         let bound = |bound: &Option<u32>| bound.map_or(String::new(), |n| format!(",{n}"));
         match library.resolved(used) {
             Type::Primitive(primitive) => self.out.push_str(primitive_word(*primitive)),
-            Type::Text(limit) => self.out.push_str(&format!("string<{}>", bound(limit))),
+            Type::String(limit) => self.out.push_str(&format!("string<{}>", bound(limit))),
             Type::Sequence(element, limit) => {
                 self.out.push_str("sequence<");
                 self.ty(element);

@@ -35,13 +35,13 @@ pub(crate) fn duplicates<'a>(
 }
 
 /// Types inside of types inside of types: more levels than this describe no data of a robot.
-const DEEPEST: u32 = 64;
+const MAX_NESTING: u32 = 64;
 
 /// Works out, for the types of one module, how deep they nest and whether their size is known. A type that contains
 /// itself has no size: it is reported, and emptied, so that whoever walks through types comes to an end.
 pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagnostics) {
-    let mut walk = Walk {
-        place: types.iter().map(|id| (*id, Place::New)).collect(),
+    let mut cycles = CycleFinder {
+        visits: types.iter().map(|id| (*id, Visit::New)).collect(),
         path: Vec::new(),
         reported: HashSet::new(),
     };
@@ -49,27 +49,27 @@ pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagn
     let mut todo: Vec<Step> = types.iter().rev().map(|id| Step::Enter(*id)).collect();
     while let Some(step) = todo.pop() {
         match step {
-            Step::Enter(id) => match walk.place.get(&id) {
-                None | Some(Place::Done) => {}
-                Some(Place::OnPath) => walk.circle(library, id, found),
-                Some(Place::New) => {
-                    walk.place.insert(id, Place::OnPath);
-                    walk.path.push(id);
+            Step::Enter(id) => match cycles.visits.get(&id) {
+                None | Some(Visit::Done) => {}
+                Some(Visit::OnPath) => cycles.report_cycle(library, id, found),
+                Some(Visit::New) => {
+                    cycles.visits.insert(id, Visit::OnPath);
+                    cycles.path.push(id);
                     todo.push(Step::Leave(id));
                     let inner = library.named_in(id);
                     todo.extend(inner.into_iter().rev().map(Step::Enter));
                 }
             },
             Step::Leave(id) => {
-                walk.path.pop();
-                walk.place.insert(id, Place::Done);
+                cycles.path.pop();
+                cycles.visits.insert(id, Visit::Done);
                 let inner = library.named_in(id);
-                let levels = inner.iter().map(|t| library.ty(*t).levels + 1).max();
-                let levels = levels.unwrap_or(0);
-                if levels > DEEPEST {
+                let nesting_depth = inner.iter().map(|t| library.ty(*t).nesting_depth + 1).max();
+                let nesting_depth = nesting_depth.unwrap_or(0);
+                if nesting_depth > MAX_NESTING {
                     let decl = library.ty(id);
                     let message = format!(
-                        "type `{}` nests deeper than {DEEPEST} levels",
+                        "type `{}` nests deeper than {MAX_NESTING} levels",
                         decl.name.text
                     );
                     found.push(Diagnostic::error(
@@ -88,11 +88,11 @@ pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagn
                     TypeDeclKind::Alias(ty) => library.image(ty),
                 };
                 let decl = &mut library.types[id.0];
-                (decl.levels, decl.image) = (levels.min(DEEPEST), image);
+                (decl.nesting_depth, decl.image) = (nesting_depth.min(MAX_NESTING), image);
             }
         }
     }
-    for id in walk.reported {
+    for id in cycles.reported {
         library.types[id.0].kind = TypeDeclKind::Struct(Vec::new());
     }
 }
@@ -102,38 +102,42 @@ enum Step {
     Leave(TypeId),
 }
 
-enum Place {
+enum Visit {
     New,
     OnPath,
     Done,
 }
 
-struct Walk {
-    place: HashMap<TypeId, Place>,
+struct CycleFinder {
+    visits: HashMap<TypeId, Visit>,
     path: Vec<TypeId>,
     reported: HashSet<TypeId>,
 }
 
-impl Walk {
+impl CycleFinder {
     /// The path has come back to `id`.
-    fn circle(&mut self, library: &Library, id: TypeId, found: &mut Diagnostics) {
+    fn report_cycle(&mut self, library: &Library, id: TypeId, found: &mut Diagnostics) {
         let start = self.path.iter().position(|t| *t == id).unwrap_or(0);
-        let circle = &self.path[start..];
-        if !circle.iter().any(|t| self.reported.contains(t)) {
+        let report_cycle = &self.path[start..];
+        if !report_cycle.iter().any(|t| self.reported.contains(t)) {
             let name = |t: &TypeId| library.ty(*t).name.text.as_str();
-            let names: Vec<&str> = circle.iter().chain(circle.first()).map(name).collect();
+            let names: Vec<&str> = report_cycle
+                .iter()
+                .chain(report_cycle.first())
+                .map(name)
+                .collect();
             let message = format!("type `{}` contains itself: {}", names[0], names.join(" → "));
             let span = library.ty(id).name.span;
             found.push(Diagnostic::error("recursive-type", span, message));
         }
-        self.reported.extend(circle);
+        self.reported.extend(report_cycle);
     }
 }
 
 pub(crate) fn dictionary_key(library: &Library, key: &Type, span: Span, found: &mut Diagnostics) {
     let allowed = match library.resolved(key) {
         Type::Primitive(primitive) => !primitive.is_float(),
-        Type::Text(_) => true,
+        Type::String(_) => true,
         Type::Named(id) => matches!(library.ty(*id).kind, TypeDeclKind::Enum(_)),
         _ => false,
     };
@@ -164,9 +168,11 @@ pub(crate) fn value_fits(
             (Some((min, max)), _) => format!("a whole number from {min} to {max}"),
             (None, _) => "a number".to_owned(),
         },
-        Type::Text(bound) => match (&value.kind, bound) {
-            (LiteralKind::Text(text), Some(bound)) if text.len() <= *bound as usize => return true,
-            (LiteralKind::Text(_), None) => return true,
+        Type::String(bound) => match (&value.kind, bound) {
+            (LiteralKind::String(text), Some(bound)) if text.len() <= *bound as usize => {
+                return true;
+            }
+            (LiteralKind::String(_), None) => return true,
             (_, Some(bound)) => format!("a text in quotes of at most {bound} bytes"),
             (_, None) => "a text in quotes".to_owned(),
         },

@@ -69,7 +69,7 @@ impl Library {
         };
         Some(match ty {
             Type::Primitive(primitive) => number(primitive.size()),
-            Type::Text(bound) => Image::structure([LENGTH, number(1).times((*bound)?)]),
+            Type::String(bound) => Image::structure([LENGTH, number(1).times((*bound)?)]),
             Type::Sequence(element, bound) => self.sequence(element, (*bound)?)?,
             Type::Array(element, count) => self.image(element)?.times(*count),
             Type::Dictionary(..) => return None,

@@ -19,7 +19,7 @@ pub use session::Session;
 
 /// The layout of a `.idsl`.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
-    angles: true,
-    enumerations: true,
-    settings_from: None,
+    angle_brackets: true,
+    enum_blocks: true,
+    inline_braces_from: None,
 };

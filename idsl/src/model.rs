@@ -48,7 +48,7 @@ pub struct Module {
     /// Its constants, in their order.
     pub consts: Vec<Const>,
     /// `@ros("robot_msgs")`: its package in ROS 2, as it is written.
-    pub ros: Option<Name>,
+    pub ros_package: Option<Name>,
 }
 
 /// A constant.
@@ -76,11 +76,11 @@ pub struct TypeDecl {
     /// What it is.
     pub kind: TypeDeclKind,
     /// How many levels of named types are inside of it.
-    pub levels: u32,
+    pub nesting_depth: u32,
     /// What it looks like in memory, where its size is known from the type alone: it is plain.
     pub image: Option<Image>,
     /// `@ros("sensor_msgs/msg/LaserScan")` on a structure: the type in ROS 2 that it is, as it is written.
-    pub ros: Option<Name>,
+    pub ros_type: Option<Name>,
 }
 
 /// The kinds of named types.
@@ -141,7 +141,7 @@ pub enum Type {
     /// `bool`, `int` …
     Primitive(Primitive),
     /// `string`, with the largest number of bytes if it is bounded.
-    Text(Option<u32>),
+    String(Option<u32>),
     /// A sequence, with the largest number of elements if it is bounded.
     Sequence(Box<Type>, Option<u32>),
     /// Exactly so many elements.
@@ -283,7 +283,7 @@ pub struct Operation {
     /// Its documentation.
     pub doc: Vec<String>,
     /// The pattern that is written before it.
-    pub marked: Option<Pattern>,
+    pub explicit_pattern: Option<Pattern>,
     /// `idempotent`
     pub idempotent: bool,
     /// What it returns.
@@ -295,7 +295,7 @@ pub struct Operation {
     /// Exceptions that it may answer with.
     pub throws: Vec<TypeId>,
     /// `@ros("std_srvs/srv/Trigger")`: its types in ROS 2, as they are written: of its topic, of its service.
-    pub ros: Vec<Name>,
+    pub ros_types: Vec<Name>,
 }
 
 impl Operation {
@@ -306,7 +306,7 @@ impl Operation {
 
     /// Its pattern where its interface is implemented or required.
     pub fn call_pattern(&self) -> Pattern {
-        match self.marked {
+        match self.explicit_pattern {
             Some(pattern) => pattern,
             None if self.has_result() => Pattern::Query,
             None => Pattern::Command,
@@ -321,7 +321,7 @@ impl Type {
             Self::Named(id) => vec![*id],
             Self::Sequence(element, _) | Self::Array(element, _) => element.named(),
             Self::Dictionary(key, value) => [key.named(), value.named()].concat(),
-            Self::Primitive(_) | Self::Text(_) => Vec::new(),
+            Self::Primitive(_) | Self::String(_) => Vec::new(),
         }
     }
 }

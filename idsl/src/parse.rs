@@ -6,7 +6,7 @@ use crate::ast::{
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Name, Reader};
+use rc_syntax::{Name, ParseContext};
 
 #[allow(
     unreachable_pub,
@@ -19,12 +19,12 @@ pub struct Grammar;
 
 /// Reads one `.idsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
-    let mut reader = Reader::new(sources, source);
+    let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
     (file, reader.found)
 }
 
-fn file(r: &mut Reader<'_>) -> File {
+fn file(r: &mut ParseContext<'_>) -> File {
     let mut file = File::default();
     for pair in r.file::<Rule>().into_iter().flatten() {
         match pair.as_rule() {
@@ -37,7 +37,7 @@ fn file(r: &mut Reader<'_>) -> File {
     file
 }
 
-fn module(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Module {
+fn module(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Module {
     let doc = r.doc(&pair);
     let mut module = Module {
         name: Name::new("", r.span(&pair)),
@@ -58,9 +58,9 @@ fn module(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Module {
     module
 }
 
-fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Decl> {
+fn decl(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Decl> {
     let rule = pair.as_rule();
-    if rule == Rule::unread {
+    if rule == Rule::skipped {
         let first = pair
             .as_str()
             .split(|c: char| !(c.is_alphanumeric() || c == '_'));
@@ -74,7 +74,7 @@ fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Decl> {
             "const" => Rule::const_decl,
             _ => return unknown_decl(r, &pair),
         };
-        r.unread(&pair, likely);
+        r.report_skipped(&pair, likely);
         return None;
     }
     let doc = r.doc(&pair);
@@ -88,8 +88,10 @@ fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Decl> {
             Rule::member => members.extend(member(r, part)),
             Rule::enumerator => enumerators.extend(enumerator(r, part)),
             Rule::operation => operations.extend(operation(r, part)),
-            Rule::unread if rule == Rule::interface_decl => r.unread(&part, Rule::operation),
-            Rule::unread => r.unread(&part, Rule::member),
+            Rule::skipped if rule == Rule::interface_decl => {
+                r.report_skipped(&part, Rule::operation)
+            }
+            Rule::skipped => r.report_skipped(&part, Rule::member),
             Rule::type_ref => types.push(type_ref(r, part)),
             Rule::sequence_type => {
                 let span = r.span(&part);
@@ -129,7 +131,7 @@ fn decl(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Decl> {
     })
 }
 
-fn unknown_decl(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) -> Option<Decl> {
+fn unknown_decl(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Decl> {
     const WORDS: [&str; 7] = [
         "enum",
         "struct",
@@ -160,7 +162,7 @@ fn unknown_decl(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) -> Option<Decl> {
     None
 }
 
-fn enumerator(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Enumerator> {
+fn enumerator(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Enumerator> {
     let doc = r.doc(&pair);
     let mut parts = pair.into_inner();
     let name = parts.next().map(|p| r.name(&p))?;
@@ -170,7 +172,7 @@ fn enumerator(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Enumerator> {
     Some(Enumerator { name, doc, value })
 }
 
-fn member(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Member> {
+fn member(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Member> {
     let doc = r.doc(&pair);
     let (mut name, mut ty, mut annotations, mut default) = (None, None, Vec::new(), None);
     for part in pair.into_inner() {
@@ -201,7 +203,7 @@ fn member(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Member> {
     })
 }
 
-fn operation(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Operation> {
+fn operation(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Operation> {
     let doc = r.doc(&pair);
     let (mut name, mut pattern, mut result, mut idempotent) = (None, None, None, false);
     let (mut annotations, mut params, mut throws) = (Vec::new(), Vec::new(), Vec::new());
@@ -233,7 +235,7 @@ fn operation(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Operation> {
     })
 }
 
-fn param(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
+fn param(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
     let (mut name, mut ty, mut out, mut annotations) = (None, None, false, Vec::new());
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -252,11 +254,11 @@ fn param(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
     })
 }
 
-fn type_ref(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Type {
+fn type_ref(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Type {
     let span = r.span(&pair);
     let Some(inner) = pair.into_inner().next() else {
         return Type {
-            kind: TypeKind::Text(None),
+            kind: TypeKind::String(None),
             span,
         };
     };
@@ -264,18 +266,18 @@ fn type_ref(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Type {
         Rule::sequence_type => sequence(r, inner),
         Rule::string_type => {
             let bound = inner.into_inner().find(|p| p.as_rule() == Rule::number);
-            TypeKind::Text(bound.map(|p| r.literal(&p)))
+            TypeKind::String(bound.map(|p| r.literal(&p)))
         }
         _ => TypeKind::Named(scoped(r, inner)),
     };
     Type { kind, span }
 }
 
-fn sequence(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> TypeKind {
+fn sequence(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> TypeKind {
     let span = r.span(&pair);
     let (mut element, mut bound) = (
         Type {
-            kind: TypeKind::Text(None),
+            kind: TypeKind::String(None),
             span,
         },
         None,
@@ -290,7 +292,7 @@ fn sequence(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> TypeKind {
     TypeKind::Sequence(Box::new(element), bound)
 }
 
-fn scoped(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Scoped {
+fn scoped(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Scoped {
     let span = r.span(&pair);
     let mut names: Vec<Name> = pair.into_inner().map(|p| r.name(&p)).collect();
     let name = names.pop().unwrap_or_else(|| Name::new("", span));
@@ -300,7 +302,7 @@ fn scoped(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Scoped {
     }
 }
 
-fn annotation(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Annotation {
+fn annotation(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Annotation {
     let span = r.span(&pair);
     let mut annotation = Annotation {
         name: Name::new("", span),

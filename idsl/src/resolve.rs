@@ -12,12 +12,12 @@ use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::HashMap;
 
 /// So many unknown names get a suggestion.
-const MOST_SUGGESTIONS: usize = 100;
+const MAX_SUGGESTIONS: usize = 100;
 
 /// The annotations of members and parameters.
-const OF_MEMBERS: [&str; 4] = ["unit", "range", "default", "optional"];
+const MEMBER_ANNOTATIONS: [&str; 4] = ["unit", "range", "default", "optional"];
 /// What may stand before a module, a structure or an operation.
-const OF_ALL: [&str; 5] = ["unit", "range", "default", "optional", "ros"];
+const ALL_ANNOTATIONS: [&str; 5] = ["unit", "range", "default", "optional", "ros"];
 
 /// Whether a declaration makes a type that has a name.
 pub(crate) fn is_type(kind: &DeclKind) -> bool {
@@ -31,7 +31,7 @@ fn is_void(ty: &ast::Type) -> bool {
     matches!(&ty.kind, TypeKind::Named(Scoped { module: None, name }) if name.text == "void")
 }
 
-fn type_called(name: &Name) -> ast::Type {
+fn type_named(name: &Name) -> ast::Type {
     ast::Type {
         kind: TypeKind::Named(Scoped {
             module: None,
@@ -42,12 +42,12 @@ fn type_called(name: &Name) -> ast::Type {
 }
 
 /// Resolution inside one module.
-pub(crate) struct Scope<'s, 'a> {
+pub(crate) struct ModuleResolver<'s, 'a> {
     pub(crate) session: &'s mut Session<'a>,
     pub(crate) module: ModuleId,
 }
 
-impl Scope<'_, '_> {
+impl ModuleResolver<'_, '_> {
     fn report(&mut self, diagnostic: Diagnostic) {
         self.session.found.push(diagnostic);
     }
@@ -58,7 +58,7 @@ impl Scope<'_, '_> {
                 continue;
             };
             let Some(ty) = self.ty(tree) else { continue };
-            if !matches!(ty, Type::Primitive(_) | Type::Text(_)) {
+            if !matches!(ty, Type::Primitive(_) | Type::String(_)) {
                 let message = "a constant is a number, a bool or a string";
                 self.report(Diagnostic::error("const-type", tree.span, message));
                 continue;
@@ -81,7 +81,9 @@ impl Scope<'_, '_> {
             DeclKind::Enum(values) => TypeDeclKind::Enum(self.enumerators(decl, values)),
             DeclKind::Struct(members) => TypeDeclKind::Struct(self.members(members)),
             DeclKind::Exception(_, members) => TypeDeclKind::Exception(self.members(members)),
-            DeclKind::Alias(tree) => TypeDeclKind::Alias(self.ty(tree).unwrap_or(Type::Text(None))),
+            DeclKind::Alias(tree) => {
+                TypeDeclKind::Alias(self.ty(tree).unwrap_or(Type::String(None)))
+            }
             DeclKind::Const(..) | DeclKind::Interface(_) => TypeDeclKind::Struct(Vec::new()),
         }
     }
@@ -193,7 +195,7 @@ impl Scope<'_, '_> {
             (
                 "unit",
                 Some(Literal {
-                    kind: LiteralKind::Text(unit),
+                    kind: LiteralKind::String(unit),
                     ..
                 }),
             ) => member.unit = Some(unit),
@@ -233,12 +235,12 @@ impl Scope<'_, '_> {
                     message,
                 ));
             }
-            _ => self.ignored(annotation, &OF_MEMBERS),
+            _ => self.warn_ignored(annotation, &MEMBER_ANNOTATIONS),
         }
     }
 
     /// On a structure or an operation an annotation documents; one that nobody knows is a slip all the same.
-    fn ignored(&mut self, annotation: &ast::Annotation, known: &[&str]) {
+    fn warn_ignored(&mut self, annotation: &ast::Annotation, known: &[&str]) {
         let text = annotation.name.text.as_str();
         if known.contains(&text) {
             return;
@@ -255,11 +257,11 @@ impl Scope<'_, '_> {
     }
 
     /// The texts of all `@ros` among `annotations`.
-    fn ros(&mut self, annotations: &[ast::Annotation]) -> Vec<Name> {
+    fn ros_names(&mut self, annotations: &[ast::Annotation]) -> Vec<Name> {
         let mut all = Vec::new();
         for annotation in annotations {
             if annotation.name.text != "ros" {
-                self.ignored(annotation, &OF_ALL);
+                self.warn_ignored(annotation, &ALL_ANNOTATIONS);
                 continue;
             }
             match annotation.args.as_slice() {
@@ -267,7 +269,7 @@ impl Scope<'_, '_> {
                     (
                         None,
                         Literal {
-                            kind: LiteralKind::Text(text),
+                            kind: LiteralKind::String(text),
                             span,
                         },
                     ),
@@ -283,8 +285,8 @@ impl Scope<'_, '_> {
     }
 
     /// The only `@ros` among `annotations`.
-    pub(crate) fn only_ros(&mut self, annotations: &[ast::Annotation]) -> Option<Name> {
-        let mut all = self.ros(annotations).into_iter();
+    pub(crate) fn single_ros_name(&mut self, annotations: &[ast::Annotation]) -> Option<Name> {
+        let mut all = self.ros_names(annotations).into_iter();
         let first = all.next();
         for other in all {
             let message = "there is a `@ros` already";
@@ -296,12 +298,12 @@ impl Scope<'_, '_> {
     }
 
     /// The type in ROS 2 that a structure says it is.
-    pub(crate) fn type_in_ros(&mut self, decl: &Decl) -> Option<Name> {
+    pub(crate) fn ros_type(&mut self, decl: &Decl) -> Option<Name> {
         if matches!(decl.kind, DeclKind::Struct(_)) {
-            return self.only_ros(&decl.annotations);
+            return self.single_ros_name(&decl.annotations);
         }
         for annotation in &decl.annotations {
-            self.ignored(annotation, &OF_MEMBERS);
+            self.warn_ignored(annotation, &MEMBER_ANNOTATIONS);
         }
         None
     }
@@ -358,7 +360,7 @@ impl Scope<'_, '_> {
     }
 
     fn operation(&mut self, tree: &ast::Operation) -> Operation {
-        let ros = self.ros(&tree.annotations);
+        let ros_types = self.ros_names(&tree.annotations);
         check::duplicates(
             tree.params.iter().map(|p| &p.name),
             "parameter",
@@ -384,13 +386,13 @@ impl Scope<'_, '_> {
         let mut result = tree.result.as_ref().filter(|ty| !is_void(ty));
         // `query get();` where somebody has called a type `query`.
         let named = pattern.filter(|p| tree.result.is_none() && self.own(&p.text).is_some());
-        let of_pattern = named.map(type_called);
+        let of_pattern = named.map(type_named);
         if of_pattern.is_some() {
             (pattern, result) = (None, of_pattern.as_ref());
         }
         let written = result.is_some();
         let result = result.and_then(|t| self.ty(t));
-        let marked = pattern.map(|p| match p.text.as_str() {
+        let explicit_pattern = pattern.map(|p| match p.text.as_str() {
             "command" => Pattern::Command,
             "query" => Pattern::Query,
             _ => Pattern::Publish,
@@ -398,16 +400,16 @@ impl Scope<'_, '_> {
         let operation = Operation {
             name: tree.name.clone(),
             doc: tree.doc.clone(),
-            marked,
+            explicit_pattern,
             idempotent: tree.idempotent,
             result,
             inputs,
             outputs,
             throws,
-            ros,
+            ros_types,
         };
         if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) =
-            (marked, pattern, operation.has_result() || written)
+            (explicit_pattern, pattern, operation.has_result() || written)
         {
             let message = format!(
                 "`{}` is a {} and cannot have a result",
@@ -457,7 +459,7 @@ impl Scope<'_, '_> {
                 }
                 Type::Named(id)
             }
-            TypeKind::Text(bound) => Type::Text(self.bound(bound.as_ref())),
+            TypeKind::String(bound) => Type::String(self.bound(bound.as_ref())),
             TypeKind::Sequence(element, bound) => {
                 Type::Sequence(Box::new(self.ty(element)?), self.bound(bound.as_ref()))
             }
@@ -547,7 +549,7 @@ impl Scope<'_, '_> {
                         let message = format!("module `{}` is not imported here", module.text);
                         let diagnostic = Diagnostic::error("unknown-module", module.span, message);
                         match near {
-                            Some(_) => diagnostic.help_nearest(near),
+                            Some(_) => diagnostic.did_you_mean(near),
                             None if self.session.import_failed => {
                                 diagnostic.help("an import of this file was not found")
                             }
@@ -560,8 +562,8 @@ impl Scope<'_, '_> {
                     _ => {
                         let message = format!("unknown type `{}`", scoped.text());
                         // A thousand wrong names among ten thousand right ones would take minutes.
-                        let near = if self.session.suggested < MOST_SUGGESTIONS {
-                            self.session.suggested += 1;
+                        let near = if self.session.suggestions < MAX_SUGGESTIONS {
+                            self.session.suggestions += 1;
                             let words = Primitive::WORDS.iter().map(|(word, _)| *word);
                             let types = reachable.iter().flat_map(|m| &library.module(*m).types);
                             let types = types.map(|t| library.ty(*t).name.text.as_str());
@@ -571,7 +573,7 @@ impl Scope<'_, '_> {
                         };
                         let diagnostic = Diagnostic::error("unknown-type", span, message);
                         match near {
-                            Some(_) => diagnostic.help_nearest(near),
+                            Some(_) => diagnostic.did_you_mean(near),
                             None => diagnostic.help("declare it, or import the file that does"),
                         }
                     }

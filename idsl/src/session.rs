@@ -4,7 +4,7 @@ use crate::ast::{self, Decl, DeclKind};
 use crate::check;
 use crate::model::{Library, Module, ModuleId, TypeDecl, TypeDeclKind, TypeId};
 use crate::parse::parse;
-use crate::resolve::{Scope, is_type};
+use crate::resolve::{ModuleResolver, is_type};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_syntax::Loader;
 use std::collections::HashMap;
@@ -23,13 +23,13 @@ pub struct Session<'a> {
     loaded: HashMap<PathBuf, Option<ModuleId>>,
     loading: Vec<(PathBuf, Span)>,
     /// How many unknown names got a suggestion.
-    pub(crate) suggested: usize,
+    pub(crate) suggestions: usize,
     /// Whether a file that was to be imported could not be.
     pub(crate) import_failed: bool,
 }
 
 /// So many files may be open because each is imported by the one before.
-const MOST_IMPORTS: usize = 50;
+const MAX_IMPORT_DEPTH: usize = 50;
 
 impl<'a> Session<'a> {
     /// Nothing loaded yet.
@@ -41,7 +41,7 @@ impl<'a> Session<'a> {
             library: Library::default(),
             loaded: HashMap::new(),
             loading: Vec::new(),
-            suggested: 0,
+            suggestions: 0,
             import_failed: false,
         }
     }
@@ -79,8 +79,9 @@ impl<'a> Session<'a> {
         if let Some(known) = self.loaded.get(&path) {
             return *known;
         }
-        if self.loading.len() >= MOST_IMPORTS {
-            let message = format!("files import each other more than {MOST_IMPORTS} levels deep");
+        if self.loading.len() >= MAX_IMPORT_DEPTH {
+            let message =
+                format!("files import each other more than {MAX_IMPORT_DEPTH} levels deep");
             self.found
                 .push(Diagnostic::error("nested-too-deep", span, message));
             return None;
@@ -97,7 +98,7 @@ impl<'a> Session<'a> {
         span: Span,
     ) -> Option<ModuleId> {
         // The components of a network import the same interfaces over and over.
-        let parsed = self.sources.once(source, parse);
+        let parsed = self.sources.cached(source, parse);
         let (file, found) = &*parsed;
         self.found.extend(found.iter().cloned());
         self.loading.push((path.clone(), span));
@@ -150,7 +151,7 @@ impl<'a> Session<'a> {
             types_by_name: HashMap::new(),
             interfaces: Vec::new(),
             consts: Vec::new(),
-            ros: None,
+            ros_package: None,
         };
         // Names first, so that declarations may stand in any order.
         for decl in tree.decls.iter().filter(|d| is_type(&d.kind)) {
@@ -166,20 +167,20 @@ impl<'a> Session<'a> {
                     DeclKind::Exception(..) => TypeDeclKind::Exception(Vec::new()),
                     _ => TypeDeclKind::Struct(Vec::new()),
                 },
-                levels: 0,
+                nesting_depth: 0,
                 image: None,
-                ros: None,
+                ros_type: None,
             });
         }
         let types = module.types.clone();
         self.library.modules.push(module);
-        let mut scope = Scope {
+        let mut resolver = ModuleResolver {
             session: self,
             module: id,
         };
-        let package = scope.only_ros(&tree.annotations);
-        scope.session.library.modules[id.0].ros = package;
-        scope.consts(&tree.decls);
+        let package = resolver.single_ros_name(&tree.annotations);
+        resolver.session.library.modules[id.0].ros_package = package;
+        resolver.consts(&tree.decls);
         // Keys and defaults look into enums and aliases, wherever in the file these stand.
         let depth = |decl: &Decl| match decl.kind {
             DeclKind::Enum(_) => 0,
@@ -190,20 +191,20 @@ impl<'a> Session<'a> {
         let mut in_order: Vec<(&Decl, &TypeId)> = decls.zip(&types).collect();
         in_order.sort_by_key(|(decl, _)| depth(decl));
         for (decl, ty) in in_order {
-            let ros = scope.type_in_ros(decl);
-            let kind = scope.type_decl(decl);
-            let declared = &mut scope.session.library.types[ty.0];
-            (declared.kind, declared.ros) = (kind, ros);
+            let ros_type = resolver.ros_type(decl);
+            let kind = resolver.type_decl(decl);
+            let declared = &mut resolver.session.library.types[ty.0];
+            (declared.kind, declared.ros_type) = (kind, ros_type);
         }
-        scope.bases(&tree.decls, &types);
+        resolver.bases(&tree.decls, &types);
         check::nesting(&mut self.library, &types, &mut self.found);
-        let mut scope = Scope {
+        let mut resolver = ModuleResolver {
             session: self,
             module: id,
         };
         for decl in &tree.decls {
             if let DeclKind::Interface(operations) = &decl.kind {
-                scope.interface(decl, operations);
+                resolver.interface(decl, operations);
             }
         }
         id

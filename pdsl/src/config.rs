@@ -109,7 +109,7 @@ fn read(
                 .push(Diagnostic::error("toml-syntax", span, message));
         }
     }
-    checker.found.hide(&checker.secrets);
+    checker.found.redact(&checker.secrets);
     (configuration, checker.found, checker.missing)
 }
 

@@ -31,7 +31,7 @@ pub use resolve::load;
 #[cfg(feature = "language")]
 /// The layout of a `.pdsl`.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
-    angles: false,
-    enumerations: false,
-    settings_from: None,
+    angle_brackets: false,
+    enum_blocks: false,
+    inline_braces_from: None,
 };

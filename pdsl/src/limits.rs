@@ -216,7 +216,7 @@ fn value_of(ty: Type, literal: &Literal, choices: bool) -> Option<Value> {
         LiteralKind::Float(value) if value.is_finite() => Value::Float(*value),
         LiteralKind::Bool(value) => Value::Bool(*value),
         LiteralKind::Duration(value) => Value::Duration(*value),
-        LiteralKind::Text(value) => Value::Text(value.clone()),
+        LiteralKind::String(value) => Value::Text(value.clone()),
         LiteralKind::Name(value) if choices => Value::Text(value.clone()),
         LiteralKind::Float(_) | LiteralKind::Name(_) => return None,
     };

@@ -8,7 +8,7 @@ use crate::ast::{
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
-use rc_syntax::{Literal, Name, Reader, Trivia};
+use rc_syntax::{Literal, Name, ParseContext, Trivia};
 
 #[allow(
     unreachable_pub,
@@ -21,12 +21,12 @@ pub struct Grammar;
 
 /// Reads one `.pdsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
-    let mut reader = Reader::new(sources, source);
+    let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
     (file, reader.found)
 }
 
-fn file(r: &mut Reader<'_>) -> File {
+fn file(r: &mut ParseContext<'_>) -> File {
     let mut file = File::default();
     for pair in r.file::<Rule>().into_iter().flatten() {
         match pair.as_rule() {
@@ -39,28 +39,28 @@ fn file(r: &mut Reader<'_>) -> File {
     file
 }
 
-fn literals(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
+fn literals(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
     pair.into_inner().map(|p| r.literal(&p)).collect()
 }
 
-fn bounds(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
+fn bounds(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
     pair.into_inner()
         .filter(|p| p.as_rule() == Rule::number)
         .map(|p| r.literal(&p))
         .collect()
 }
 
-fn unread(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     let likely = match r.first_word(pair).text.to_lowercase().as_str() {
         "group" => Rule::group,
         "list" => Rule::list,
         "require" => Rule::require,
         _ => Rule::param,
     };
-    r.unread(pair, likely);
+    r.report_skipped(pair, likely);
 }
 
-fn params(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Params {
+fn params(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Params {
     let block = block(r, pair);
     Params {
         name: block.name,
@@ -70,7 +70,7 @@ fn params(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Params {
 }
 
 /// What `ComponentParams`, `group` and `list` have in common.
-fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
+fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
     let doc = r.doc(&pair);
     let mut name = Name::new("", r.span(&pair));
     let (mut items, mut bounds) = (Vec::new(), Vec::new());
@@ -82,7 +82,7 @@ fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
                 items.extend(param(r, part).map(|param| Item::Param(Box::new(param))));
             }
             Rule::require => items.extend(require(r, part).map(Item::Rule)),
-            Rule::unread => unread(r, &part),
+            Rule::skipped => report_skipped(r, &part),
             Rule::group => {
                 let Block {
                     name,
@@ -121,7 +121,7 @@ fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
     }
 }
 
-fn require(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<RequireRule> {
+fn require(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<RequireRule> {
     let (mut condition, mut message) = (None, String::new());
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -141,7 +141,7 @@ fn require(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<RequireRule> {
     })
 }
 
-fn param(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
+fn param(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
     let doc = r.doc(&pair);
     let (mut name, mut ty, mut array, mut default) = (None, None, None, None);
     let (mut range, mut choices, mut flags) = (None, Vec::new(), Vec::new());
@@ -188,7 +188,7 @@ fn param(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
     })
 }
 
-fn default_value(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> DefaultValue {
+fn default_value(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> DefaultValue {
     let span = r.span(&pair);
     match pair.as_rule() {
         Rule::values => DefaultValue::Many(literals(r, pair), span),
@@ -196,7 +196,7 @@ fn default_value(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> DefaultValue {
     }
 }
 
-fn limits(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Range {
+fn limits(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Range {
     let mut range = Range {
         min: None,
         max: None,
@@ -213,7 +213,7 @@ fn limits(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Range {
     range
 }
 
-fn flag(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Flag> {
+fn flag(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Flag> {
     let span = r.span(&pair);
     let mut parts = pair.into_inner();
     let kind = match parts.next()?.as_rule() {

@@ -182,7 +182,7 @@ impl<'m> Checker<'m> {
             LiteralKind::Int(value) => (Value::Int(*value), Class::Number),
             LiteralKind::Float(value) if value.is_finite() => (Value::Float(*value), Class::Number),
             LiteralKind::Bool(value) => (Value::Bool(*value), Class::Truth),
-            LiteralKind::Text(value) => (Value::Text(value.clone()), Class::Text),
+            LiteralKind::String(value) => (Value::Text(value.clone()), Class::Text),
             LiteralKind::Duration(value) if *value < u64::MAX => {
                 (Value::Duration(*value), Class::Time)
             }
@@ -532,7 +532,7 @@ impl<'m> Checker<'m> {
             LiteralKind::Int(value) => (Value::Int(*value), ""),
             LiteralKind::Float(value) => (Value::Float(*value), ""),
             LiteralKind::Duration(value) => (Value::Duration(*value), ""),
-            LiteralKind::Text(value) => (Value::Text(value.clone()), value.as_str()),
+            LiteralKind::String(value) => (Value::Text(value.clone()), value.as_str()),
             LiteralKind::Bool(_) | LiteralKind::Name(_) => return Some(()),
         };
         if ty.accept(&value).is_ok_and(|v| chosen.choices.contains(&v)) {

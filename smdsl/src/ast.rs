@@ -23,23 +23,23 @@ pub struct Block {
     /// The word `parallel`, where it stands.
     pub parallel: Option<Name>,
     /// Its clauses.
-    pub items: Vec<Item>,
+    pub clauses: Vec<Clause>,
     /// Whether every clause could be read.
     pub complete: bool,
 }
 
 /// One clause of a block.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Item {
+pub struct Clause {
     /// The word that begins it.
-    pub word: Name,
+    pub keyword: Name,
     /// What it says.
-    pub kind: ItemKind,
+    pub kind: ClauseKind,
 }
 
 /// The clauses.
 #[derive(Clone, Debug, PartialEq)]
-pub enum ItemKind {
+pub enum ClauseKind {
     /// `states a, b;`
     States(Vec<State>),
     /// `initial_state a;` More than one is a mistake that is told later.

@@ -1,14 +1,14 @@
 //! What holds for every state machine, whatever it was written in.
 
-use crate::model::{Machine, StateId, StateKind, Transition};
+use crate::model::{StateId, StateKind, StateMachine, Transition};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::HashMap;
 
 /// States that are in each other deeper than this are refused, so that what follows may go down by calling itself.
-pub(crate) const DEEPEST: usize = 100;
+pub(crate) const MAX_NESTING: usize = 100;
 
 /// Finds all that is wrong with a machine whose names are resolved.
-pub(crate) fn check(machine: &Machine, found: &mut Diagnostics) {
+pub(crate) fn check(machine: &StateMachine, found: &mut Diagnostics) {
     nesting(machine, found);
     end_states(machine, found);
     // Where something is wrong, what is unreachable or said twice may be what was meant.
@@ -32,7 +32,7 @@ pub(crate) fn check(machine: &Machine, found: &mut Diagnostics) {
 }
 
 /// No state is in itself, and none is too deep.
-fn nesting(machine: &Machine, found: &mut Diagnostics) {
+fn nesting(machine: &StateMachine, found: &mut Diagnostics) {
     // Zero for a state that was not looked at yet, otherwise its depth, from 1.
     let mut depths = vec![0_usize; machine.states.len()];
     // The step of the current way up on which a state was met.
@@ -48,7 +48,7 @@ fn nesting(machine: &Machine, found: &mut Diagnostics) {
                 break;
             }
             if met[id.0] != usize::MAX {
-                found.push(circle(machine, &path[met[id.0]..]));
+                found.push(parent_cycle(machine, &path[met[id.0]..]));
                 break;
             }
             met[id.0] = path.len();
@@ -58,9 +58,9 @@ fn nesting(machine: &Machine, found: &mut Diagnostics) {
         for id in path.iter().rev() {
             depth += 1;
             depths[id.0] = depth;
-            if depth > DEEPEST && !too_deep {
+            if depth > MAX_NESTING && !too_deep {
                 too_deep = true;
-                let message = format!("states nest deeper than {DEEPEST} levels here");
+                let message = format!("states nest deeper than {MAX_NESTING} levels here");
                 let span = machine.state(*id).name.span;
                 found.push(Diagnostic::error("nested-too-deep", span, message));
             }
@@ -69,7 +69,7 @@ fn nesting(machine: &Machine, found: &mut Diagnostics) {
 }
 
 /// States of which each is in the next one, and the last one in the first.
-fn circle(machine: &Machine, states: &[StateId]) -> Diagnostic {
+fn parent_cycle(machine: &StateMachine, states: &[StateId]) -> Diagnostic {
     let mut names: Vec<String> = states
         .iter()
         .map(|id| format!("`{}`", machine.state(*id).name.text))
@@ -77,8 +77,8 @@ fn circle(machine: &Machine, states: &[StateId]) -> Diagnostic {
     names.extend(names.first().cloned());
     let mut spans = states
         .iter()
-        .filter_map(|id| machine.state(*id).inside.as_ref())
-        .map(|inside| inside.span);
+        .filter_map(|id| machine.state(*id).region.as_ref())
+        .map(|region| region.span);
     let first = spans.next().unwrap_or(machine.name.span);
     let message = format!("a state cannot be inside itself: {}", names.join(" in "));
     let diagnostic = Diagnostic::error("circular-parents", first, message);
@@ -86,12 +86,12 @@ fn circle(machine: &Machine, states: &[StateId]) -> Diagnostic {
 }
 
 /// An end state ends: nothing leads out of it, and nothing is in it.
-fn end_states(machine: &Machine, found: &mut Diagnostics) {
+fn end_states(machine: &StateMachine, found: &mut Diagnostics) {
     for state in machine.states.iter().filter(|s| s.kind == StateKind::End) {
-        if let Some(inside) = &state.inside {
+        if let Some(region) = &state.region {
             let message = format!("the end state `{}` cannot have substates", state.name.text);
             found.push(
-                Diagnostic::error("end-state-with-substates", inside.span, message)
+                Diagnostic::error("end-state-with-substates", region.span, message)
                     .label(state.name.span, "declared here"),
             );
         }
@@ -109,7 +109,7 @@ fn end_states(machine: &Machine, found: &mut Diagnostics) {
     }
 }
 
-fn duplicate_transitions(machine: &Machine, found: &mut Diagnostics) {
+fn duplicate_transitions(machine: &StateMachine, found: &mut Diagnostics) {
     fn key(t: &Transition) -> (StateId, &[StateId], Vec<&str>, Option<&str>) {
         let events = t.events.iter().map(|e| e.text.as_str()).collect();
         (
@@ -143,26 +143,26 @@ fn duplicate_transitions(machine: &Machine, found: &mut Diagnostics) {
 }
 
 /// States that the machine can never be in.
-fn unreachable(machine: &Machine, found: &mut Diagnostics) {
+fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
     let entered = entered(machine);
-    let mut led_to = vec![false; machine.states.len()];
+    let mut is_target = vec![false; machine.states.len()];
     for transition in &machine.transitions {
         for target in transition
             .targets
             .iter()
             .filter(|t| **t != transition.source)
         {
-            led_to[target.0] = true;
+            is_target[target.0] = true;
         }
     }
-    let regions = machine.states.iter().filter_map(|s| s.inside.as_ref());
+    let regions = machine.states.iter().filter_map(|s| s.region.as_ref());
     for region in regions.chain([&machine.top]) {
         let with_it = if region.parallel {
             &region.states
         } else {
             &region.initial
         };
-        with_it.iter().for_each(|id| led_to[id.0] = true);
+        with_it.iter().for_each(|id| is_target[id.0] = true);
     }
     for id in machine.ids() {
         let state = machine.state(id);
@@ -171,7 +171,7 @@ fn unreachable(machine: &Machine, found: &mut Diagnostics) {
             continue;
         }
         let name = &state.name;
-        found.push(if led_to[id.0] {
+        found.push(if is_target[id.0] {
             let message = format!(
                 "state `{}` cannot be reached from the initial state",
                 name.text
@@ -187,31 +187,32 @@ fn unreachable(machine: &Machine, found: &mut Diagnostics) {
 /// Which states can be entered, over transitions from the initial one. With a state all that it is in is entered,
 /// and what is entered with it. A parallel state that is entered through one of its parts counts as entered
 /// with its other parts and that one: a warning too few is better than a wrong one.
-fn entered(machine: &Machine) -> Vec<bool> {
-    let mut ways: Vec<Vec<StateId>> = vec![Vec::new(); machine.states.len()];
+fn entered(machine: &StateMachine) -> Vec<bool> {
+    let mut targets_of: Vec<Vec<StateId>> = vec![Vec::new(); machine.states.len()];
     for transition in &machine.transitions {
-        ways[transition.source.0].extend(&transition.targets);
+        targets_of[transition.source.0].extend(&transition.targets);
     }
     let mut entered = vec![false; machine.states.len()];
-    let mut from_outside = entered.clone();
-    let mut open: Vec<(StateId, bool)> = machine.top.initial.iter().map(|id| (*id, true)).collect();
-    while let Some((id, outside)) = open.pop() {
+    let mut entered_directly = entered.clone();
+    let mut pending: Vec<(StateId, bool)> =
+        machine.top.initial.iter().map(|id| (*id, true)).collect();
+    while let Some((id, directly)) = pending.pop() {
         let state = machine.state(id);
-        let inside = state.inside.as_ref();
-        if outside && !from_outside[id.0] {
-            from_outside[id.0] = true;
-            open.extend(inside.iter().flat_map(|r| &r.initial).map(|id| (*id, true)));
+        let region = state.region.as_ref();
+        if directly && !entered_directly[id.0] {
+            entered_directly[id.0] = true;
+            pending.extend(region.iter().flat_map(|r| &r.initial).map(|id| (*id, true)));
         }
         if !entered[id.0] {
             entered[id.0] = true;
-            open.extend(ways[id.0].iter().map(|id| (*id, true)));
-            let parts = inside.filter(|r| r.parallel).map(|r| &r.states);
+            pending.extend(targets_of[id.0].iter().map(|id| (*id, true)));
+            let parts = region.filter(|r| r.parallel).map(|r| &r.states);
             let parts = parts.into_iter().flatten();
             // The history of a parallel state is not one of its parts.
             let parts =
                 parts.filter(|id| !matches!(machine.state(**id).kind, StateKind::History { .. }));
-            open.extend(parts.map(|id| (*id, true)));
-            open.extend(state.parent.map(|parent| (parent, false)));
+            pending.extend(parts.map(|id| (*id, true)));
+            pending.extend(state.parent.map(|parent| (parent, false)));
         }
     }
     entered

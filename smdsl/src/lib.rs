@@ -4,21 +4,21 @@
 //! it. [`scxml`] reads a part of W3C SCXML into the same model.
 
 pub mod ast;
+mod builder;
 mod check;
 pub mod model;
 mod parse;
 mod resolve;
 pub mod scxml;
-mod states;
 
-pub use model::Machine;
+pub use model::StateMachine;
 pub use parse::parse;
 
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 
 /// Reads, resolves and checks one state machine: SCXML where the file's name ends so, SMDSL otherwise. There is
 /// a machine unless the text could not be read at all; it may be used only where no diagnostic is an error.
-pub fn load(sources: &SourceMap, source: SourceId) -> (Option<Machine>, Diagnostics) {
+pub fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Diagnostics) {
     let ending = sources.path(source).extension();
     if ending.is_some_and(|e| e.eq_ignore_ascii_case("scxml")) {
         scxml::load(sources, source)
@@ -29,7 +29,7 @@ pub fn load(sources: &SourceMap, source: SourceId) -> (Option<Machine>, Diagnost
 
 /// The layout of a `.smdsl`.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
-    angles: false,
-    enumerations: false,
-    settings_from: None,
+    angle_brackets: false,
+    enum_blocks: false,
+    inline_braces_from: None,
 };

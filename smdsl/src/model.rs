@@ -5,7 +5,7 @@ use rc_syntax::Name;
 
 /// One state machine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Machine {
+pub struct StateMachine {
     /// Its name.
     pub name: Name,
     /// The states that are in no other state. It is never parallel.
@@ -16,7 +16,7 @@ pub struct Machine {
     pub transitions: Vec<Transition>,
 }
 
-impl Machine {
+impl StateMachine {
     /// One state.
     pub fn state(&self, id: StateId) -> &State {
         &self.states[id.0]
@@ -44,7 +44,7 @@ pub struct State {
     /// The state that it is in.
     pub parent: Option<StateId>,
     /// The states that are in it.
-    pub inside: Option<Region>,
+    pub region: Option<Region>,
     /// What is done on entering it; only SCXML says.
     pub on_entry: Vec<Action>,
     /// What is done on leaving it; only SCXML says.

@@ -1,9 +1,9 @@
 //! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
 
-use crate::ast::{Block, File, Item, ItemKind, State, Transition};
+use crate::ast::{Block, Clause, ClauseKind, File, State, Transition};
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
-use rc_syntax::{Name, Reader};
+use rc_syntax::{Name, ParseContext};
 
 #[allow(
     unreachable_pub,
@@ -15,16 +15,16 @@ use rc_syntax::{Name, Reader};
 pub struct Grammar;
 
 /// The words that begin a clause.
-const CLAUSES: [&str; 4] = ["states", "initial_state", "end_state", "transitions"];
+const KEYWORDS: [&str; 4] = ["states", "initial_state", "end_state", "transitions"];
 
 /// Reads one `.smdsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
-    let mut reader = Reader::new(sources, source);
+    let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
     (file, reader.found)
 }
 
-fn file(r: &mut Reader<'_>) -> File {
+fn file(r: &mut ParseContext<'_>) -> File {
     let mut file = File {
         complete: true,
         ..File::default()
@@ -33,9 +33,9 @@ fn file(r: &mut Reader<'_>) -> File {
         match pair.as_rule() {
             Rule::machine => file.machine = Some(block(r, pair)),
             Rule::substates => file.substates.push(block(r, pair)),
-            Rule::lost => {
+            Rule::skipped_substates => {
                 file.complete = false;
-                r.unread(&pair, Rule::substates);
+                r.report_skipped(&pair, Rule::substates);
             }
             Rule::trailing => {
                 file.complete = false;
@@ -49,12 +49,12 @@ fn file(r: &mut Reader<'_>) -> File {
     file
 }
 
-fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
+fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
     let mut block = Block {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
         parallel: None,
-        items: Vec::new(),
+        clauses: Vec::new(),
         complete: true,
     };
     for part in pair.into_inner() {
@@ -62,11 +62,11 @@ fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
             Rule::name => block.name = r.name(&part),
             Rule::kw_parallel => block.parallel = Some(r.name(&part)),
             Rule::states | Rule::initial | Rule::end | Rule::transitions => {
-                block.items.extend(item(r, part));
+                block.clauses.extend(clause(r, part));
             }
-            Rule::unread => {
+            Rule::skipped => {
                 block.complete = false;
-                unread_item(r, &part);
+                report_skipped_clause(r, &part);
             }
             _ => {}
         }
@@ -74,20 +74,20 @@ fn block(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Block {
     block
 }
 
-fn item(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Item> {
+fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Clause> {
     let rule = pair.as_rule();
-    let word = pair.clone().into_inner().next().map(|p| r.name(&p))?;
+    let keyword = pair.clone().into_inner().next().map(|p| r.name(&p))?;
     let kind = match rule {
-        Rule::states => ItemKind::States(states(r, pair)),
-        Rule::initial => ItemKind::Initial(states(r, pair)),
-        Rule::end => ItemKind::End(states(r, pair)),
-        _ => ItemKind::Transitions(transitions(r, pair)),
+        Rule::states => ClauseKind::States(states(r, pair)),
+        Rule::initial => ClauseKind::Initial(states(r, pair)),
+        Rule::end => ClauseKind::End(states(r, pair)),
+        _ => ClauseKind::Transitions(transitions(r, pair)),
     };
-    Some(Item { word, kind })
+    Some(Clause { keyword, kind })
 }
 
 /// The states of a clause. Documentation of the clause is that of each state without its own.
-fn states(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<State> {
+fn states(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<State> {
     let common = r.doc(&pair);
     let mut states = Vec::new();
     for part in pair.into_inner() {
@@ -106,7 +106,7 @@ fn states(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<State> {
     states
 }
 
-fn transitions(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Transition> {
+fn transitions(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Transition> {
     let mut transitions = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -119,14 +119,14 @@ fn transitions(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Vec<Transition> {
                     doc,
                 }));
             }
-            Rule::unread => r.unread(&part, Rule::transition),
+            Rule::skipped => r.report_skipped(&part, Rule::transition),
             _ => {}
         }
     }
     transitions
 }
 
-fn unread_item(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
+fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     let first = r.first_word(pair);
     let rule = match first.text.to_lowercase().as_str() {
         "states" => Rule::states,
@@ -135,7 +135,7 @@ fn unread_item(r: &mut Reader<'_>, pair: &Pair<'_, Rule>) {
         "transitions" | "transition" => Rule::transitions,
         _ => return r.found.push(unknown_clause(&first)),
     };
-    r.unread(pair, rule);
+    r.report_skipped(pair, rule);
 }
 
 fn unknown_clause(first: &Name) -> Diagnostic {
@@ -153,7 +153,7 @@ fn unknown_clause(first: &Name) -> Diagnostic {
         "end" | "endstate" | "final" | "final_state" | "finalstate" => "end_state",
         _ => &first.text,
     };
-    diagnostic.suggest(meant, CLAUSES)
+    diagnostic.suggest(meant, KEYWORDS)
 }
 
 rc_syntax::language!("`NAME { … };`, then a `:STATE { … };` for each state with substates", words: [], {
@@ -161,6 +161,6 @@ rc_syntax::language!("`NAME { … };`, then a `:STATE { … };` for each state w
     states | initial | end | transitions => "a clause",
     kw_parallel => "`parallel`",
     transition => "a transition",
-    ends_item | ends_line => "`;`",
+    clause_end | transition_end => "`;`",
     arrow => "`=>`",
 });

@@ -1,86 +1,86 @@
 //! From the tree of SMDSL to the model.
 
-use crate::ast::{self, Block, ItemKind};
-use crate::model::{Machine, StateId, StateKind, Transition};
+use crate::ast::{self, Block, ClauseKind};
+use crate::builder::{MachineBuilder, empty_region};
+use crate::model::{StateId, StateKind, StateMachine, Transition};
 use crate::parse::parse;
-use crate::states::{States, region};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Name;
 use std::collections::HashMap;
 
 /// Reads, resolves and checks one `.smdsl` text.
-pub(crate) fn load(sources: &SourceMap, source: SourceId) -> (Option<Machine>, Diagnostics) {
+pub(crate) fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Diagnostics) {
     let (file, found) = parse(sources, source);
     let Some(top) = file.machine else {
         return (None, found);
     };
-    let mut states = States::new(top.name.clone(), top.doc.clone(), file.complete, found);
-    let outer = declare(&mut states, &top, "the machine");
-    states.machine.top.initial = outer.initial.into_iter().collect();
-    states.machine.top.states = outer.all;
-    let inner: Vec<Declared> = file
+    let mut builder = MachineBuilder::new(top.name.clone(), top.doc.clone(), file.complete, found);
+    let outer = declare(&mut builder, &top, "the machine");
+    builder.machine.top.initial = outer.initial.into_iter().collect();
+    builder.machine.top.states = outer.all;
+    let inner: Vec<DeclaredStates> = file
         .substates
         .iter()
-        .map(|block| declare(&mut states, block, &format!("`{}`", block.name.text)))
+        .map(|block| declare(&mut builder, block, &format!("`{}`", block.name.text)))
         .collect();
     // A block may stand before the one that declares its parent, and a transition may lead into any block.
     for (block, declared) in file.substates.iter().zip(inner) {
-        attach(&mut states, block, declared);
+        attach_substates(&mut builder, block, declared);
     }
     for block in std::iter::once(&top).chain(&file.substates) {
-        transitions(&mut states, block);
+        transitions(&mut builder, block);
     }
-    let (machine, found) = states.finish();
+    let (machine, found) = builder.finish();
     (Some(machine), found)
 }
 
 /// The states of one block.
-struct Declared {
+struct DeclaredStates {
     initial: Option<StateId>,
     all: Vec<StateId>,
 }
 
 /// Declares the states of a block: the initial one, the others, the end state. `whose` names the block in messages.
-fn declare(states: &mut States, block: &Block, whose: &str) -> Declared {
-    once(states, block);
-    let of = |wanted: fn(&ItemKind) -> Option<&Vec<ast::State>>| -> Vec<&ast::State> {
+fn declare(builder: &mut MachineBuilder, block: &Block, whose: &str) -> DeclaredStates {
+    check_unique_clauses(builder, block);
+    let of = |wanted: fn(&ClauseKind) -> Option<&Vec<ast::State>>| -> Vec<&ast::State> {
         block
-            .items
+            .clauses
             .iter()
             .filter_map(|i| wanted(&i.kind))
             .flatten()
             .collect()
     };
     let plain = of(|kind| match kind {
-        ItemKind::States(list) => Some(list),
+        ClauseKind::States(list) => Some(list),
         _ => None,
     });
     let mut initial = of(|kind| match kind {
-        ItemKind::Initial(list) => Some(list),
+        ClauseKind::Initial(list) => Some(list),
         _ => None,
     });
     let mut end = of(|kind| match kind {
-        ItemKind::End(list) => Some(list),
+        ClauseKind::End(list) => Some(list),
         _ => None,
     });
     let parallel = block.parallel.is_some();
     if parallel {
-        not_in_parallel(states, block);
+        reject_in_parallel(builder, block);
     } else {
-        one(states, &mut initial, "initial");
-        one(states, &mut end, "end");
+        check_single(builder, &mut initial, "initial");
+        check_single(builder, &mut end, "end");
     }
     let marked: HashMap<&str, Span> = initial
         .iter()
         .chain(&end)
         .map(|state| (state.name.text.as_str(), state.name.span))
         .collect();
-    let mut declared = Declared {
+    let mut declared = DeclaredStates {
         initial: None,
         all: Vec::new(),
     };
     for state in &initial {
-        let id = states.declare(state.name.clone(), state.doc.clone(), StateKind::Plain);
+        let id = builder.declare(state.name.clone(), state.doc.clone(), StateKind::Plain);
         declared.all.push(id);
         declared.initial.get_or_insert(id);
     }
@@ -90,13 +90,13 @@ fn declare(states: &mut States, block: &Block, whose: &str) -> Declared {
                 "`{}` is the initial or the end state, and is not repeated under `states`",
                 state.name.text
             );
-            states.found.push(
+            builder.found.push(
                 Diagnostic::warning("repeated-state", state.name.span, message)
                     .label(*first, "declared here"),
             );
             continue;
         }
-        let id = states.declare(state.name.clone(), state.doc.clone(), StateKind::Plain);
+        let id = builder.declare(state.name.clone(), state.doc.clone(), StateKind::Plain);
         declared.all.push(id);
     }
     let kind = if parallel {
@@ -105,12 +105,12 @@ fn declare(states: &mut States, block: &Block, whose: &str) -> Declared {
         StateKind::End
     };
     for state in &end {
-        let id = states.declare(state.name.clone(), state.doc.clone(), kind);
+        let id = builder.declare(state.name.clone(), state.doc.clone(), kind);
         declared.all.push(id);
     }
     // A clause that is there, but could not be read, has been reported.
     if block.complete && parallel && declared.all.is_empty() {
-        states.error(
+        builder.error(
             "no-states",
             block.name.span,
             format!("{whose} has no states"),
@@ -119,7 +119,7 @@ fn declare(states: &mut States, block: &Block, whose: &str) -> Declared {
     if block.complete && !parallel && declared.initial.is_none() {
         let message = format!("{whose} has no initial state");
         let diagnostic = Diagnostic::error("no-initial-state", block.name.span, message);
-        states
+        builder
             .found
             .push(diagnostic.help("add `initial_state NAME;`"));
     }
@@ -127,20 +127,23 @@ fn declare(states: &mut States, block: &Block, whose: &str) -> Declared {
 }
 
 /// `states` and `transitions` come once in a block.
-fn once(states: &mut States, block: &Block) {
+fn check_unique_clauses(builder: &mut MachineBuilder, block: &Block) {
     let mut seen: HashMap<&str, Span> = HashMap::new();
-    for item in &block.items {
-        let clause = match item.kind {
-            ItemKind::States(_) => "states",
-            ItemKind::Transitions(_) => "transitions",
+    for clause in &block.clauses {
+        let name = match clause.kind {
+            ClauseKind::States(_) => "states",
+            ClauseKind::Transitions(_) => "transitions",
             // A second one of these has a message of its own.
-            ItemKind::Initial(_) | ItemKind::End(_) => continue,
+            ClauseKind::Initial(_) | ClauseKind::End(_) => continue,
         };
-        let first = *seen.entry(clause).or_insert(item.word.span);
-        if first != item.word.span {
-            let message = format!("clause `{}` is repeated; each stands once", item.word.text);
-            states.found.push(
-                Diagnostic::error("repeated-clause", item.word.span, message)
+        let first = *seen.entry(name).or_insert(clause.keyword.span);
+        if first != clause.keyword.span {
+            let message = format!(
+                "clause `{}` is repeated; each stands once",
+                clause.keyword.text
+            );
+            builder.found.push(
+                Diagnostic::error("repeated-clause", clause.keyword.span, message)
                     .label(first, "the first one"),
             );
         }
@@ -149,7 +152,7 @@ fn once(states: &mut States, block: &Block) {
 
 /// A block has one initial state and one end state; further ones are ordinary states, so that what names them has
 /// something to name.
-fn one(states: &mut States, named: &mut Vec<&ast::State>, what: &str) {
+fn check_single(builder: &mut MachineBuilder, named: &mut Vec<&ast::State>, what: &str) {
     let Some((first, others)) = named.split_first() else {
         return;
     };
@@ -163,7 +166,7 @@ fn one(states: &mut States, named: &mut Vec<&ast::State>, what: &str) {
             "there is an {what} state already: `{}`; a block has one",
             first.name.text
         );
-        states.found.push(
+        builder.found.push(
             Diagnostic::error(code, other.name.span, message)
                 .label(first.name.span, "the first one"),
         );
@@ -173,36 +176,36 @@ fn one(states: &mut States, named: &mut Vec<&ast::State>, what: &str) {
     named.retain(|state| std::mem::take(&mut at_first) || state.name.text != first);
 }
 
-fn not_in_parallel(states: &mut States, block: &Block) {
-    for item in &block.items {
-        let (what, help) = match item.kind {
-            ItemKind::Initial(_) => ("initial", "all of its states are entered together"),
-            ItemKind::End(_) => ("end", "it ends when each of its states has ended"),
+fn reject_in_parallel(builder: &mut MachineBuilder, block: &Block) {
+    for clause in &block.clauses {
+        let (what, help) = match clause.kind {
+            ClauseKind::Initial(_) => ("initial", "all of its states are entered together"),
+            ClauseKind::End(_) => ("end", "it ends when each of its states has ended"),
             _ => continue,
         };
         let message = format!("a parallel block has no {what} state");
         let help = format!("{help}; name this one under `states`");
         let mut diagnostic =
-            Diagnostic::error("not-in-parallel", item.word.span, message).help(help);
-        if let Some(word) = &block.parallel {
-            diagnostic = diagnostic.label(word.span, "parallel because of this");
+            Diagnostic::error("not-in-parallel", clause.keyword.span, message).help(help);
+        if let Some(keyword) = &block.parallel {
+            diagnostic = diagnostic.label(keyword.span, "parallel because of this");
         }
-        states.found.push(diagnostic);
+        builder.found.push(diagnostic);
     }
 }
 
 /// Puts the states of a block into the state that it names.
-fn attach(states: &mut States, block: &Block, declared: Declared) {
-    let Some(parent) = states.find(&block.name) else {
+fn attach_substates(builder: &mut MachineBuilder, block: &Block, declared: DeclaredStates) {
+    let Some(parent) = builder.find(&block.name) else {
         return;
     };
     for id in &declared.all {
-        states.machine.states[id.0].parent = Some(parent);
+        builder.machine.states[id.0].parent = Some(parent);
     }
-    let place = &mut states.machine.states[parent.0].inside;
+    let place = &mut builder.machine.states[parent.0].region;
     if let Some(first) = place {
         let message = format!("the substates of `{}` are declared twice", block.name.text);
-        states.found.push(
+        builder.found.push(
             Diagnostic::error("duplicate-parent", block.name.span, message)
                 .label(first.span, "the first block")
                 .help("put all of them into one block"),
@@ -215,30 +218,35 @@ fn attach(states: &mut States, block: &Block, declared: Declared) {
         parallel,
         initial: declared.initial.into_iter().filter(|_| !parallel).collect(),
         states: declared.all,
-        ..region(block.name.span)
+        ..empty_region(block.name.span)
     });
 }
 
-fn transitions(states: &mut States, block: &Block) {
-    for item in &block.items {
-        let ItemKind::Transitions(lines) = &item.kind else {
+fn transitions(builder: &mut MachineBuilder, block: &Block) {
+    for clause in &block.clauses {
+        let ClauseKind::Transitions(lines) = &clause.kind else {
             continue;
         };
         for line in lines {
-            let source = states.find(&line.source);
+            let source = builder.find(&line.source);
             for target in &line.targets {
-                transition(states, source, target, line);
+                transition(builder, source, target, line);
             }
         }
     }
 }
 
-fn transition(states: &mut States, source: Option<StateId>, target: &Name, line: &ast::Transition) {
-    let target_id = states.find(target);
+fn transition(
+    builder: &mut MachineBuilder,
+    source: Option<StateId>,
+    target: &Name,
+    line: &ast::Transition,
+) {
+    let target_id = builder.find(target);
     let (Some(source), Some(target_id)) = (source, target_id) else {
         return;
     };
-    states.machine.transitions.push(Transition {
+    builder.machine.transitions.push(Transition {
         source,
         targets: vec![target_id],
         events: Vec::new(),

@@ -3,14 +3,14 @@
 
 mod xml;
 
-use crate::check::DEEPEST;
-use crate::model::{Action, Machine, Region, StateId, StateKind, Transition};
-use crate::states::{States, region};
+use crate::builder::{MachineBuilder, empty_region};
+use crate::check::MAX_NESTING;
+use crate::model::{Action, Region, StateId, StateKind, StateMachine, Transition};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Name;
 use roxmltree::Node;
 use std::collections::HashMap;
-use xml::Text;
+use xml::XmlSource;
 
 const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
@@ -21,31 +21,31 @@ type Element = (
     &'static [&'static str],
 );
 
-const STATES: &[&str] = &["scxml", "state", "parallel"];
-const ACTIVE: &[&str] = &["state", "parallel", "final"];
-const DOING: &[&str] = &["onentry", "onexit", "transition"];
+const STATE_PARENTS: &[&str] = &["scxml", "state", "parallel"];
+const WITH_ENTRY_AND_EXIT: &[&str] = &["state", "parallel", "final"];
+const WITH_ACTIONS: &[&str] = &["onentry", "onexit", "transition"];
 /// `final` and `initial` in a `parallel`, and a `transition` of a `final`, are told in the words of SMDSL.
 const ELEMENTS: [Element; 11] = [
     ("scxml", &[], &["name", "version", "initial"]),
-    ("state", STATES, &["id", "initial"]),
-    ("parallel", STATES, &["id", "initial"]),
-    ("final", STATES, &["id"]),
+    ("state", STATE_PARENTS, &["id", "initial"]),
+    ("parallel", STATE_PARENTS, &["id", "initial"]),
+    ("final", STATE_PARENTS, &["id"]),
     ("history", &["state", "parallel"], &["id", "type"]),
     ("initial", &["state", "parallel"], &[]),
-    ("onentry", ACTIVE, &[]),
-    ("onexit", ACTIVE, &[]),
+    ("onentry", WITH_ENTRY_AND_EXIT, &[]),
+    ("onexit", WITH_ENTRY_AND_EXIT, &[]),
     (
         "transition",
         &["state", "parallel", "final", "initial", "history"],
         &["event", "cond", "target"],
     ),
-    ("raise", DOING, &["event"]),
-    ("log", DOING, &["label", "expr"]),
+    ("raise", WITH_ACTIONS, &["event"]),
+    ("log", WITH_ACTIONS, &["label", "expr"]),
 ];
 
 /// Reads, resolves and checks one SCXML text. There is a machine unless the text is not SCXML at all.
-pub fn load(sources: &SourceMap, source: SourceId) -> (Option<Machine>, Diagnostics) {
-    let text = Text {
+pub fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Diagnostics) {
+    let text = XmlSource {
         source,
         text: sources.text(source),
     };
@@ -67,32 +67,32 @@ pub fn load(sources: &SourceMap, source: SourceId) -> (Option<Machine>, Diagnost
     let name = text
         .attribute(root, "name")
         .unwrap_or_else(|| Name::new(stem.to_string_lossy(), text.tag(root)));
-    let mut reader = Reader {
+    let mut reader = ScxmlReader {
         text,
-        states: States::new(name, Vec::new(), true, found),
+        builder: MachineBuilder::new(name, Vec::new(), true, found),
         initials: Vec::new(),
         transitions: Vec::new(),
     };
     reader.accept(root, None);
     let top = reader.region(root, None, 1);
-    reader.states.machine.top = top.unwrap_or(region(reader.text.tag(root)));
-    if reader.states.machine.top.states.is_empty() {
+    reader.builder.machine.top = top.unwrap_or(empty_region(reader.text.tag(root)));
+    if reader.builder.machine.top.states.is_empty() {
         let message = "the machine has no states";
         reader
-            .states
+            .builder
             .error("no-states", reader.text.tag(root), message);
     }
     reader.resolve();
-    let (machine, found) = reader.states.finish();
+    let (machine, found) = reader.builder.finish();
     (Some(machine), found)
 }
 
 /// What was read, with names that may be declared later in the text.
-struct Reader<'a> {
-    text: Text<'a>,
-    states: States,
+struct ScxmlReader<'a> {
+    text: XmlSource<'a>,
+    builder: MachineBuilder,
     initials: Vec<Initial>,
-    transitions: Vec<Unresolved>,
+    transitions: Vec<UnresolvedTransition>,
 }
 
 /// What the text says is entered with a state, or with the machine.
@@ -104,12 +104,12 @@ struct Initial {
 }
 
 /// A transition, and where it leads.
-struct Unresolved {
+struct UnresolvedTransition {
     targets: Vec<Name>,
     transition: Transition,
 }
 
-impl Reader<'_> {
+impl ScxmlReader<'_> {
     /// Whether an element may stand where it does; what may not is reported, and left out with all that is in it.
     fn accept(&mut self, node: Node<'_, '_>, parent: Option<&str>) -> bool {
         let name = node.tag_name().name();
@@ -125,7 +125,7 @@ impl Reader<'_> {
         };
         if !parent.is_none_or(|parent| parents.contains(&parent)) {
             let message = format!("`{name}` cannot stand in `{}`", parent.unwrap_or_default());
-            self.states.error("misplaced-element", tag, message);
+            self.builder.error("misplaced-element", tag, message);
             return false;
         }
         for attribute in node.attributes() {
@@ -145,11 +145,11 @@ impl Reader<'_> {
 
     fn unsupported(&mut self, span: Span, what: &str) {
         let message = format!("{what} is not in the part of SCXML that is supported");
-        self.states.error("scxml-not-supported", span, message);
+        self.builder.error("scxml-not-supported", span, message);
     }
 
     fn missing(&mut self, span: Span, message: &str) {
-        self.states.error("missing-attribute", span, message);
+        self.builder.error("missing-attribute", span, message);
     }
 
     /// The elements in `node` that may be there.
@@ -164,8 +164,8 @@ impl Reader<'_> {
 
     /// All that is directly in the machine or in a state; none where there are no states in it.
     fn region(&mut self, node: Node<'_, '_>, of: Option<StateId>, depth: usize) -> Option<Region> {
-        let mut inside = region(self.text.tag(node));
-        inside.parallel = node.tag_name().name() == "parallel";
+        let mut region = empty_region(self.text.tag(node));
+        region.parallel = node.tag_name().name() == "parallel";
         let mut initials: Vec<Initial> = Vec::new();
         let attribute = self.text.attribute(node, "initial");
         initials.extend(attribute.map(|attribute| Initial {
@@ -177,27 +177,27 @@ impl Reader<'_> {
         for (name, child) in self.children(node) {
             let tag = self.text.tag(child);
             match name {
-                "state" | "parallel" | "final" | "history" if depth > DEEPEST => {
-                    let message = format!("states nest deeper than {DEEPEST} levels here");
-                    self.states.error("nested-too-deep", tag, message);
+                "state" | "parallel" | "final" | "history" if depth > MAX_NESTING => {
+                    let message = format!("states nest deeper than {MAX_NESTING} levels here");
+                    self.builder.error("nested-too-deep", tag, message);
                 }
                 "state" | "parallel" => {
                     let id = self.declare(child, StateKind::Plain, of);
-                    inside.states.push(id);
+                    region.states.push(id);
                     let own = self.region(child, Some(id), depth + 1);
-                    self.states.machine.states[id.0].inside = own;
+                    self.builder.machine.states[id.0].region = own;
                 }
                 "final" => {
-                    if inside.parallel {
-                        self.not_in_parallel(tag, "end", inside.span);
+                    if region.parallel {
+                        self.reject_in_parallel(tag, "end", region.span);
                     }
                     let id = self.declare(child, StateKind::End, of);
-                    inside.states.push(id);
+                    region.states.push(id);
                     self.region(child, Some(id), depth + 1);
                 }
                 "history" => {
                     let id = self.history(child, of);
-                    inside.states.push(id);
+                    region.states.push(id);
                 }
                 "initial" => {
                     let default = self.default_transition(child);
@@ -216,7 +216,7 @@ impl Reader<'_> {
                 _ => {
                     let actions = self.actions(child);
                     if let Some(of) = of {
-                        let state = &mut self.states.machine.states[of.0];
+                        let state = &mut self.builder.machine.states[of.0];
                         let list = if name == "onentry" {
                             &mut state.on_entry
                         } else {
@@ -227,38 +227,38 @@ impl Reader<'_> {
                 }
             }
         }
-        if inside.parallel && inside.states.is_empty() {
+        if region.parallel && region.states.is_empty() {
             let message = "a `parallel` without states";
-            self.states.error("no-states", inside.span, message);
+            self.builder.error("no-states", region.span, message);
         }
-        if inside.parallel {
+        if region.parallel {
             for initial in initials {
-                self.not_in_parallel(initial.span, "initial", inside.span);
+                self.reject_in_parallel(initial.span, "initial", region.span);
             }
         } else {
-            self.initial(&mut inside, initials);
+            self.initial(&mut region, initials);
         }
-        (!inside.states.is_empty()).then_some(inside)
+        (!region.states.is_empty()).then_some(region)
     }
 
     /// What is entered with a state: what the text says once its names are known, otherwise the first state in it.
-    fn initial(&mut self, inside: &mut Region, said: Vec<Initial>) {
-        let machine = &self.states.machine;
-        let mut said = said.into_iter();
-        let Some(initial) = said.next() else {
+    fn initial(&mut self, region: &mut Region, declared: Vec<Initial>) {
+        let machine = &self.builder.machine;
+        let mut declared = declared.into_iter();
+        let Some(initial) = declared.next() else {
             let history =
                 |id: &StateId| matches!(machine.state(*id).kind, StateKind::History { .. });
-            let first = inside.states.iter().find(|id| !history(id));
-            inside.initial.extend(first);
-            if first.is_none() && !inside.states.is_empty() {
+            let first = region.states.iter().find(|id| !history(id));
+            region.initial.extend(first);
+            if first.is_none() && !region.states.is_empty() {
                 let message = "there is no state to enter first here, only a history";
-                self.states.error("no-initial-state", inside.span, message);
+                self.builder.error("no-initial-state", region.span, message);
             }
             return;
         };
-        for other in said {
+        for other in declared {
             let message = "what is entered first is said twice";
-            self.states.found.push(
+            self.builder.found.push(
                 Diagnostic::error("second-initial-state", other.span, message)
                     .label(initial.span, "the first one"),
             );
@@ -277,13 +277,13 @@ impl Reader<'_> {
             }
             Some(id) if id.text.is_empty() || id.text.contains(char::is_whitespace) => {
                 let message = "an id is a name without spaces";
-                self.states.error("bad-attribute", id.span, message);
+                self.builder.error("bad-attribute", id.span, message);
             }
             Some(_) => {}
         }
         let name = name.unwrap_or_else(|| Name::new("", tag));
-        let id = self.states.declare(name, Vec::new(), kind);
-        self.states.machine.states[id.0].parent = parent;
+        let id = self.builder.declare(name, Vec::new(), kind);
+        self.builder.machine.states[id.0].parent = parent;
         id
     }
 
@@ -292,7 +292,7 @@ impl Reader<'_> {
         let deep = kind.as_ref().is_some_and(|kind| kind.text == "deep");
         if let Some(kind) = kind.filter(|kind| !deep && kind.text != "shallow") {
             let message = format!("`{}` is not a type of history", kind.text);
-            self.states.found.push(
+            self.builder.found.push(
                 Diagnostic::error("bad-attribute", kind.span, message)
                     .suggest(&kind.text, ["shallow", "deep"]),
             );
@@ -300,7 +300,7 @@ impl Reader<'_> {
         let id = self.declare(node, StateKind::History { deep }, parent);
         if let Some((targets, actions)) = self.default_transition(node) {
             let span = self.text.tag(node);
-            self.push(id, targets, Vec::new(), None, actions, span);
+            self.add_transition(id, targets, Vec::new(), None, actions, span);
         }
         id
     }
@@ -311,12 +311,12 @@ impl Reader<'_> {
         let (tag, name) = (self.text.tag(node), node.tag_name().name());
         let Some(((_, first), others)) = children.split_first() else {
             let message = format!("`{name}` needs a `transition` with a `target`");
-            self.states.error("missing-element", tag, message);
+            self.builder.error("missing-element", tag, message);
             return None;
         };
         for (_, other) in others {
             let message = format!("`transition` is repeated; it stands once in `{name}`");
-            self.states.found.push(
+            self.builder.found.push(
                 Diagnostic::error("repeated-clause", self.text.tag(*other), message)
                     .label(self.text.tag(*first), "the first one"),
             );
@@ -325,7 +325,7 @@ impl Reader<'_> {
             if let Some(value) = self.text.attribute(*first, attribute) {
                 let message =
                     format!("the transition of `{name}` has no `{attribute}`: it is always taken");
-                self.states.error("bad-attribute", value.span, message);
+                self.builder.error("bad-attribute", value.span, message);
             }
         }
         let actions = self.actions(*first);
@@ -352,10 +352,10 @@ impl Reader<'_> {
             .map(|target| self.names(&target, "state"))
             .unwrap_or_default();
         let actions = self.actions(node);
-        self.push(source, targets, events, cond, actions, tag);
+        self.add_transition(source, targets, events, cond, actions, tag);
     }
 
-    fn push(
+    fn add_transition(
         &mut self,
         source: StateId,
         targets: Vec<Name>,
@@ -373,7 +373,7 @@ impl Reader<'_> {
             doc: Vec::new(),
             span,
         };
-        self.transitions.push(Unresolved {
+        self.transitions.push(UnresolvedTransition {
             targets,
             transition,
         });
@@ -384,7 +384,7 @@ impl Reader<'_> {
         let names = self.text.tokens(value);
         if names.is_empty() {
             let message = format!("no {of} is named here");
-            self.states.error("bad-attribute", value.span, message);
+            self.builder.error("bad-attribute", value.span, message);
         }
         names
     }
@@ -408,9 +408,9 @@ impl Reader<'_> {
         actions
     }
 
-    fn not_in_parallel(&mut self, span: Span, what: &str, parallel: Span) {
+    fn reject_in_parallel(&mut self, span: Span, what: &str, parallel: Span) {
         let message = format!("a parallel state has no {what} state");
-        self.states.found.push(
+        self.builder.found.push(
             Diagnostic::error("not-in-parallel", span, message)
                 .label(parallel, "parallel because of this"),
         );
@@ -420,22 +420,22 @@ impl Reader<'_> {
     fn resolve(&mut self) {
         for mut unresolved in std::mem::take(&mut self.transitions) {
             let targets = self.find_all(&unresolved.targets);
-            let source = self.states.machine.state(unresolved.transition.source);
+            let source = self.builder.machine.state(unresolved.transition.source);
             if let (StateKind::History { .. }, Some(of)) = (source.kind, source.parent) {
                 self.check_inside(of, &targets, unresolved.transition.span);
             }
             unresolved.transition.targets = targets;
-            self.states.machine.transitions.push(unresolved.transition);
+            self.builder.machine.transitions.push(unresolved.transition);
         }
         for initial in std::mem::take(&mut self.initials) {
             let targets = self.find_all(&initial.targets);
-            let inside = match initial.of {
-                None => Some(&mut self.states.machine.top),
-                Some(of) => self.states.machine.states[of.0].inside.as_mut(),
+            let region = match initial.of {
+                None => Some(&mut self.builder.machine.top),
+                Some(of) => self.builder.machine.states[of.0].region.as_mut(),
             };
-            if let Some(inside) = inside {
-                inside.initial.clone_from(&targets);
-                inside.actions = initial.actions;
+            if let Some(region) = region {
+                region.initial.clone_from(&targets);
+                region.actions = initial.actions;
             }
             if let Some(of) = initial.of {
                 self.check_inside(of, &targets, initial.span);
@@ -447,7 +447,7 @@ impl Reader<'_> {
     fn find_all(&mut self, names: &[Name]) -> Vec<StateId> {
         let found: Vec<(StateId, Span)> = names
             .iter()
-            .filter_map(|name| Some((self.states.find(name)?, name.span)))
+            .filter_map(|name| Some((self.builder.find(name)?, name.span)))
             .collect();
         if found.len() > 1 {
             self.check_together(&found);
@@ -458,19 +458,19 @@ impl Reader<'_> {
     /// States that are entered together are in different parts of parallel states.
     fn check_together(&mut self, targets: &[(StateId, Span)]) {
         // By which of its states each state on the way up is entered, and where that was said.
-        let mut through: HashMap<Option<StateId>, (StateId, Span)> = HashMap::new();
+        let mut entered_through: HashMap<Option<StateId>, (StateId, Span)> = HashMap::new();
         for (target, span) in targets {
             let mut way = Some(*target);
             while let Some(id) = way {
-                let machine = &self.states.machine;
+                let machine = &self.builder.machine;
                 let parent = machine.state(id).parent;
-                let inside = parent.and_then(|parent| machine.state(parent).inside.as_ref());
-                let (other, place) = *through.entry(parent).or_insert((id, *span));
-                if other != id && !inside.is_some_and(|inside| inside.parallel) {
+                let region = parent.and_then(|parent| machine.state(parent).region.as_ref());
+                let (other, place) = *entered_through.entry(parent).or_insert((id, *span));
+                if other != id && !region.is_some_and(|region| region.parallel) {
                     let name = &machine.state(*target).name.text;
                     let message = format!("`{name}` cannot be entered together with another state");
                     let help = "only states in different parts of a `parallel` are active together";
-                    self.states.found.push(
+                    self.builder.found.push(
                         Diagnostic::error("conflicting-targets", *span, message)
                             .label(place, "the other one")
                             .help(help),
@@ -484,7 +484,7 @@ impl Reader<'_> {
 
     fn check_inside(&mut self, of: StateId, targets: &[StateId], span: Span) {
         for target in targets {
-            let machine = &self.states.machine;
+            let machine = &self.builder.machine;
             let mut up = machine.state(*target).parent;
             while up.is_some_and(|id| id != of) {
                 up = up.and_then(|id| machine.state(id).parent);
@@ -494,7 +494,7 @@ impl Reader<'_> {
                 let message = format!("`{}` is not inside `{}`", inner.name.text, outer.name.text);
                 let diagnostic = Diagnostic::error("not-inside", span, message)
                     .label(inner.name.span, "declared here");
-                self.states.found.push(diagnostic);
+                self.builder.found.push(diagnostic);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! The languages share their shape — statements that end with `;`, blocks in braces, lists with commas — so one
 //! printer over the words of a text serves all of them, and none of them can lose a comment or change a meaning.
 
-use crate::scan::{Kind as Run, runs};
+use crate::scan::{SegmentKind, segments};
 
 /// A line that would be longer is broken after a comma or before `throws`.
 const WIDTH: usize = 100;
@@ -12,12 +12,12 @@ const WIDTH: usize = 100;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Style {
     /// `<` and `>` enclose types; otherwise they compare.
-    pub angles: bool,
+    pub angle_brackets: bool,
     /// Braces without a `;` in them declare an enumeration, one name a line where the line is too short for all;
     /// otherwise they are a choice within a statement.
-    pub enumerations: bool,
+    pub enum_blocks: bool,
     /// Braces that stand this deep belong to the statement around them and stay in its line.
-    pub settings_from: Option<usize>,
+    pub inline_braces_from: Option<usize>,
 }
 
 /// `text` in our layout. It must be free of syntax errors; of one that is not, nothing is promised but an end.
@@ -38,59 +38,59 @@ pub fn format(text: &str, style: Style) -> String {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum TokenKind {
     Word,
-    Quoted,
-    Mark,
+    String,
+    Punctuation,
     Comment,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Token<'a> {
-    kind: Kind,
+    kind: TokenKind,
     text: &'a str,
     /// Line feeds between the token before and this one.
     newlines: usize,
     /// Nothing stands between the token before and this one.
-    glued: bool,
+    joint: bool,
     /// A unit of time that belongs to the number before.
     unit: bool,
 }
 
 /// Marks of two characters; every other mark has one.
-const PAIRS: [&str; 7] = ["::", "->", "=>", "==", "!=", "<=", ">="];
+const TWO_CHARACTER_PUNCTUATION: [&str; 7] = ["::", "->", "=>", "==", "!=", "<=", ">="];
 const UNITS: [&str; 4] = ["us", "ms", "s", "min"];
 
 fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut tokens: Vec<Token<'_>> = Vec::new();
-    let (mut newlines, mut glued) = (0, true);
-    for (run, start, stop) in runs(text) {
+    let (mut newlines, mut joint) = (0, true);
+    for (segment, start, stop) in segments(text) {
         let mut rest = &text[start..stop];
         while !rest.is_empty() {
             let blank = rest.len() - rest.trim_start().len();
-            if blank > 0 && run == Run::Code {
+            if blank > 0 && segment == SegmentKind::Code {
                 newlines += rest[..blank].matches('\n').count();
-                glued = false;
+                joint = false;
                 rest = &rest[blank..];
                 continue;
             }
-            let (kind, length) = match run {
-                Run::Comment => (Kind::Comment, rest.len()),
-                Run::Quoted => (Kind::Quoted, rest.len()),
-                Run::Code => code_token(rest),
+            let (kind, length) = match segment {
+                SegmentKind::Comment => (TokenKind::Comment, rest.len()),
+                SegmentKind::String => (TokenKind::String, rest.len()),
+                SegmentKind::Code => code_token(rest),
             };
             let (token, after) = rest.split_at(length);
             let number = |t: &Token<'_>| {
-                t.kind == Kind::Word && t.text.bytes().all(|b| b.is_ascii_digit() || b == b'.')
+                t.kind == TokenKind::Word && t.text.bytes().all(|b| b.is_ascii_digit() || b == b'.')
             };
             tokens.push(Token {
                 kind,
                 text: token.trim_end(),
                 newlines,
-                glued,
+                joint,
                 unit: UNITS.contains(&token) && tokens.last().is_some_and(number),
             });
-            (newlines, glued) = (0, true);
+            (newlines, joint) = (0, true);
             rest = after;
         }
     }
@@ -98,13 +98,15 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
 }
 
 /// The kind and the length of the token that `rest` begins with.
-fn code_token(rest: &str) -> (Kind, usize) {
+fn code_token(rest: &str) -> (TokenKind, usize) {
     let bytes = rest.as_bytes();
     let word = |b: u8| b.is_ascii_alphanumeric() || b == b'_';
     if !word(bytes[0]) {
-        let pair = PAIRS.iter().find(|p| rest.starts_with(**p));
+        let pair = TWO_CHARACTER_PUNCTUATION
+            .iter()
+            .find(|p| rest.starts_with(**p));
         let one = rest.chars().next().map_or(1, char::len_utf8);
-        return (Kind::Mark, pair.map_or(one, |p| p.len()));
+        return (TokenKind::Punctuation, pair.map_or(one, |p| p.len()));
     }
     let number = bytes[0].is_ascii_digit();
     let hexadecimal = rest.starts_with("0x");
@@ -121,7 +123,7 @@ fn code_token(rest: &str) -> (Kind, usize) {
         }
         end += 1;
     }
-    (Kind::Word, end)
+    (TokenKind::Word, end)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,19 +156,19 @@ impl<'a> Printer<'a> {
     fn entries(&mut self, depth: usize, end: &str) {
         let mut first = true;
         while let Some(token) = self.peek() {
-            if token.text == "}" && token.kind == Kind::Mark {
+            if token.text == "}" && token.kind == TokenKind::Punctuation {
                 return;
             }
             // One `;` too many goes, unless it keeps a comment from documenting what follows.
-            let behind_comment = |at: usize| self.tokens[at - 1].kind == Kind::Comment;
-            if token.kind == Kind::Mark
+            let behind_comment = |at: usize| self.tokens[at - 1].kind == TokenKind::Comment;
+            if token.kind == TokenKind::Punctuation
                 && token.text == ";"
                 && !(self.at > 0 && behind_comment(self.at))
             {
                 self.at += 1;
                 continue;
             }
-            let comment = token.kind == Kind::Comment;
+            let comment = token.kind == TokenKind::Comment;
             if comment && token.newlines == 0 && !self.out.is_empty() {
                 self.out.push(' ');
                 self.comment(token.text, depth);
@@ -206,9 +208,9 @@ impl<'a> Printer<'a> {
 
     /// One statement with its `;`, or one entry with its `,`, and the block that may belong to it.
     fn statement(&mut self, depth: usize, end: &str) {
-        let mut line = Line::new(self.style.angles, depth);
+        let mut line = Line::new(self.style.angle_brackets, depth);
         while let Some(token) = self.peek() {
-            if token.kind != Kind::Mark {
+            if token.kind != TokenKind::Punctuation {
                 line.push(token);
                 self.at += 1;
                 continue;
@@ -234,20 +236,27 @@ impl<'a> Printer<'a> {
 
     /// What begins at a `{`; whether it ended the statement.
     fn braces(&mut self, line: &mut Line, depth: usize) -> bool {
-        let inner = self.inside();
+        let inner = self.block_contents();
         let close = self.at + 1 + inner.len();
-        let code = |t: &&Token<'_>| t.kind != Kind::Comment;
+        let code = |t: &&Token<'_>| t.kind != TokenKind::Comment;
         let comments = inner.len() != inner.iter().filter(code).count();
-        let statements = |t: &Token<'_>| t.kind == Kind::Mark && matches!(t.text, ";" | "{");
-        let listed = inner.iter().any(|t| t.kind != Kind::Comment) && !inner.iter().any(statements);
+        let statements =
+            |t: &Token<'_>| t.kind == TokenKind::Punctuation && matches!(t.text, ";" | "{");
+        let listed =
+            inner.iter().any(|t| t.kind != TokenKind::Comment) && !inner.iter().any(statements);
         let one_line = inner.iter().all(|t| t.newlines == 0);
-        let settings = self.style.settings_from.is_some_and(|from| depth >= from);
-        if settings || listed && !self.style.enumerations {
+        let settings = self
+            .style
+            .inline_braces_from
+            .is_some_and(|from| depth >= from);
+        if settings || listed && !self.style.enum_blocks {
             (self.at..=close).for_each(|at| line.extend(self.tokens.get(at)));
             self.at = close + 1;
             return false;
         }
-        let bare = inner.iter().all(|t| t.kind == Kind::Mark && t.text == ";");
+        let bare = inner
+            .iter()
+            .all(|t| t.kind == TokenKind::Punctuation && t.text == ";");
         if bare || listed && one_line && !comments {
             let pieces = line.pieces.len();
             let shown = |at: &usize| !bare || *at == self.at || *at == close;
@@ -267,7 +276,7 @@ impl<'a> Printer<'a> {
         self.at += 1;
         self.entries(depth + 1, if listed { "," } else { ";" });
         self.end_line();
-        let mut end = Line::new(self.style.angles, depth);
+        let mut end = Line::new(self.style.angle_brackets, depth);
         end.extend(self.tokens.get(self.at));
         self.at += 1;
         self.end_block(&mut end);
@@ -275,14 +284,14 @@ impl<'a> Printer<'a> {
     }
 
     /// The tokens between the `{` here and the `}` that belongs to it.
-    fn inside(&self) -> &[Token<'a>] {
+    fn block_contents(&self) -> &[Token<'a>] {
         let inner = &self.tokens[self.at + 1..];
         let mut depth = 0_usize;
         for (length, token) in inner.iter().enumerate() {
             match (token.kind, token.text) {
-                (Kind::Mark, "{") => depth += 1,
-                (Kind::Mark, "}") if depth == 0 => return &inner[..length],
-                (Kind::Mark, "}") => depth -= 1,
+                (TokenKind::Punctuation, "{") => depth += 1,
+                (TokenKind::Punctuation, "}") if depth == 0 => return &inner[..length],
+                (TokenKind::Punctuation, "}") => depth -= 1,
                 _ => {}
             }
         }
@@ -292,7 +301,8 @@ impl<'a> Printer<'a> {
     /// Prints the last line of a block with its `;`, which may have been left out. Comments before it stay there:
     /// behind it they would document what follows.
     fn end_block(&mut self, line: &mut Line) {
-        let next = (self.at..self.tokens.len()).find(|i| self.tokens[*i].kind != Kind::Comment);
+        let next =
+            (self.at..self.tokens.len()).find(|i| self.tokens[*i].kind != TokenKind::Comment);
         let semicolon = next.filter(|i| self.tokens[*i].text == ";");
         if let Some(semicolon) = semicolon {
             (self.at..=semicolon).for_each(|at| line.extend(self.tokens.get(at)));
@@ -307,22 +317,22 @@ impl<'a> Printer<'a> {
 /// One statement, before its lines are broken.
 struct Line {
     pieces: Vec<Piece>,
-    angles: bool,
+    angle_brackets: bool,
     depth: usize,
-    rounds: usize,
-    last: Option<(Kind, String)>,
-    next_must: bool,
+    parentheses: usize,
+    last: Option<(TokenKind, String)>,
+    break_before_next: bool,
 }
 
 impl Line {
-    fn new(angles: bool, depth: usize) -> Self {
+    fn new(angle_brackets: bool, depth: usize) -> Self {
         Self {
             pieces: Vec::new(),
-            angles,
+            angle_brackets,
             depth,
-            rounds: 0,
+            parentheses: 0,
             last: None,
-            next_must: false,
+            break_before_next: false,
         }
     }
 
@@ -333,38 +343,42 @@ impl Line {
     }
 
     fn push(&mut self, token: Token<'_>) {
-        let line_comment = token.kind == Kind::Comment && token.text.starts_with("//");
-        let long_comment = token.kind == Kind::Comment && token.text.contains('\n');
-        let after_comma = matches!(&self.last, Some((Kind::Mark, text)) if text == ",");
-        let throws = self.angles && token.kind == Kind::Word && token.text == "throws";
+        let line_comment = token.kind == TokenKind::Comment && token.text.starts_with("//");
+        let long_comment = token.kind == TokenKind::Comment && token.text.contains('\n');
+        let after_comma = matches!(&self.last, Some((TokenKind::Punctuation, text)) if text == ",");
+        let throws = self.angle_brackets && token.kind == TokenKind::Word && token.text == "throws";
         // Documentation counts only where nothing stands before it in its line.
-        let own_line = long_comment || token.kind == Kind::Comment && token.newlines > 0;
-        let before = if self.next_must || own_line {
+        let own_line = long_comment || token.kind == TokenKind::Comment && token.newlines > 0;
+        let before = if self.break_before_next || own_line {
             Break::Must
-        } else if after_comma && token.kind != Kind::Comment || throws {
+        } else if after_comma && token.kind != TokenKind::Comment || throws {
             Break::May
         } else {
             Break::Never
         };
         let space = self.space(token);
-        let text = if token.kind == Kind::Comment {
+        let text = if token.kind == TokenKind::Comment {
             comment_lines(token.text, self.depth + 1)
         } else {
             token.text.to_owned()
         };
         self.add(&text, space, before);
-        self.next_must = line_comment || own_line;
+        self.break_before_next = line_comment || own_line;
         match token.text {
-            "(" => self.rounds += 1,
-            ")" => self.rounds = self.rounds.saturating_sub(1),
+            "(" => self.parentheses += 1,
+            ")" => self.parentheses = self.parentheses.saturating_sub(1),
             _ => {}
         }
         self.last = Some((token.kind, token.text.to_owned()));
     }
 
     fn add(&mut self, text: &str, space: bool, before: Break) {
-        let before = if self.next_must { Break::Must } else { before };
-        self.next_must = false;
+        let before = if self.break_before_next {
+            Break::Must
+        } else {
+            before
+        };
+        self.break_before_next = false;
         self.pieces.push(Piece {
             text: text.to_owned(),
             space,
@@ -381,31 +395,31 @@ impl Line {
         if next.unit {
             return false;
         }
-        if *kind == Kind::Comment || next.kind == Kind::Comment {
-            return !(next.kind == Kind::Mark && matches!(next.text, "," | ";"));
+        if *kind == TokenKind::Comment || next.kind == TokenKind::Comment {
+            return !(next.kind == TokenKind::Punctuation && matches!(next.text, "," | ";"));
         }
         // Whether `-` is a hyphen or an operator is known to the grammar only: it stays as it was. After another
         // mark it is a sign.
-        let value = *kind != Kind::Mark || matches!(last, ")" | "]");
-        if *kind == Kind::Mark && last == "-"
-            || next.kind == Kind::Mark && next.text == "-" && value
+        let value = *kind != TokenKind::Punctuation || matches!(last, ")" | "]");
+        if *kind == TokenKind::Punctuation && last == "-"
+            || next.kind == TokenKind::Punctuation && next.text == "-" && value
         {
-            return !next.glued;
+            return !next.joint;
         }
-        if *kind == Kind::Mark {
+        if *kind == TokenKind::Punctuation {
             match last {
                 "(" | "[" | "@" | "::" | "." | ":" => return false,
-                "<" if self.angles => return false,
-                "=" if self.rounds > 0 => return false,
+                "<" if self.angle_brackets => return false,
+                "=" if self.parentheses > 0 => return false,
                 _ => {}
             }
         }
-        if next.kind == Kind::Mark {
-            let word = *kind == Kind::Word;
+        if next.kind == TokenKind::Punctuation {
+            let word = *kind == TokenKind::Word;
             match next.text {
                 "," | ";" | ")" | "]" | "::" | "." => return false,
-                "<" | ">" if self.angles => return false,
-                "=" if self.rounds > 0 => return false,
+                "<" | ">" if self.angle_brackets => return false,
+                "=" if self.parentheses > 0 => return false,
                 "(" => {
                     let operator = ["and", "or", "not", "require"];
                     return !word || operator.iter().any(|o| last.eq_ignore_ascii_case(o));
@@ -490,8 +504,8 @@ mod tests {
     fn blocks_comments_and_blank_lines() {
         let text = "import  \"a.idsl\" ;module M{ // of M\n/** about\n      * s */ struct S{int a;int b ; /* last */\n\n\n\n sequence <T,4> c ;}\n\n};// end";
         let style = Style {
-            angles: true,
-            enumerations: true,
+            angle_brackets: true,
+            enum_blocks: true,
             ..Style::default()
         };
         let wanted = "\
@@ -519,8 +533,8 @@ module M
     #[test]
     fn an_enumeration_stays_in_its_line_where_it_fits() {
         let style = Style {
-            angles: true,
-            enumerations: true,
+            angle_brackets: true,
+            enum_blocks: true,
             ..Style::default()
         };
         let wanted = "enum E { a, b = -3, c };\n";
@@ -535,7 +549,7 @@ module M
     #[test]
     fn settings_and_choices_stay_in_their_statement() {
         let style = Style {
-            settings_from: Some(2),
+            inline_braces_from: Some(2),
             ..Style::default()
         };
         let text = "Component C{Communications{publishes A{depth 5;},B(dds) as b;}language rust;}";

@@ -3,19 +3,19 @@
 //!
 //! The shared part of the grammars is `common.pest`, which every language's parser includes before its own.
 
-mod explain;
 mod format;
 mod literal;
 mod loader;
-mod reader;
+mod parse_context;
 mod scan;
+mod syntax_error;
 mod trivia;
 
 pub use format::{Style, format};
 pub use literal::{Literal, LiteralKind, unescape};
-pub use loader::{Found, Loader, MemoryLoader, NotFound};
+pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader};
+pub use parse_context::{Language, ParseContext, Terminal};
 pub use rc_diagnostics::duration_nanoseconds;
-pub use reader::{Language, Leaf, Reader};
 pub use trivia::Trivia;
 
 use rc_diagnostics::Span;

@@ -19,7 +19,7 @@ pub enum LiteralKind {
     /// Any other number.
     Float(f64),
     /// A text in quotes.
-    Text(String),
+    String(String),
     /// `true` or `false`.
     Bool(bool),
     /// A number with a unit of time, in nanoseconds.
@@ -70,7 +70,7 @@ impl Literal {
         match &self.kind {
             LiteralKind::Int(value) => format!("the number {value}"),
             LiteralKind::Float(value) => format!("the number {value}"),
-            LiteralKind::Text(value) => format!("the text \"{value}\""),
+            LiteralKind::String(value) => format!("the text \"{value}\""),
             LiteralKind::Bool(value) => format!("`{value}`"),
             LiteralKind::Duration(_) => "a time".to_owned(),
             LiteralKind::Name(value) => format!("`{value}`"),
@@ -80,7 +80,7 @@ impl Literal {
 
 fn parse_kind(text: &str) -> LiteralKind {
     if text.starts_with('"') {
-        return LiteralKind::Text(unescape(text));
+        return LiteralKind::String(unescape(text));
     }
     match text {
         "true" => return LiteralKind::Bool(true),
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(parse_kind("1e3"), LiteralKind::Float(1000.0));
         assert_eq!(
             parse_kind("\"a\\\"b\""),
-            LiteralKind::Text("a\"b".to_owned())
+            LiteralKind::String("a\"b".to_owned())
         );
         assert_eq!(parse_kind("1.5 s"), LiteralKind::Duration(1_500_000_000));
         assert_eq!(

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// A text that was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct ImportedFile {
     /// Where; two imports of the same file give the same path.
     pub path: PathBuf,
     /// What is in it.
@@ -15,7 +15,7 @@ pub struct Found {
 
 /// A text that was not found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct NotFound {
+pub struct ImportError {
     /// The places that were looked at, in order.
     pub searched: Vec<String>,
     /// The base names that exist in those places, for a suggestion.
@@ -24,7 +24,7 @@ pub struct NotFound {
     pub refused: Option<String>,
 }
 
-impl NotFound {
+impl ImportError {
     /// The finding at `span`, where an import says `wanted`; `ending` is that of the language's files.
     pub fn diagnostic(&self, wanted: &str, ending: &str, span: Span) -> Diagnostic {
         let error = |message| Diagnostic::error("import-not-found", span, message);
@@ -50,7 +50,7 @@ impl NotFound {
 /// Hands texts to the languages.
 pub trait Loader {
     /// Finds what the file `from` calls `wanted`; `ending` (`idsl`) is added where `wanted` has none.
-    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<Found, NotFound>;
+    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<ImportedFile, ImportError>;
 }
 
 /// Texts that exist only in memory, for tests and editors.
@@ -70,7 +70,7 @@ impl MemoryLoader {
 }
 
 impl Loader for MemoryLoader {
-    fn find(&self, _from: &Path, wanted: &str, ending: &str) -> Result<Found, NotFound> {
+    fn find(&self, _from: &Path, wanted: &str, ending: &str) -> Result<ImportedFile, ImportError> {
         let base = wanted.rsplit('/').next().unwrap_or(wanted);
         let suffix = format!(".{ending}");
         let base = if base.ends_with(&suffix) {
@@ -79,11 +79,11 @@ impl Loader for MemoryLoader {
             format!("{base}{suffix}")
         };
         match self.0.get(&base) {
-            Some(text) => Ok(Found {
+            Some(text) => Ok(ImportedFile {
                 path: PathBuf::from(base),
                 text: text.clone(),
             }),
-            None => Err(NotFound {
+            None => Err(ImportError {
                 searched: vec!["memory".to_owned()],
                 known: self.0.keys().cloned().collect(),
                 refused: None,

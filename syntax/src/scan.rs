@@ -2,23 +2,23 @@
 
 /// What a run is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum SegmentKind {
     Comment,
-    Quoted,
+    String,
     Code,
 }
 
 /// The runs of `text` in their order, each with its first byte and the one after its last.
-pub(crate) fn runs(text: &str) -> impl Iterator<Item = (Kind, usize, usize)> + '_ {
+pub(crate) fn segments(text: &str) -> impl Iterator<Item = (SegmentKind, usize, usize)> + '_ {
     let mut at = 0;
     std::iter::from_fn(move || {
         let rest = text.as_bytes().get(at..).filter(|rest| !rest.is_empty())?;
         let (kind, length) = match opens(rest) {
-            Some(Kind::Comment) => (Kind::Comment, comment_length(rest)),
-            Some(_) => (Kind::Quoted, quoted_length(rest)),
+            Some(SegmentKind::Comment) => (SegmentKind::Comment, comment_length(rest)),
+            Some(_) => (SegmentKind::String, quoted_length(rest)),
             None => {
                 let next = (1..rest.len()).find(|i| opens(&rest[*i..]).is_some());
-                (Kind::Code, next.unwrap_or(rest.len()))
+                (SegmentKind::Code, next.unwrap_or(rest.len()))
             }
         };
         let start = at;
@@ -27,10 +27,10 @@ pub(crate) fn runs(text: &str) -> impl Iterator<Item = (Kind, usize, usize)> + '
     })
 }
 
-fn opens(rest: &[u8]) -> Option<Kind> {
+fn opens(rest: &[u8]) -> Option<SegmentKind> {
     match rest {
-        [b'"', ..] => Some(Kind::Quoted),
-        [b'/', b'/' | b'*', ..] => Some(Kind::Comment),
+        [b'"', ..] => Some(SegmentKind::String),
+        [b'/', b'/' | b'*', ..] => Some(SegmentKind::Comment),
         _ => None,
     }
 }

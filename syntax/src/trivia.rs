@@ -1,6 +1,6 @@
 //! Comments: where they are, and which of them document what.
 
-use crate::scan::{Kind, runs};
+use crate::scan::{SegmentKind, segments};
 
 /// The comments of one text, kept beside the tree instead of in the grammar.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Trivia<'a> {
 impl<'a> Trivia<'a> {
     /// Finds the comments of `text`; `//` inside a string is no comment.
     pub fn new(text: &'a str) -> Self {
-        let comments = runs(text).filter(|(kind, ..)| *kind == Kind::Comment);
+        let comments = segments(text).filter(|(kind, ..)| *kind == SegmentKind::Comment);
         Self {
             text,
             comments: comments.map(|(_, start, stop)| (start, stop)).collect(),

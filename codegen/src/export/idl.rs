@@ -326,7 +326,7 @@ fn value(ty: &Type, literal: &Literal) -> Option<String> {
         LiteralKind::Int(value) if float => Some(format!("{value}.0")),
         LiteralKind::Int(value) => Some(value.to_string()),
         LiteralKind::Float(value) => Some(format!("{value:?}")),
-        LiteralKind::Text(value) => Some(quoted(value)),
+        LiteralKind::String(value) => Some(quoted(value)),
         LiteralKind::Bool(value) => Some(if *value { "TRUE" } else { "FALSE" }.to_owned()),
         LiteralKind::Duration(value) => Some(value.to_string()),
         LiteralKind::Name(_) => None,
@@ -338,7 +338,7 @@ pub(crate) fn plain(literal: &Literal) -> String {
     match &literal.kind {
         LiteralKind::Int(value) => value.to_string(),
         LiteralKind::Float(value) => format!("{value:?}"),
-        LiteralKind::Text(value) => quoted(value),
+        LiteralKind::String(value) => quoted(value),
         LiteralKind::Bool(value) => value.to_string(),
         LiteralKind::Duration(value) => value.to_string(),
         LiteralKind::Name(value) => value.clone(),

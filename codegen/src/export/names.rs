@@ -140,8 +140,8 @@ impl Names {
     pub(super) fn ty(&self, library: &Library, ty: &Type) -> (String, String) {
         match ty {
             Type::Primitive(primitive) => (word(*primitive).to_owned(), String::new()),
-            Type::Text(None) => ("string".to_owned(), String::new()),
-            Type::Text(Some(bound)) => (format!("string<{bound}>"), String::new()),
+            Type::String(None) => ("string".to_owned(), String::new()),
+            Type::String(Some(bound)) => (format!("string<{bound}>"), String::new()),
             Type::Sequence(element, bound) => {
                 let element = self.ty(library, element).0;
                 (sequence(&element, *bound), String::new())

@@ -4,8 +4,8 @@ use rc_idsl::model::{Interface, Operation, Pattern};
 
 /// Whether an operation could be published, by itself.
 fn one_way(operation: &Operation) -> bool {
-    let marked = operation.marked;
-    !operation.has_result() && matches!(marked, None | Some(Pattern::Publish))
+    let explicit_pattern = operation.explicit_pattern;
+    !operation.has_result() && matches!(explicit_pattern, None | Some(Pattern::Publish))
 }
 
 /// Whether a component can publish the interface.
@@ -15,12 +15,12 @@ fn has_topics(interface: &Interface) -> bool {
 
 /// Whether an operation is a topic: it says so, or its interface can be used so.
 pub(crate) fn is_topic(interface: &Interface, operation: &Operation) -> bool {
-    operation.marked == Some(Pattern::Publish) || has_topics(interface)
+    operation.explicit_pattern == Some(Pattern::Publish) || has_topics(interface)
 }
 
 /// Whether an operation can be called: unless its interface can only be published.
 pub(crate) fn is_call(interface: &Interface, operation: &Operation) -> bool {
-    let publish = |o: &Operation| o.marked == Some(Pattern::Publish);
+    let publish = |o: &Operation| o.explicit_pattern == Some(Pattern::Publish);
     let only_topics = has_topics(interface) && interface.operations.iter().any(publish);
     !publish(operation) && !only_topics
 }

@@ -18,7 +18,7 @@ pub fn annotations(library: &Library) -> Diagnostics {
         found: Diagnostics::new(),
     };
     for module in &library.modules {
-        checker.package(module.ros.as_ref());
+        checker.package(module.ros_package.as_ref());
     }
     for decl in &library.types {
         checker.structure(decl);
@@ -72,7 +72,7 @@ impl Checker<'_> {
     }
 
     fn structure(&mut self, decl: &TypeDecl) {
-        let (Some(ros), TypeDeclKind::Struct(members)) = (&decl.ros, &decl.kind) else {
+        let (Some(ros), TypeDeclKind::Struct(members)) = (&decl.ros_type, &decl.kind) else {
             return;
         };
         let help = "a structure is a message: `sensor_msgs/msg/LaserScan`";
@@ -99,7 +99,7 @@ impl Checker<'_> {
     fn operation(&mut self, interface: &Interface, operation: &Operation) {
         let own = &operation.name.text;
         let mut seen: Vec<(Kind, Span)> = Vec::new();
-        for ros in &operation.ros {
+        for ros in &operation.ros_types {
             let Some(name) = TypeName::parse(&ros.text) else {
                 let message = format!("`{}` is not the name of a message or a service", ros.text);
                 let help = "an operation is a `std_msgs/msg/String` where it is published, a `std_srvs/srv/Trigger` where it is called";
@@ -194,7 +194,7 @@ impl Checker<'_> {
             let message = format!("`{name}` is not known here: nothing is compared with it");
             let note = Diagnostic::note("ros-unchecked", at, message);
             self.found
-                .push(note.help_nearest(standard::elsewhere(name)));
+                .push(note.did_you_mean(standard::elsewhere(name)));
         } else {
             let message = format!(
                 "`{}` has no `{}/{}`",
@@ -204,7 +204,7 @@ impl Checker<'_> {
             );
             let near = rc_diagnostics::nearest(&name.to_string(), others);
             let diagnostic = Diagnostic::error("ros-type", at, message);
-            self.found.push(diagnostic.help_nearest(near));
+            self.found.push(diagnostic.did_you_mean(near));
         }
         None
     }

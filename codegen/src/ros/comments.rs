@@ -58,7 +58,7 @@ pub(super) fn value(library: &Library, ty: &Type, literal: &Literal) -> Option<S
         LiteralKind::Int(value) => Some(value.to_string()),
         LiteralKind::Float(value) => Some(format!("{value:?}")),
         LiteralKind::Bool(value) => Some(value.to_string()),
-        LiteralKind::Text(text) => quoted(text),
+        LiteralKind::String(text) => quoted(text),
         LiteralKind::Name(name) => match ty {
             Type::Named(id) => match &library.ty(*id).kind {
                 TypeDeclKind::Enum(values) => {

@@ -7,18 +7,18 @@ use rc_idsl::model::Primitive;
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct FieldType {
     pub(super) element: Element,
-    pub(super) many: Many,
+    pub(super) multiplicity: Multiplicity,
 }
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Element {
     Word(&'static str),
-    Text(Option<u32>),
+    String(Option<u32>),
     Message(TypeName),
 }
 
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Many {
+pub(super) enum Multiplicity {
     One,
     Array(u32),
     Sequence(Option<u32>),
@@ -29,7 +29,7 @@ impl FieldType {
     pub(super) fn one(element: Element) -> Self {
         Self {
             element,
-            many: Many::One,
+            multiplicity: Multiplicity::One,
         }
     }
 
@@ -37,16 +37,16 @@ impl FieldType {
     pub(crate) fn written(&self, package: &str) -> String {
         let element = match &self.element {
             Element::Word(word) => (*word).to_owned(),
-            Element::Text(None) => "string".to_owned(),
-            Element::Text(Some(bound)) => format!("string<={bound}"),
+            Element::String(None) => "string".to_owned(),
+            Element::String(Some(bound)) => format!("string<={bound}"),
             Element::Message(name) if name.package == package => name.name.clone(),
             Element::Message(name) => format!("{}/{}", name.package, name.name),
         };
-        match self.many {
-            Many::One => element,
-            Many::Array(size) => format!("{element}[{size}]"),
-            Many::Sequence(None) => format!("{element}[]"),
-            Many::Sequence(Some(bound)) => format!("{element}[<={bound}]"),
+        match self.multiplicity {
+            Multiplicity::One => element,
+            Multiplicity::Array(size) => format!("{element}[{size}]"),
+            Multiplicity::Sequence(None) => format!("{element}[]"),
+            Multiplicity::Sequence(Some(bound)) => format!("{element}[<={bound}]"),
         }
     }
 

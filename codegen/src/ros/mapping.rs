@@ -1,7 +1,7 @@
 //! The messages and services of a module, field by field. The bytes of each are those that components send: XCDR1,
 //! where a structure adds nothing to its members.
 
-use super::fields::{Element, FieldType, Many};
+use super::fields::{Element, FieldType, Multiplicity};
 use super::names::{self, Kind, TypeName};
 use super::{comments, words};
 use crate::export::plain;
@@ -180,7 +180,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
         let name = names::message(self.library, id).name;
         let (mut doc, mut constants, mut fields) = (decl.doc.clone(), Vec::new(), Vec::new());
         match &decl.kind {
-            TypeDeclKind::Struct(_) if decl.ros.is_some() => return,
+            TypeDeclKind::Struct(_) if decl.ros_type.is_some() => return,
             TypeDeclKind::Struct(members) => fields = self.fields(&name, members),
             TypeDeclKind::Exception(members) => {
                 doc.push("An exception.".to_owned());
@@ -243,7 +243,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
                 Some(value) => constants.push(Constant {
                     // Constants have no bound.
                     ty: match ty {
-                        Type::Text(_) => "string".to_owned(),
+                        Type::String(_) => "string".to_owned(),
                         _ => self.member_type(ty, false, "").written(&self.package),
                     },
                     name,
@@ -386,22 +386,22 @@ impl<'a, 'f> Mapper<'a, 'f> {
             let element = self.element(ty, inner);
             return FieldType {
                 element,
-                many: Many::Sequence(Some(1)),
+                multiplicity: Multiplicity::Sequence(Some(1)),
             };
         }
         match ty {
             Type::Sequence(element, bound) => FieldType {
                 element: self.element(element, inner),
-                many: Many::Sequence(*bound),
+                multiplicity: Multiplicity::Sequence(*bound),
             },
             Type::Array(element, size) => FieldType {
                 element: self.element(element, inner),
-                many: Many::Array(*size),
+                multiplicity: Multiplicity::Array(*size),
             },
             Type::Named(id) => match &self.library.ty(*id).kind {
                 TypeDeclKind::Alias(Type::Dictionary(..)) => FieldType {
                     element: self.message(*id),
-                    many: Many::Sequence(None),
+                    multiplicity: Multiplicity::Sequence(None),
                 },
                 TypeDeclKind::Alias(ty) => self.member_type(ty, false, inner),
                 TypeDeclKind::Enum(_) => FieldType::one(Element::Word("int32")),
@@ -410,7 +410,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
                 }
             },
             Type::Primitive(primitive) => FieldType::one(Element::primitive(*primitive)),
-            Type::Text(bound) => FieldType::one(Element::Text(*bound)),
+            Type::String(bound) => FieldType::one(Element::String(*bound)),
             // Only an alias is one, and that has its entries.
             Type::Dictionary(_, value) => self.member_type(value, false, inner),
         }
@@ -424,7 +424,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
     /// the wire.
     fn element(&mut self, ty: &Type, name: &str) -> Element {
         let inner = self.member_type(ty, false, &format!("{name}Element"));
-        if inner.many == Many::One {
+        if inner.multiplicity == Multiplicity::One {
             return inner.element;
         }
         self.messages.push(Message {

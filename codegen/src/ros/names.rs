@@ -84,7 +84,7 @@ impl fmt::Display for TypeName {
 /// The package of a module.
 pub fn package(library: &Library, module: ModuleId) -> String {
     let module = library.module(module);
-    match &module.ros {
+    match &module.ros_package {
         Some(own) => own.text.clone(),
         None => words::package(&module.name.text),
     }
@@ -93,7 +93,11 @@ pub fn package(library: &Library, module: ModuleId) -> String {
 /// The message of a structure or an exception, the constants of an enum, one entry of a dictionary.
 pub fn message(library: &Library, id: TypeId) -> TypeName {
     let decl = library.ty(id);
-    if let Some(other) = decl.ros.as_ref().and_then(|ros| TypeName::parse(&ros.text)) {
+    if let Some(other) = decl
+        .ros_type
+        .as_ref()
+        .and_then(|ros| TypeName::parse(&ros.text))
+    {
         return other;
     }
     let name = &decl.name.text;
@@ -142,7 +146,7 @@ pub fn service_type(library: &Library, interface: InterfaceId, operation: &Opera
 /// The type that an operation says it has, and where it says so.
 pub(super) fn annotated(operation: &Operation, kind: Kind) -> Option<(&Name, TypeName)> {
     let mut all = operation
-        .ros
+        .ros_types
         .iter()
         .filter_map(|ros| Some((ros, TypeName::parse(&ros.text)?)));
     all.find(|(_, other)| other.kind == kind)

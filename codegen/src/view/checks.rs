@@ -85,7 +85,7 @@ impl Lines<'_> {
     fn of(&mut self, ty: &Type, place: &str, by_reference: bool, indent: usize) {
         match self.library.resolved(ty) {
             Type::Primitive(primitive) => self.range(*primitive, place, by_reference, indent),
-            Type::Text(Some(bound)) => self.bound(place, *bound, indent),
+            Type::String(Some(bound)) => self.bound(place, *bound, indent),
             Type::Sequence(element, bound) => {
                 if let Some(bound) = bound {
                     self.bound(place, *bound, indent);
@@ -99,7 +99,7 @@ impl Lines<'_> {
                 }
             }
             // Members of a structure are checked where the structure is written.
-            Type::Text(None) | Type::Named(_) => {}
+            Type::String(None) | Type::Named(_) => {}
         }
     }
 

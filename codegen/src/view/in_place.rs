@@ -111,7 +111,7 @@ pub(super) fn methods(library: &Library, id: TypeId) -> Vec<(&Name, String)> {
             ty if member.optional || matches!(ty, Type::Sequence(..)) => {
                 vec![name, format!("{short}_mut"), format!("resize_{short}")]
             }
-            Type::Text(_) => vec![name, format!("set_{short}")],
+            Type::String(_) => vec![name, format!("set_{short}")],
             _ => Vec::new(),
         }
     };

@@ -363,7 +363,7 @@ fn borrowed(library: &Library, member: &Member) -> String {
     }
     match library.resolved(&member.ty) {
         Type::Primitive(_) => outside(library, &member.ty),
-        Type::Text(_) => "&str".to_owned(),
+        Type::String(_) => "&str".to_owned(),
         Type::Sequence(element, _) => format!("&[{}]", outside(library, element)),
         Type::Named(id) if matches!(library.ty(*id).kind, TypeDeclKind::Enum(_)) => {
             outside(library, &member.ty)
@@ -380,7 +380,7 @@ fn write(library: &Library, member: &Member) -> String {
     }
     match library.resolved(&member.ty) {
         Type::Primitive(_) => format!("writer.put(&{name});"),
-        Type::Text(_) => format!("cdr::text({name}, writer);"),
+        Type::String(_) => format!("cdr::text({name}, writer);"),
         Type::Sequence(..) => format!("cdr::sequence({name}, writer);"),
         Type::Named(id) if matches!(library.ty(*id).kind, TypeDeclKind::Enum(_)) => {
             format!("writer.put(&{name});")

@@ -162,11 +162,11 @@ fn module(
                 name: names::shout(&c.name.text),
                 doc: super::doc(&c.doc, None, None),
                 ty: match library.resolved(&c.ty) {
-                    Type::Text(_) => "&str".to_owned(),
+                    Type::String(_) => "&str".to_owned(),
                     other => rust(library, other, id),
                 },
                 value: match &c.value.kind {
-                    LiteralKind::Text(text) => format!("{text:?}"),
+                    LiteralKind::String(text) => format!("{text:?}"),
                     _ => value(library, &c.ty, &c.value, id),
                 },
             })
@@ -309,7 +309,7 @@ pub(super) fn rust(library: &Library, ty: &Type, home: ModuleId) -> String {
 pub(super) fn rust_with(ty: &Type, named: &dyn Fn(TypeId) -> String) -> String {
     match ty {
         Type::Primitive(primitive) => primitive_word(*primitive).to_owned(),
-        Type::Text(_) => "String".to_owned(),
+        Type::String(_) => "String".to_owned(),
         Type::Sequence(element, _) => format!("Vec<{}>", rust_with(element, named)),
         Type::Array(element, size) => format!("[{}; {size}]", rust_with(element, named)),
         Type::Dictionary(key, value) => {
@@ -347,7 +347,7 @@ pub(super) fn value(library: &Library, ty: &Type, literal: &Literal, home: Modul
         LiteralKind::Int(value) => value.to_string(),
         LiteralKind::Float(value) => format!("{value:?}"),
         LiteralKind::Bool(value) => value.to_string(),
-        LiteralKind::Text(value) => format!("{value:?}.to_owned()"),
+        LiteralKind::String(value) => format!("{value:?}.to_owned()"),
         LiteralKind::Name(value) => format!(
             "{}::{}",
             rust(library, library.resolved(ty), home),

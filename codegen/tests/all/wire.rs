@@ -61,8 +61,8 @@ fn text(library: &Library, ty: &Type) -> String {
             let mut words = all.filter(|(_, other)| other == primitive);
             words.next().expect("a word").0.to_owned()
         }
-        Type::Text(None) => "string".to_owned(),
-        Type::Text(Some(bound)) => format!("string<={bound}"),
+        Type::String(None) => "string".to_owned(),
+        Type::String(Some(bound)) => format!("string<={bound}"),
         Type::Sequence(element, None) => format!("*({})", text(library, element)),
         Type::Sequence(element, Some(bound)) => {
             format!("<={bound}({})", text(library, element))

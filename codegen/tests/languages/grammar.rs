@@ -85,7 +85,7 @@ impl Grammar {
 
     fn rule(&self, name: &str, random: &mut Random, depth: usize, out: &mut Vec<String>) {
         let chosen = match name {
-            "SOI" | "EOI" | "trailing" | "unread" => return,
+            "SOI" | "EOI" | "trailing" | "skipped" => return,
             "name" => (*random.one_of(&NAMES)).to_owned(),
             "string" => (*random.one_of(&STRINGS)).to_owned(),
             "number" => (*random.one_of(&NUMBERS)).to_owned(),
@@ -173,7 +173,7 @@ impl Grammar {
 fn alternatives(expr: &Expr) -> Vec<&Expr> {
     match expr {
         Expr::Choice(first, second) => [alternatives(first), alternatives(second)].concat(),
-        Expr::Ident(name) if name == "unread" || name == "lost" => Vec::new(),
+        Expr::Ident(name) if name == "skipped" || name == "skipped_substates" => Vec::new(),
         one => vec![one],
     }
 }

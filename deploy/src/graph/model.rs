@@ -2,7 +2,7 @@
 
 use crate::network::load::Network;
 use rc_cdsl::model::Role;
-use rc_ddsl::model::Place;
+use rc_ddsl::model::InstanceOrGroup;
 use rc_ddsl::{Connection as Pair, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap};
 use serde::Serialize;
@@ -288,8 +288,8 @@ impl Network {
             let role = self.slot(end).map(|s| s.role);
             role.map(|r| matches!(r, Role::Implements | Role::Publishes))
         };
-        let refused = self.connections.troubles.iter().filter_map(|trouble| {
-            let (one, other) = (trouble.end, trouble.other?);
+        let refused = self.connections.diagnostics.iter().filter_map(|trouble| {
+            let (one, other) = (trouble.endpoint, trouble.peer?);
             match (provides(one)?, provides(other)?) {
                 (false, true) => Some((one, other)),
                 (true, false) => Some((other, one)),
@@ -334,9 +334,9 @@ impl Network {
     /// Where in the files what begins. Between two such places all belongs to the first one.
     fn owners(&self) -> BTreeMap<(SourceId, usize), Owner> {
         let deployment = &self.deployment;
-        let own = |place: Place| match place {
-            Place::Instance(at) => Owner::Instance(at),
-            Place::Group(at) => Owner::Group(at),
+        let own = |place: InstanceOrGroup| match place {
+            InstanceOrGroup::Instance(at) => Owner::Instance(at),
+            InstanceOrGroup::Group(at) => Owner::Group(at),
         };
         let at = |span: rc_diagnostics::Span| (span.source, span.start);
         let mut owners = BTreeMap::from([(at(deployment.name.span), Owner::Network)]);
@@ -420,12 +420,14 @@ impl Network {
         numbers: &BTreeMap<Pair, usize>,
         finding: &mut Finding,
     ) {
-        let troubles = self.connections.troubles.iter();
-        let troubles: Vec<_> = troubles.filter(|t| t.finding == *diagnostic).collect();
-        for trouble in &troubles {
-            let ends = [Some(trouble.end), trouble.other];
-            let drawn = trouble.other.and_then(|other| {
-                let one = (trouble.end, other);
+        let diagnostics = self.connections.diagnostics.iter();
+        let diagnostics: Vec<_> = diagnostics
+            .filter(|t| t.diagnostic == *diagnostic)
+            .collect();
+        for trouble in &diagnostics {
+            let ends = [Some(trouble.endpoint), trouble.peer];
+            let drawn = trouble.peer.and_then(|other| {
+                let one = (trouble.endpoint, other);
                 [one, (one.1, one.0)]
                     .into_iter()
                     .find_map(|(consumer, provider)| numbers.get(&Pair { consumer, provider }))
@@ -437,7 +439,7 @@ impl Network {
                 finding.slots.extend(ends.map(|end| self.drawn_end(end)));
             }
         }
-        if !troubles.is_empty() {
+        if !diagnostics.is_empty() {
             return;
         }
         let span = diagnostic.span;

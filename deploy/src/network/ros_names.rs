@@ -124,10 +124,10 @@ impl Network {
 
     /// The ends of these components in ROS 2, but those that are refused: that has been told, and they may be meant to meet.
     fn ros_ends<'a>(&'a self, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
-        let troubles = self.connections.troubles.iter();
-        let refused: BTreeSet<Endpoint> = troubles
-            .filter(|t| t.other.is_some() && t.finding.severity == Severity::Error)
-            .map(|t| t.end)
+        let diagnostics = self.connections.diagnostics.iter();
+        let refused: BTreeSet<Endpoint> = diagnostics
+            .filter(|t| t.peer.is_some() && t.diagnostic.severity == Severity::Error)
+            .map(|t| t.endpoint)
             .collect();
         let addresses = self.addresses();
         let mut ends = Vec::new();

@@ -407,17 +407,17 @@ fn marks_for_ros_stand_where_they_mean_something() {
         "#]],
     );
     let text = |name: &rc_syntax::Name| name.text.clone();
-    let module = library.modules[0].ros.as_ref().map(text);
+    let module = library.modules[0].ros_package.as_ref().map(text);
     assert_eq!(module.as_deref(), Some("a_msgs"));
     let types: Vec<_> = library
         .types
         .iter()
-        .map(|t| t.ros.as_ref().map(text))
+        .map(|t| t.ros_type.as_ref().map(text))
         .collect();
     let some = |name: &str| Some(name.to_owned());
     assert_eq!(types, [some("a/msg/B"), None, None, some("a/msg/F")]);
     let operation: Vec<_> = library.interfaces[0].operations[0]
-        .ros
+        .ros_types
         .iter()
         .map(text)
         .collect();

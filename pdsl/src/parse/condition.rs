@@ -8,10 +8,10 @@ use crate::ast::{Expression, ExpressionKind, Path, ProductOperator, SumOperator}
 use crate::condition::Comparator;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Span};
-use rc_syntax::{Name, Reader};
+use rc_syntax::{Name, ParseContext};
 
 /// Reads one condition. None, with a finding, where the order of its operators makes no sense.
-pub(super) fn read(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
+pub(super) fn read(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
     let mut operands = Vec::new();
     let mut before = None;
     for part in pair.into_inner() {
@@ -36,7 +36,7 @@ struct Operand {
 }
 
 fn operand(
-    r: &mut Reader<'_>,
+    r: &mut ParseContext<'_>,
     pair: Pair<'_, Rule>,
     before: Option<(Rule, Name)>,
 ) -> Option<Operand> {
@@ -76,7 +76,7 @@ fn operand(
     None
 }
 
-fn value(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
+fn value(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
     let span = r.span(&pair);
     let kind = match pair.as_rule() {
         Rule::condition => return read(r, pair),
@@ -91,7 +91,7 @@ fn value(r: &mut Reader<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
     Some(Expression { kind, span })
 }
 
-fn path(r: &Reader<'_>, pair: Pair<'_, Rule>) -> Path {
+fn path(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Path {
     Path {
         span: r.span(&pair),
         names: pair.into_inner().map(|part| r.name(&part)).collect(),
@@ -111,7 +111,7 @@ fn split(operands: Vec<Operand>, rule: Rule) -> Vec<(Option<Name>, Vec<Operand>)
     parts
 }
 
-fn any(r: &mut Reader<'_>, operands: Vec<Operand>) -> Option<Expression> {
+fn any(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
     let mut parts = Vec::new();
     for (sign, part) in split(operands, Rule::kw_or) {
         sign.iter().for_each(|sign| foreign(r, sign, "or"));
@@ -120,7 +120,7 @@ fn any(r: &mut Reader<'_>, operands: Vec<Operand>) -> Option<Expression> {
     joined(parts, ExpressionKind::Any)
 }
 
-fn all(r: &mut Reader<'_>, operands: Vec<Operand>) -> Option<Expression> {
+fn all(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
     let mut parts = Vec::new();
     for (sign, part) in split(operands, Rule::kw_and) {
         sign.iter().for_each(|sign| foreign(r, sign, "and"));
@@ -142,7 +142,7 @@ fn joined(
 }
 
 /// `not not a < b`
-fn truth(r: &mut Reader<'_>, mut operands: Vec<Operand>) -> Option<Expression> {
+fn truth(r: &mut ParseContext<'_>, mut operands: Vec<Operand>) -> Option<Expression> {
     let nots = std::mem::take(&mut operands.first_mut()?.nots);
     if let Some(not) = operands.iter().find_map(|operand| operand.nots.first()) {
         misplaced(r, not);
@@ -159,7 +159,7 @@ fn truth(r: &mut Reader<'_>, mut operands: Vec<Operand>) -> Option<Expression> {
     })
 }
 
-fn comparison(r: &mut Reader<'_>, operands: Vec<Operand>) -> Option<Expression> {
+fn comparison(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
     let mut parts = split(operands, Rule::comparator).into_iter();
     let left = sum(parts.next()?.1)?;
     let Some((Some(sign), right)) = parts.next() else {
@@ -234,7 +234,7 @@ fn signed(operands: Vec<Operand>) -> Option<Expression> {
     })
 }
 
-fn misplaced(r: &mut Reader<'_>, not: &Name) {
+fn misplaced(r: &mut ParseContext<'_>, not: &Name) {
     let message = "`not` stands before a whole condition";
     let diagnostic = Diagnostic::error("syntax-error", not.span, message);
     r.found
@@ -242,7 +242,7 @@ fn misplaced(r: &mut Reader<'_>, not: &Name) {
 }
 
 /// Reports a sign of another language.
-fn foreign(r: &mut Reader<'_>, operator: &Name, word: &str) {
+fn foreign(r: &mut ParseContext<'_>, operator: &Name, word: &str) {
     if matches!(operator.text.as_str(), "&&" | "||" | "!" | "=") {
         let message = format!("`{}` is written `{word}` here", operator.text);
         r.found.push(Diagnostic::error(

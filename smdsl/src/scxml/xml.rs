@@ -7,12 +7,12 @@ use std::ops::Range;
 
 /// A text that is XML.
 #[derive(Clone, Copy)]
-pub(super) struct Text<'a> {
+pub(super) struct XmlSource<'a> {
     pub(super) source: SourceId,
     pub(super) text: &'a str,
 }
 
-impl<'a> Text<'a> {
+impl<'a> XmlSource<'a> {
     /// The elements, or why there are none. A document type is refused, so no entity can grow.
     pub(super) fn parse(self) -> Result<Document<'a>, Diagnostic> {
         if self.text.trim().is_empty() {

@@ -98,7 +98,7 @@ impl Maker<'_> {
                     &mut view,
                     &mut shape,
                 ),
-                Type::Text(bound) => text(part, bound.unwrap_or(0), &mut view, &mut shape),
+                Type::String(bound) => text(part, bound.unwrap_or(0), &mut view, &mut shape),
                 ty => self.single(own, part, ty, &mut view, &mut shape),
             });
         }
@@ -299,7 +299,7 @@ impl Maker<'_> {
         let ty = self.library.resolved(ty).clone();
         match &ty {
             Type::Primitive(_) | Type::Dictionary(..) => Inside::default(),
-            Type::Text(_) => Inside {
+            Type::String(_) => Inside {
                 lengths: true,
                 ranges: false,
             },
@@ -336,7 +336,7 @@ impl Maker<'_> {
             Type::Array(element, count) => format!("[{}; {count}]", self.item(own, part, element)),
             Type::Named(id) if self.library.ty(*id).module == self.home => name(self.library, *id),
             Type::Named(id) => path(self.library, *id),
-            Type::Text(_) | Type::Sequence(..) => {
+            Type::String(_) | Type::Sequence(..) => {
                 let member = part.name.trim_start_matches("r#");
                 let own = format!("{own}{}Item", names::camel(member));
                 let value = types::rust(self.library, &ty, self.home);
@@ -402,7 +402,7 @@ fn text(part: &Part, bound: u32, view: &mut Structure, shape: &mut Shape) -> Str
     view.reset.push(format!("self.{length} = 0;"));
     let default = part.member.and_then(|member| member.default.as_ref());
     if let Some(Literal {
-        kind: LiteralKind::Text(text),
+        kind: LiteralKind::String(text),
         ..
     }) = default
     {

@@ -6,7 +6,7 @@ use rc_smdsl::model::{Action, Region, StateKind};
 use rc_syntax::Name;
 
 /// What is found in the file `name`, and what is understood of it.
-pub(crate) fn read(name: &str, text: &str) -> (String, Option<Machine>) {
+pub(crate) fn read(name: &str, text: &str) -> (String, Option<StateMachine>) {
     let mut sources = SourceMap::new();
     let source = sources.add(name, text);
     let (machine, found) = rc_smdsl::load(&sources, source);
@@ -14,7 +14,7 @@ pub(crate) fn read(name: &str, text: &str) -> (String, Option<Machine>) {
 }
 
 /// The states, those inside others further to the right, then the transitions.
-pub(crate) fn shown(machine: &Machine) -> String {
+pub(crate) fn shown(machine: &StateMachine) -> String {
     let mut out = format!("{}{}\n", machine.name.text, doc(&machine.top.doc));
     region(machine, &machine.top, 1, &mut out);
     for transition in &machine.transitions {
@@ -35,7 +35,7 @@ pub(crate) fn shown(machine: &Machine) -> String {
     out
 }
 
-fn region(machine: &Machine, region: &Region, depth: usize, out: &mut String) {
+fn region(machine: &StateMachine, region: &Region, depth: usize, out: &mut String) {
     for id in &region.states {
         let state = machine.state(*id);
         let mut line = format!("{}{}", "  ".repeat(depth), state.name.text);
@@ -51,15 +51,15 @@ fn region(machine: &Machine, region: &Region, depth: usize, out: &mut String) {
         line += &actions(", entry", &state.on_entry);
         line += &actions(", exit", &state.on_exit);
         line += &doc(&state.doc);
-        if let Some(inside) = &state.inside {
-            line += if inside.parallel {
+        if let Some(region) = &state.region {
+            line += if region.parallel {
                 ", all of"
             } else {
                 ", one of"
             };
-            line += &doc(&inside.doc);
-            line += &actions(", first", &inside.actions);
-            let deeper = inside.initial.iter().map(|id| machine.state(*id));
+            line += &doc(&region.doc);
+            line += &actions(", first", &region.actions);
+            let deeper = region.initial.iter().map(|id| machine.state(*id));
             let deeper = deeper.filter(|s| s.parent != Some(*id));
             line += &deeper
                 .map(|s| format!(", enters {}", s.name.text))
@@ -67,8 +67,8 @@ fn region(machine: &Machine, region: &Region, depth: usize, out: &mut String) {
         }
         out.push_str(&line);
         out.push('\n');
-        if let Some(inside) = &state.inside {
-            self::region(machine, inside, depth + 1, out);
+        if let Some(region) = &state.region {
+            self::region(machine, region, depth + 1, out);
         }
     }
 }

@@ -13,13 +13,13 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// Compares ends; each is spelled out once, however many others it is compared with.
-pub(crate) struct Agreement<'a> {
+pub(crate) struct CompatibilityChecker<'a> {
     deployment: &'a Deployment,
     components: &'a [Option<&'a Component>],
     texts: HashMap<Endpoint, Rc<[String]>>,
 }
 
-impl<'a> Agreement<'a> {
+impl<'a> CompatibilityChecker<'a> {
     pub(crate) fn new(deployment: &'a Deployment, components: &'a [Option<&'a Component>]) -> Self {
         Self {
             deployment,

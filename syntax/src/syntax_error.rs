@@ -1,16 +1,16 @@
 //! What pest could not read, in words.
 
 use crate::Language;
-use crate::scan::{Kind, runs};
+use crate::scan::{SegmentKind, segments};
 use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 use rc_diagnostics::{Diagnostic, SourceId, Span};
 
 /// Deeper nesting than this is refused before parsing, since the parser calls itself for each level.
-const DEEPEST: usize = 100;
+const MAX_NESTING: usize = 100;
 
 /// Reads `piece`, which stands at byte `offset` of `text`, once more as `rule`, and says where and why it cannot be.
-pub(crate) fn explain<R: Language>(
+pub(crate) fn syntax_error<R: Language>(
     rule: R,
     piece: &str,
     offset: usize,
@@ -32,7 +32,7 @@ pub(crate) fn explain<R: Language>(
         .max(found.chars().next().map_or(0, char::len_utf8));
     let mut expected: Vec<&'static str> = match &error.variant {
         ErrorVariant::ParsingError { positives, .. } => {
-            positives.iter().filter_map(|r| r.word()).collect()
+            positives.iter().filter_map(|r| r.description()).collect()
         }
         ErrorVariant::CustomError { .. } => Vec::new(),
     };
@@ -60,21 +60,21 @@ pub(crate) fn explain<R: Language>(
 }
 
 /// An error where brackets nest deeper than any description of a robot does.
-pub(crate) fn nesting(text: &str, source: SourceId) -> Option<Diagnostic> {
-    let (mut depth, mut angles) = (0_usize, 0_usize);
-    let code = runs(text).filter(|(kind, ..)| *kind == Kind::Code);
+pub(crate) fn check_nesting(text: &str, source: SourceId) -> Option<Diagnostic> {
+    let (mut depth, mut angle_brackets) = (0_usize, 0_usize);
+    let code = segments(text).filter(|(kind, ..)| *kind == SegmentKind::Code);
     for at in code.flat_map(|(_, start, stop)| start..stop) {
         match text.as_bytes()[at] {
             b'{' | b'(' | b'[' => depth += 1,
             b'}' | b')' | b']' => depth = depth.saturating_sub(1),
             // In a rule of a .pdsl they compare, and nothing closes them.
-            b'<' => angles += 1,
-            b'>' => angles = angles.saturating_sub(1),
-            b';' => angles = 0,
+            b'<' => angle_brackets += 1,
+            b'>' => angle_brackets = angle_brackets.saturating_sub(1),
+            b';' => angle_brackets = 0,
             _ => {}
         }
-        if depth + angles > DEEPEST {
-            let message = format!("brackets nest deeper than {DEEPEST} levels here");
+        if depth + angle_brackets > MAX_NESTING {
+            let message = format!("brackets nest deeper than {MAX_NESTING} levels here");
             let span = Span::new(source, at, at + 1);
             return Some(Diagnostic::error("nested-too-deep", span, message));
         }

@@ -1,6 +1,6 @@
 //! From a text to pest's pairs, and what every language reads of them in the same way.
 
-use crate::explain::{explain, nesting};
+use crate::syntax_error::{check_nesting, syntax_error};
 use crate::{Literal, Name, Trivia, unescape};
 use pest::iterators::{Pair, Pairs};
 use pest::{Parser, RuleType};
@@ -13,20 +13,20 @@ pub trait Language: RuleType {
     /// The rule of a whole file.
     const FILE: Self;
     /// What a file holds, for messages: `` `module NAME { … };` ``.
-    const HOLDS: &'static str;
+    const FILE_CONTENT: &'static str;
     /// Whether this rule reads a name, a text in quotes or a `;`.
-    fn leaf(self) -> Option<Leaf>;
+    fn terminal(self) -> Option<Terminal>;
     /// How people call what this rule reads; a rule without a word is not mentioned in messages.
-    fn word(self) -> Option<&'static str>;
+    fn description(self) -> Option<&'static str>;
 }
 
 /// What stands by itself in most declarations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Leaf {
+pub enum Terminal {
     /// A name or a number, taken as it is written.
     Word,
     /// A text in quotes.
-    Quoted,
+    String,
     /// A `;`, perhaps forgotten.
     Semicolon,
 }
@@ -39,19 +39,19 @@ macro_rules! language {
         impl $crate::Language for Rule {
             type Grammar = Grammar;
             const FILE: Self = Self::file;
-            const HOLDS: &'static str = $holds;
+            const FILE_CONTENT: &'static str = $holds;
 
-            fn leaf(self) -> Option<$crate::Leaf> {
+            fn terminal(self) -> Option<$crate::Terminal> {
                 match self {
-                    Self::name $(| Self::$leaf)* => Some($crate::Leaf::Word),
-                    Self::string => Some($crate::Leaf::Quoted),
-                    Self::semicolon => Some($crate::Leaf::Semicolon),
+                    Self::name $(| Self::$leaf)* => Some($crate::Terminal::Word),
+                    Self::string => Some($crate::Terminal::String),
+                    Self::semicolon => Some($crate::Terminal::Semicolon),
                     _ => None,
                 }
             }
 
             #[allow(unreachable_patterns, reason = "a language may call a shared rule by another word")]
-            fn word(self) -> Option<&'static str> {
+            fn description(self) -> Option<&'static str> {
                 Some(match self {
                     $($(Self::$rule)|+ => $word,)+
                     Self::EOI => "the end of the file",
@@ -75,7 +75,7 @@ macro_rules! language {
 
 /// One text on its way to a tree, and what was found wrong with it on the way.
 #[derive(Debug)]
-pub struct Reader<'a> {
+pub struct ParseContext<'a> {
     /// The text's place among the sources.
     pub source: SourceId,
     /// The text.
@@ -86,7 +86,7 @@ pub struct Reader<'a> {
     pub found: Diagnostics,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ParseContext<'a> {
     /// A reader of one text of `sources`.
     pub fn new(sources: &'a SourceMap, source: SourceId) -> Self {
         let text = sources.text(source);
@@ -108,7 +108,7 @@ impl<'a> Reader<'a> {
         if let Ok(mut pairs) = R::Grammar::parse(R::FILE, self.text) {
             return pairs.next().map(Pair::into_inner);
         }
-        let found = explain(R::FILE, self.text, 0, self.text, self.source);
+        let found = syntax_error(R::FILE, self.text, 0, self.text, self.source);
         self.found.extend(found);
         None
     }
@@ -121,16 +121,16 @@ impl<'a> Reader<'a> {
             return Some(Diagnostic::error("unclosed-comment", span, message));
         }
         if self.trivia.is_blank() {
-            let message = format!("this file is empty; it should hold {}", R::HOLDS);
+            let message = format!("this file is empty; it should hold {}", R::FILE_CONTENT);
             let span = Span::new(self.source, 0, 0);
             return Some(Diagnostic::error("empty-file", span, message));
         }
-        nesting(self.text, self.source)
+        check_nesting(self.text, self.source)
     }
 
     /// The text after the end of what a file holds.
     pub fn trailing<R: Language>(&mut self, pair: &Pair<'_, R>) {
-        let holds = R::HOLDS;
+        let holds = R::FILE_CONTENT;
         let message = if pair.as_str().starts_with('#') {
             "`#` begins nothing here: an include guard of old is not needed, delete its lines"
                 .into()
@@ -199,10 +199,10 @@ impl<'a> Reader<'a> {
     pub fn texts<R: Language>(&mut self, pair: Pair<'_, R>) -> Vec<Name> {
         let mut texts = Vec::new();
         for part in pair.into_inner() {
-            match part.as_rule().leaf() {
-                Some(Leaf::Word) => texts.push(self.name(&part)),
-                Some(Leaf::Quoted) => texts.push(self.string(&part)),
-                Some(Leaf::Semicolon) => self.semicolon(&part),
+            match part.as_rule().terminal() {
+                Some(Terminal::Word) => texts.push(self.name(&part)),
+                Some(Terminal::String) => texts.push(self.string(&part)),
+                Some(Terminal::Semicolon) => self.semicolon(&part),
                 None => {}
             }
         }
@@ -210,9 +210,9 @@ impl<'a> Reader<'a> {
     }
 
     /// Says why a piece cannot be read as `rule`, which is what it looks like.
-    pub fn unread<R: Language>(&mut self, pair: &Pair<'_, R>, rule: R) {
+    pub fn report_skipped<R: Language>(&mut self, pair: &Pair<'_, R>, rule: R) {
         let offset = pair.as_span().start();
-        let found = explain(rule, pair.as_str(), offset, self.text, self.source);
+        let found = syntax_error(rule, pair.as_str(), offset, self.text, self.source);
         let found = found.unwrap_or_else(|| {
             Diagnostic::error("syntax-error", self.span(pair), "this cannot be read here")
         });

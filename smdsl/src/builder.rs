@@ -1,33 +1,33 @@
 //! A machine while it is made, from either language: states are declared, then named.
 
 use crate::check::check;
-use crate::model::{Machine, Region, State, StateId, StateKind};
+use crate::model::{Region, State, StateId, StateKind, StateMachine};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::Name;
 use std::collections::HashMap;
 
 /// How many names are compared, in all, to guess what unknown ones mean. A file with more mistakes than that has
 /// another problem.
-const GUESSES: usize = 100_000;
+const SUGGESTION_BUDGET: usize = 100_000;
 
 /// A machine, and how its states are found.
-pub(crate) struct States {
-    pub(crate) machine: Machine,
+pub(crate) struct MachineBuilder {
+    pub(crate) machine: StateMachine,
     pub(crate) found: Diagnostics,
     /// Whether no state can be missing because its declaration was not read.
     complete: bool,
     by_name: HashMap<String, StateId>,
-    by_folded_name: HashMap<String, StateId>,
-    guesses: usize,
+    by_lowercase_name: HashMap<String, StateId>,
+    suggestion_budget: usize,
 }
 
-impl States {
+impl MachineBuilder {
     pub(crate) fn new(name: Name, doc: Vec<String>, complete: bool, found: Diagnostics) -> Self {
         Self {
-            machine: Machine {
+            machine: StateMachine {
                 top: Region {
                     doc,
-                    ..region(name.span)
+                    ..empty_region(name.span)
                 },
                 name,
                 states: Vec::new(),
@@ -36,8 +36,8 @@ impl States {
             found,
             complete,
             by_name: HashMap::new(),
-            by_folded_name: HashMap::new(),
-            guesses: GUESSES,
+            by_lowercase_name: HashMap::new(),
+            suggestion_budget: SUGGESTION_BUDGET,
         }
     }
 
@@ -50,7 +50,7 @@ impl States {
         let id = StateId(self.machine.states.len());
         if !name.text.is_empty() {
             let folded = name.text.to_lowercase();
-            let first = *self.by_folded_name.entry(folded).or_insert(id);
+            let first = *self.by_lowercase_name.entry(folded).or_insert(id);
             self.by_name.entry(name.text.clone()).or_insert(id);
             if first != id {
                 let first = &self.machine.state(first).name;
@@ -71,7 +71,7 @@ impl States {
             doc,
             kind,
             parent: None,
-            inside: None,
+            region: None,
             on_entry: Vec::new(),
             on_exit: Vec::new(),
         });
@@ -93,30 +93,30 @@ impl States {
             name.span,
             format!("unknown state `{}`", name.text),
         );
-        let folded = self.by_folded_name.get(&name.text.to_lowercase());
+        let folded = self.by_lowercase_name.get(&name.text.to_lowercase());
         let mut near = folded.map(|id| self.machine.state(*id).name.text.as_str());
         let states = &self.machine.states;
-        if near.is_none() && self.guesses >= states.len() {
-            self.guesses -= states.len();
+        if near.is_none() && self.suggestion_budget >= states.len() {
+            self.suggestion_budget -= states.len();
             let names = states.iter().map(|s| s.name.text.as_str());
             near = rc_diagnostics::nearest(&name.text, names);
         }
         if near.is_some() {
-            self.found.push(diagnostic.help_nearest(near));
+            self.found.push(diagnostic.did_you_mean(near));
         } else if self.complete {
             self.found.push(diagnostic);
         }
     }
 
     /// Checks what holds in both languages, and gives everything back.
-    pub(crate) fn finish(mut self) -> (Machine, Diagnostics) {
+    pub(crate) fn finish(mut self) -> (StateMachine, Diagnostics) {
         check(&self.machine, &mut self.found);
         (self.machine, self.found)
     }
 }
 
 /// A region without states.
-pub(crate) fn region(span: Span) -> Region {
+pub(crate) fn empty_region(span: Span) -> Region {
     Region {
         doc: Vec::new(),
         parallel: false,
