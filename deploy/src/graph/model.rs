@@ -288,8 +288,8 @@ impl Network {
             let role = self.slot(end).map(|s| s.role);
             role.map(|r| matches!(r, Role::Implements | Role::Publishes))
         };
-        let refused = self.connections.diagnostics.iter().filter_map(|trouble| {
-            let (one, other) = (trouble.endpoint, trouble.peer?);
+        let refused = self.connections.diagnostics.iter().filter_map(|found| {
+            let (one, other) = (found.endpoint, found.peer?);
             match (provides(one)?, provides(other)?) {
                 (false, true) => Some((one, other)),
                 (true, false) => Some((other, one)),
@@ -424,10 +424,10 @@ impl Network {
         let diagnostics: Vec<_> = diagnostics
             .filter(|t| t.diagnostic == *diagnostic)
             .collect();
-        for trouble in &diagnostics {
-            let ends = [Some(trouble.endpoint), trouble.peer];
-            let drawn = trouble.peer.and_then(|other| {
-                let one = (trouble.endpoint, other);
+        for found in &diagnostics {
+            let ends = [Some(found.endpoint), found.peer];
+            let drawn = found.peer.and_then(|other| {
+                let one = (found.endpoint, other);
                 [one, (one.1, one.0)]
                     .into_iter()
                     .find_map(|(consumer, provider)| numbers.get(&Pair { consumer, provider }))
