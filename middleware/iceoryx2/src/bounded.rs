@@ -1,6 +1,8 @@
-//! A time limit on everything that starts. iceoryx2 can wait for a file that a killed process left half made, until
-//! that is removed (see [`incomplete_files`]), and perhaps for other things; so what opens runs on a thread of its own, and
-//! that thread is given up when the limit has passed.
+//! Time limits for openings.
+//!
+//! iceoryx2 can wait for a file that a killed process left incomplete until [`incomplete_files`]
+//! removes it. Each opening therefore runs on a thread of its own. When the limit expires, the
+//! caller gets an error and the thread is abandoned.
 
 use crate::incomplete_files;
 use crate::session::Session;
@@ -9,11 +11,11 @@ use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
-/// How long one opening may take, with some clean-ups in between. Less than the ten seconds that `rcdeploy` waits for a
-/// component, so that the reason is told.
+/// Limit of one opening, clean-ups included. `rcdeploy` waits ten seconds for a component; this
+/// limit is shorter, so that the component reports the reason itself.
 const LIMIT: Duration = Duration::from_secs(8);
 
-/// Opens one end with `work`.
+/// Opens one endpoint with `work`.
 pub(crate) fn open<T: Send + 'static>(
     session: &Arc<Session>,
     endpoint: &Endpoint,
@@ -23,7 +25,7 @@ pub(crate) fn open<T: Send + 'static>(
     let directory = &session.environment.directory;
     run(directory, endpoint.address.as_str(), move || {
         match work(&own_session, &own_endpoint) {
-            // The places may all be taken by ends that are dead.
+            // Dead endpoints may occupy all places.
             Err(OpenError::Backend { .. }) if own_session.clean() > 0 => {
                 work(&own_session, &own_endpoint)
             }
@@ -32,7 +34,7 @@ pub(crate) fn open<T: Send + 'static>(
     })
 }
 
-/// Runs `work`, at most for the limit.
+/// Runs `work` and waits for it at most until the limit.
 pub(crate) fn run<T: Send + 'static>(
     directory: &RunDirectory,
     address: &str,
@@ -46,31 +48,34 @@ pub(crate) fn run<T: Send + 'static>(
     std::thread::Builder::new()
         .name("iceoryx2-open".to_owned())
         .spawn(move || {
-            // The receiver is gone when the limit has passed; then the port is dropped here.
+            // After the limit nobody receives, and the port is dropped here.
             let _ = done.send(work());
         })
-        .map_err(|error| failed(format!("no thread for it: {error}")))?;
+        .map_err(|error| failed(format!("no thread for the opening: {error}")))?;
     match result.recv_timeout(LIMIT) {
         Ok(result) => result,
         Err(RecvTimeoutError::Timeout) => Err(failed(format!(
-            "iceoryx2 does not come back within {LIMIT:?}; {}",
+            "iceoryx2 did not return within {LIMIT:?}; {}",
             recovery_hint(directory)
         ))),
         Err(RecvTimeoutError::Disconnected) => Err(failed("iceoryx2 panicked".to_owned())),
     }
 }
 
-/// What the dead left, and what to do, for the end of an error.
+/// The last part of an error message: the incomplete files, and what the user can do.
 pub(crate) fn recovery_hint(directory: &RunDirectory) -> String {
     let files = incomplete_files::list(directory);
     let left = if files.is_empty() {
-        "no file of the network is half made".to_owned()
+        "no file of the network is incomplete".to_owned()
     } else {
         let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-        format!("half made, and not removed in time: {}", files.join(", "))
+        format!(
+            "incomplete files, not removed in time: {}",
+            files.join(", ")
+        )
     };
     format!(
-        "{left}; end all processes of the network (`rcdeploy down`, or by hand), then start again: the first one to \
-         come removes what is left"
+        "{left}; end all processes of the network (`rcdeploy down`, or by hand), then start again: the first \
+         process removes what is left"
     )
 }

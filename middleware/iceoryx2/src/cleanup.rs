@@ -1,8 +1,10 @@
-//! Removes what dead processes left: their places in the services, their shared memory, their files.
+//! Removes the resources of dead nodes: their places in services, their shared memory, their files.
 //!
-//! For each of the dead iceoryx2 lists all shared memory several times; on a busy machine 40 of them take seconds. So
-//! it is one of the dead at a time, and openings come in between (see [`open_lock`]); and who has a deadline, a client
-//! that finds its server dead, does none of it, and wakes a thread of the session that does.
+//! For each dead node iceoryx2 lists all shared memory several times; on a busy machine 40 dead
+//! nodes take seconds. A process therefore cleans up after one dead node at a time and lets
+//! openings run in between (see
+//! [`open_lock`]). A caller with a deadline, such as a client that finds its server dead, wakes the
+//! clean-up thread of its session instead.
 
 use crate::nodes::{self, Dead};
 use crate::{names, open_lock, port_tags};
@@ -17,10 +19,10 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// After a round that found nothing to remove, which is as often as it is woken at most.
+/// Pause after a round that removed nothing, which limits the rate of rounds.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// The dead of one network.
+/// The dead nodes of one network.
 #[derive(Clone)]
 pub(crate) struct DeadNodes {
     config: Config,
@@ -37,8 +39,8 @@ impl DeadNodes {
         }
     }
 
-    /// Removes what the dead left, for as long as `goes_on`; says how many of the dead that found here are gone
-    /// afterwards, whoever removed them, and whether all are.
+    /// Cleans up after dead nodes while `goes_on` returns true. Returns how many of the nodes found
+    /// are gone afterwards, whichever process removed them, and whether all are.
     pub(crate) fn clean(&self, goes_on: impl Fn() -> bool) -> (usize, bool) {
         let dead = nodes::dead(&self.config);
         let all = dead.len();
@@ -52,7 +54,7 @@ impl DeadNodes {
         (gone, gone == all)
     }
 
-    /// Whether it is gone afterwards.
+    /// Returns whether the node is gone afterwards.
     fn remove(&self, node: Dead) -> bool {
         let id = node.id().value();
         let monitor = format!("{}{id}.node_monitor", self.prefix);
@@ -71,7 +73,7 @@ impl DeadNodes {
     }
 }
 
-/// Cleans when it is woken, on a thread of its own, until it is dropped.
+/// A thread that cleans up after each [`CleanupThread::wake`]. Ends when this value is dropped.
 pub(crate) struct CleanupThread {
     wake: Option<SyncSender<()>>,
     ended: Arc<AtomicBool>,
@@ -100,10 +102,10 @@ impl CleanupThread {
         })
     }
 
-    /// Wakes it; it is at once.
+    /// Requests a round. Returns at once.
     pub(crate) fn wake(&self) {
         if let Some(wake) = &self.wake {
-            // Where there is no room, it is about to look anyway.
+            // If the channel is full, a round is already requested.
             let _ = wake.try_send(());
         }
     }
@@ -114,7 +116,7 @@ impl Drop for CleanupThread {
         self.ended.store(true, Ordering::Relaxed);
         self.wake = None;
         if let Some(thread) = self.thread.take() {
-            // It ends after the one of the dead that it is at.
+            // The thread finishes the node that it is cleaning up.
             let _ = thread.join();
         }
     }

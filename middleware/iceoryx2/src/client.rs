@@ -1,4 +1,4 @@
-//! The calling end of a connection.
+//! The client of a connection.
 
 use crate::message::RequestHeader;
 use crate::notifier::{Listener, Notifier};
@@ -19,15 +19,16 @@ use std::os::fd::AsFd;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Bytes that a client is ready for; its memory grows by doubling.
+/// Initial size of a request in bytes; the memory grows by doubling.
 const INITIAL: usize = 256;
-/// Longest wait before the queue is looked into all the same: a ring can be lost, see [`Listener::acknowledge`].
+/// Longest sleep between two looks into the queue: a notification can be lost, see
+/// [`Listener::acknowledge`].
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
-/// A server that has replied so recently is asked again without a look whether it is still there: that costs a call of
-/// the system. One that died meanwhile ends the call as one that dies later does.
+/// If the server has replied this recently, a call does not ask the kernel first whether the server
+/// is alive. If the server has died meanwhile, the call ends as for a server that dies later.
 const RECENT_REPLY: Duration = Duration::from_millis(10);
 
-/// Opens the calling end of a connection.
+/// Opens the client of a connection.
 pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedClient, OpenError> {
     let address = &endpoint.address;
     let calls = calls(session, &names::calls(address), &endpoint.types)?;
@@ -36,7 +37,8 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         .initial_max_slice_len(INITIAL)
         .allocation_strategy(AllocationStrategy::PowerOfTwo)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
-        // Without a handler a request that finds the queue full is dropped, and `send` says that all is well.
+        // Without a handler iceoryx2 drops a request that finds the queue full, and `send`
+        // succeeds.
         .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
         .create()
         .map_err(|error| refusal(address.as_str())(format!("{error:?}")))?;
@@ -67,16 +69,16 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
     })
 }
 
-/// The calling end of a connection.
+/// The client of a connection.
 pub(crate) struct SharedClient {
     address: String,
     guid: [u8; 16],
     wait_set: WaitSet,
     listener: Listener,
     server_notifier: Notifier,
-    /// The server that was seen last.
+    /// The process of the last known server.
     server_process: RefCell<Option<ProcessMonitor>>,
-    /// When the call began that it has answered, if that was the last call.
+    /// Start of the last call, if the server has replied to it.
     last_reply: Cell<Option<Instant>>,
     command: PendingCommand,
     spin: Duration,
@@ -86,7 +88,7 @@ pub(crate) struct SharedClient {
 }
 
 impl SharedClient {
-    /// The server that is registered now: its identity, and its node.
+    /// Port id and node of the registered server.
     fn registered(&self) -> Option<(u128, UniqueNodeId)> {
         let mut found = None;
         self.calls.dynamic_config().list_servers(|server| {
@@ -96,12 +98,12 @@ impl SharedClient {
         found
     }
 
-    /// Whether there is a live server; it is watched afterwards. A dead one is none, although it is registered until
-    /// what it left is removed; that is not waited for.
+    /// Whether a live server is registered, whose process is monitored from now on. A dead server
+    /// stays registered until its clean-up, which this function requests but does not await.
     fn has_server(&self) -> bool {
         let live = self.finds_server();
         if !live {
-            // The next call has to look: by then there may be another server.
+            // The next call must look up the server again.
             self.last_reply.set(None);
         }
         live
@@ -119,11 +121,11 @@ impl SharedClient {
                 let pid = node.pid::<crate::service::Service>();
                 let mut new = ProcessMonitor::new(server, pid.ok().map(|pid| pid.value()));
                 if new.is_gone() && !nodes::is_dead(&self.session.config, node) {
-                    // It is alive in another namespace of processes, where its id is not what it seems here.
+                    // It is alive in another pid namespace.
                     new.give_up();
                 }
                 if let Some(death) = new.descriptor() {
-                    // What the kernel refuses here shows at the end of a cycle.
+                    // If the kernel refuses, the death shows at the next poll.
                     let _ = self.wait_set.add_death(death);
                 }
                 monitor.insert(new)
@@ -136,7 +138,7 @@ impl SharedClient {
         live
     }
 
-    /// Puts a request into the queue of the server.
+    /// Puts a request into the queue of the server and notifies it.
     fn submit(&self, header: RequestHeader, request: &[u8]) -> Result<PendingResponse, CallError> {
         let full = || CallError::QueueFull(self.address.clone());
         let mut loan = match self.port.loan_slice_uninit(request.len()) {
@@ -147,7 +149,7 @@ impl SharedClient {
         *loan.user_header_mut() = header;
         match loan.write_from_slice(request).send() {
             Ok(pending) if pending.number_of_server_connections() == 0 => {
-                // A server that has not looked since this client was made refuses in this way.
+                // The server has not connected to this client yet.
                 Err(match self.registered() {
                     Some(_) => full(),
                     None => CallError::NoServer(self.address.clone()),
@@ -165,7 +167,7 @@ impl SharedClient {
         }
     }
 
-    /// Takes the answer, where it is there.
+    /// Hands the reply to `take` if it has arrived.
     fn take(
         &self,
         pending: &PendingResponse,
@@ -184,7 +186,7 @@ impl SharedClient {
         }
     }
 
-    /// Looks for the answer without sleeping, as long as its slot says.
+    /// Polls for the reply without sleeping, for the time that the slot configures.
     fn spin(
         &self,
         pending: &PendingResponse,
@@ -202,7 +204,7 @@ impl SharedClient {
         Ok(false)
     }
 
-    /// Whether the server that was `asked` is there no more.
+    /// Whether the server that got the request, `asked`, is dead or no longer registered.
     fn is_gone(&self, asked: Option<u128>) -> bool {
         let dead = self
             .server_process
@@ -238,7 +240,7 @@ impl Client for SharedClient {
             return Err(CallError::NoServer(self.address.clone()));
         }
         let pending = self.submit(header, request)?;
-        // The command before this one need not be remembered: the queue keeps their order.
+        // The queue keeps the order of commands, so that the last one stands for all.
         *lock(&self.command) = Some(pending);
         Ok(())
     }
@@ -258,7 +260,7 @@ impl Client for SharedClient {
         let last_reply = self.last_reply.take();
         let recently_replied =
             last_reply.is_some_and(|at| start.saturating_duration_since(at) < RECENT_REPLY);
-        // It is the one that answered, and no successor.
+        // The registered server is the one that replied, not a successor.
         let known = self
             .server_process
             .borrow()
@@ -286,23 +288,24 @@ impl Client for SharedClient {
             limit.saturating_sub(start.elapsed())
         };
         loop {
-            // Before the first look nobody has had the time to answer; and one server rings, one ring after the
-            // other. A ring for an earlier request that comes now only wakes once too often.
-            let rung = if stopping() {
+            // The server has had no time to reply before the first sleep. It sends one notification
+            // for each request; a late one for an earlier request wakes this client once too often,
+            // which is harmless.
+            let notified = if stopping() {
                 false
             } else {
                 self.wait_set.sleep(left.min(POLL_INTERVAL))
             };
-            self.listener.acknowledge(rung);
+            self.listener.acknowledge(notified);
             if self.take(&pending, take)? {
                 self.last_reply.set(Some(start));
                 return Ok(());
             }
-            // What is found out about the server comes before the look into the queue, so that no answer is missed.
+            // The server's state is read before the queue, so that no reply is missed.
             let gone = self.is_gone(asked);
             let given_up = unanswered.is_some_and(|since| since.elapsed() >= POLL_INTERVAL);
             if !pending.is_connected() {
-                // The server has dropped the request. If it is about to leave, that is seen soon.
+                // The server has dropped the request; its death or departure shows soon.
                 unanswered.get_or_insert_with(Instant::now);
             }
             if self.take(&pending, take)? {
@@ -312,7 +315,7 @@ impl Client for SharedClient {
                 return Err(CallError::ServerDied(self.address.clone()));
             }
             if given_up {
-                let reason = "the server took the request and gave no answer";
+                let reason = "the server took the request and sent no reply";
                 return Err(self.failed_for(reason.to_owned()));
             }
             if stopping() {

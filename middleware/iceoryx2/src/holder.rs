@@ -1,5 +1,6 @@
-//! Holds the services of a network open. A process that is killed while it starts can leave a service half made,
-//! but only one that nobody else has open; a deployer that holds them all prevents it.
+//! Keeps the services of a network open. A process that is killed while it starts can leave a
+//! service incomplete, but only if no other process has that service open. A deployer that holds
+//! all services prevents this.
 
 use crate::service::{
     CallService, EventPorts, EventService, TopicService, calls, event, topic, transient_local_topic,
@@ -9,13 +10,13 @@ use crate::{bounded, names};
 use rc_middleware::{Durability, Endpoint, Environment, OpenError};
 use std::sync::Arc;
 
-/// Holds services open for as long as it lives.
+/// Keeps services open until it is dropped.
 pub struct Holder {
     held: Vec<Held>,
     session: Arc<Session>,
 }
 
-/// What is held of one address.
+/// The open services of one address.
 #[expect(dead_code, reason = "held, never used")]
 enum Held {
     Topic(TopicService, EventService),
@@ -24,7 +25,7 @@ enum Held {
 }
 
 impl Holder {
-    /// A holder in the network of `environment`.
+    /// Joins the network of `environment`.
     pub fn new(environment: &Environment) -> Result<Self, OpenError> {
         Ok(Self {
             held: Vec::new(),
@@ -32,8 +33,8 @@ impl Holder {
         })
     }
 
-    /// Holds a topic. Its quality of service is to have the greatest depth of all its ends, and the durability of
-    /// its publishers.
+    /// Keeps the services of a topic open. Give `endpoint` the greatest depth of all endpoints of
+    /// the topic, and the durability of its publishers.
     pub fn hold_topic(&mut self, endpoint: &Endpoint) -> Result<(), OpenError> {
         let held = bounded::open(&self.session, endpoint, |session, endpoint| {
             let (address, types) = (&endpoint.address, &endpoint.types);
@@ -58,7 +59,7 @@ impl Holder {
         Ok(())
     }
 
-    /// Holds the address of a server.
+    /// Keeps the services of a server open.
     pub fn hold_call(&mut self, endpoint: &Endpoint) -> Result<(), OpenError> {
         let held = bounded::open(&self.session, endpoint, |session, endpoint| {
             let (address, types) = (&endpoint.address, &endpoint.types);
@@ -72,7 +73,7 @@ impl Holder {
         Ok(())
     }
 
-    /// Removes what processes that died left behind; says how many there were.
+    /// Cleans up after dead processes. Returns their number.
     pub fn clean(&self) -> usize {
         self.session.clean()
     }

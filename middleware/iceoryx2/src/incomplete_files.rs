@@ -1,11 +1,12 @@
-//! Files that a process was making when it was killed.
+//! Removes files whose creator was killed before they were complete.
 //!
-//! iceoryx2 makes a file empty or with permissions of its own, fills it, and then sets its last permissions; who opens
-//! it waits for that. Where the maker was killed in between, they wait in vain: until `creation_timeout`, and for ever
-//! where a shared memory has no size yet (0.10.0). So every process of a network looks after such files, also while
-//! it opens or receives itself: one that stays as it is for longer than the time limit of a creation, which takes
-//! microseconds, is of a dead process, and is removed. Those who wait then find nothing there, and make it themselves.
-//! One of them looks at a time: what a hundred processes look at while they start are thousands of files.
+//! iceoryx2 creates a file empty or with temporary permissions, fills it, and then sets its final
+//! permissions; a process that opens the file waits for them. If the creator is killed in between,
+//! that process waits until `creation_timeout`, and for ever if a shared memory has no size yet
+//! (0.10.0). A thread in every process of a network therefore removes a file that stays incomplete
+//! for longer than [`CREATION`]; a creation takes microseconds. Waiting processes then find no file
+//! and create it themselves. Only the leader searches, because a hundred processes that start have
+//! thousands of files.
 
 use crate::leader::LeaderLock;
 use crate::names;
@@ -21,25 +22,26 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
-/// How long a file may be half made.
+/// Time after which an incomplete file counts as abandoned.
 pub(crate) const CREATION: Duration = Duration::from_millis(500);
-/// Between two looks. Where no file came or went since the last one, a look costs two system calls.
+/// Pause between two searches. If no file was created or removed since the last one, a search costs
+/// two system calls.
 const INTERVAL: Duration = Duration::from_millis(250);
-/// The permissions of a shared memory that is half made.
+/// Permissions of an incomplete shared memory.
 const MEMORY_MODE: u32 = 0o200;
-/// The permissions of a service's file that is half made.
+/// Permissions of an incomplete service file.
 const SERVICE_MODE: u32 = 0o600;
-/// Bits of a mode that are permissions.
+/// The permission bits of a mode.
 const PERMISSIONS: u32 = 0o777;
 
-/// Looks after half-made files, on a thread of its own, until it is dropped.
+/// The thread that removes incomplete files. Ends when this value is dropped.
 pub(crate) struct IncompleteFileRemover {
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl IncompleteFileRemover {
-    /// Begins to look after the files of a network.
+    /// Starts the thread for one network.
     pub(crate) fn start(directory: &RunDirectory) -> io::Result<Self> {
         let (stop, stopped) = channel();
         let mut files = Files::of(directory);
@@ -65,7 +67,7 @@ impl Drop for IncompleteFileRemover {
     }
 }
 
-/// The half-made files of a network, as they are now.
+/// The files of a network that are incomplete now.
 pub(crate) fn list(directory: &RunDirectory) -> Vec<PathBuf> {
     let files = Files::of(directory);
     files
@@ -75,7 +77,8 @@ pub(crate) fn list(directory: &RunDirectory) -> Vec<PathBuf> {
         .collect()
 }
 
-/// One state of one file: no other file, and no other state of this one, has the same.
+/// Identifies one state of one file: it changes with every write and every new file at the same
+/// path.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Identity {
     inode: u64,
@@ -91,7 +94,7 @@ impl Identity {
     }
 }
 
-/// When something came into or went from each of the two folders.
+/// Modification times of the two folders.
 type Stamps = [Option<SystemTime>; 2];
 
 struct Files {
@@ -101,7 +104,7 @@ struct Files {
     suspects: HashMap<PathBuf, (Identity, Instant)>,
     stamps: Stamps,
     leader: LeaderLock,
-    /// Two looks have seen the same stamps, so that no change hides in the grain of the clock.
+    /// Two searches have seen the same stamps, so that the clock's resolution hides no change.
     settled: bool,
 }
 
@@ -119,7 +122,7 @@ impl Files {
         }
     }
 
-    /// Removes what has been half made for too long.
+    /// Removes the files that have been incomplete for too long.
     fn sweep(&mut self, now: Instant) {
         if !self.leader.is_leader() {
             return;
@@ -160,8 +163,8 @@ impl Files {
             .collect()
     }
 
-    /// Whether it is gone. One at a time removes, so that none removes what was made in the place of what another one
-    /// has just removed.
+    /// Returns whether the file is gone. A lock serialises removals, so that no process removes a
+    /// file that was created in place of one that another process has just removed.
     fn remove(&self, path: &Path, identity: Identity) -> bool {
         let Ok(lock) = File::create(self.root.join("removing.lock")) else {
             return false;

@@ -1,5 +1,8 @@
-//! Serves late subscribers of a publisher that keeps values. iceoryx2 hands over what it keeps when its publisher
-//! sends again; so that a value which is sent only once arrives too, a thread looks after each such publisher.
+//! Delivers the history of a transient-local publisher to late joiners.
+//!
+//! iceoryx2 delivers history only when the publisher sends again. A thread for each transient-local
+//! publisher delivers it as soon as a subscriber joins, so that a sample that is sent only once
+//! arrives, too.
 
 use crate::names;
 use crate::notifier::{Listener, Notifier};
@@ -12,17 +15,17 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often the thread looks even when nobody has rung.
+/// Interval at which the thread looks for late joiners without a notification.
 const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
-/// The thread; it ends with this value.
+/// The thread of one publisher. Ends when this value is dropped.
 pub(crate) struct LateJoinerThread {
     end: Interrupt,
     thread: Option<JoinHandle<()>>,
 }
 
 impl LateJoinerThread {
-    /// Looks after `port` from now on.
+    /// Starts the thread for `port`.
     pub(crate) fn start(
         session: &Arc<Session>,
         endpoint: &Endpoint,
@@ -44,7 +47,7 @@ impl LateJoinerThread {
                 while !ended.is_stopping() {
                     let readable = wait(&[listener.descriptor(), ended.as_fd()], POLL_INTERVAL);
                     let wakeup = listener.acknowledge(readable & 1 != 0);
-                    // What cannot be delivered now is tried again with the next value.
+                    // iceoryx2 retries with the next sample.
                     let _ = port.update_connections();
                     if wakeup.any {
                         notifier.notify();
@@ -63,7 +66,7 @@ impl Drop for LateJoinerThread {
     fn drop(&mut self) {
         self.end.stop();
         if let Some(thread) = self.thread.take() {
-            // A panic of the thread has been reported by the thread.
+            // The panic handler of the thread has reported a panic.
             let _ = thread.join();
         }
     }

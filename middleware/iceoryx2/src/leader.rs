@@ -1,7 +1,8 @@
-//! Who of many alive does what one of them has to do: the holder of a lock, as long as it says that it is at it.
+//! Leader election by a file lock with a lease.
 //!
-//! A process that is killed loses the lock. One that was stopped keeps it, and says nothing more: then all others do
-//! the work as well, which harms nobody.
+//! The leader renews its lease by touching the file. A killed leader loses the lock. A stopped one
+//! keeps it, but its lease expires; then every other process does the work, which must therefore be
+//! safe to do twice.
 
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
@@ -10,24 +11,25 @@ use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
-/// After this time without a word others stand in.
+/// Time after the last renewal at which other processes act, too.
 const LEASE: Duration = Duration::from_secs(1);
 
-/// The place of one process among those who may have to do it.
+/// One candidate.
 pub(crate) struct LeaderLock {
     path: PathBuf,
     held: Option<File>,
 }
 
 impl LeaderLock {
-    /// `path` is that of the lock, in a folder that all of them know.
+    /// `path` is the lock file, the same for all candidates.
     pub(crate) fn new(path: PathBuf) -> Self {
         Self { path, held: None }
     }
 
-    /// Whether this process is to do it now. It asks several times within [`LEASE`].
+    /// Whether this process has to act now. Renews the lease; call it several times within
+    /// [`LEASE`].
     pub(crate) fn is_leader(&mut self) -> bool {
-        // Where there can be no lock, everybody does it.
+        // If the file cannot be locked, every process acts.
         self.try_lead().unwrap_or(true)
     }
 
@@ -48,7 +50,7 @@ impl LeaderLock {
             return Ok(true);
         }
         let silence = file.metadata()?.modified()?.elapsed();
-        // A word from the future is one of a clock that was set.
+        // A renewal in the future means that the clock was set back.
         Ok(silence.is_ok_and(|time| time > LEASE))
     }
 }
@@ -58,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_does_it_until_it_is_gone_or_silent() {
+    fn there_is_one_leader_until_it_dies_or_its_lease_expires() {
         let folder = std::env::temp_dir().join(format!("rc-leader-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let path = folder.join("leader.lock");
@@ -66,16 +68,16 @@ mod tests {
         let (mut first, mut second, mut third) = (new(), new(), new());
         assert!(first.is_leader() && !second.is_leader() && !third.is_leader());
         assert!(first.is_leader());
-        // It is stopped.
+        // The leader is stopped.
         let file = File::options().write(true).open(&path).expect("the lock");
         let past = SystemTime::now() - 2 * LEASE;
         file.set_modified(past).expect("a time");
         assert!(second.is_leader() && third.is_leader());
         assert!(first.is_leader() && !second.is_leader());
-        // It is killed.
+        // The leader is killed.
         drop(first);
         assert!(second.is_leader() && !third.is_leader());
-        // The folder is wiped, and made anew.
+        // The folder is removed and created again.
         std::fs::remove_dir_all(&folder).expect("it is ours");
         assert!(second.is_leader() && third.is_leader());
         std::fs::create_dir_all(&folder).expect("a folder");

@@ -1,9 +1,9 @@
-//! The three patterns over iceoryx2: one machine, shared memory, no broker.
+//! Topics, commands and queries over iceoryx2: one machine, shared memory, no broker.
 //!
-//! - [`connect`]: the backend, for one component.
-//! - [`Holder`], [`wipe`], [`leftovers`]: what a deployer does for a network.
+//! - [`connect`]: the backend of one component.
+//! - [`Holder`], [`wipe`], [`leftovers`]: for the deployer of a network.
 //!
-//! How an address becomes names, and what the bytes are, is in this crate's README.md.
+//! README.md in this crate specifies service names and message formats.
 
 mod bounded;
 mod cleanup;
@@ -41,17 +41,18 @@ use session::Session;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The name of this middleware in the languages and on command lines.
+/// Name of this middleware in the languages and on command lines.
 pub const NAME: &str = "iceoryx2";
 
-/// Joins the network of `environment`.
+/// Joins the network of `environment`. Blocks for at most eight seconds, as each opening of a port
+/// does; the error then names the files that are in the way.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     Ok(Box::new(Iceoryx2 {
         session: Session::open(environment)?,
     }))
 }
 
-/// One node, and the ports that it opens. Opening is bounded in time, see [`bounded`].
+/// One iceoryx2 node and the ports that it opens. [`bounded`] limits the time of each opening.
 struct Iceoryx2 {
     session: Arc<Session>,
 }

@@ -1,11 +1,13 @@
-//! The first one into a network sweeps, and the last one out turns off the light: where nobody is alive, nothing of
-//! the network stays in shared memory, and nothing that the dead left half made is in the way of those who come.
+//! Membership in a network. The first process that joins and the last one that leaves remove all
+//! files and shared memory of the network, so that nothing stays behind and no incomplete file
+//! obstructs the next start.
 //!
-//! Every process of a network holds a shared lock on one file in its run directory, as long as it has a node; so does
-//! the guard of a deployer, which holds the services. Who can have the lock for itself alone is the only one alive:
-//! it wipes, before it makes its node or after it has left. Who comes meanwhile waits for that. A process that is
-//! killed loses its lock, so it counts as gone. Where strangers have live nodes in it, programs that use iceoryx2
-//! without this crate and hold no lock, nobody wipes; the first one to come when they are gone does.
+//! Every process holds a shared lock on one file in the run directory as long as it has a node; so
+//! does the guard of a deployer. A process that gets the lock exclusively is the only one alive. It
+//! removes the files before it creates its node or after it has left, and processes that join
+//! meanwhile wait. The kernel releases the lock of a killed process. External programs, which use
+//! iceoryx2 without this crate, hold no lock: while one of them has a live node, nobody removes the
+//! files, and the first process that joins afterwards does.
 
 use crate::{nodes, service_files};
 use iceoryx2::prelude::Config;
@@ -16,7 +18,7 @@ use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 
-/// A membership in a network.
+/// Membership of this process in a network.
 pub(crate) struct Membership {
     directory: RunDirectory,
     config: Config,
@@ -24,8 +26,9 @@ pub(crate) struct Membership {
 }
 
 impl Membership {
-    /// Enters the network. Who is the first one alive wipes what the dead left, unless there are strangers. It waits
-    /// while somebody wipes, which is short; the caller bounds it all the same.
+    /// Joins the network. The first process alive removes the files of dead ones, unless an
+    /// external program is alive. Waits while another process removes files; the caller limits the
+    /// time.
     pub(crate) fn join(directory: &RunDirectory, config: &Config) -> io::Result<Self> {
         loop {
             let membership = Self {
@@ -37,23 +40,23 @@ impl Membership {
             if first && membership.is_current() && !membership.has_external_nodes() {
                 service_files::wipe(directory)?;
             }
-            // The lock may be lost for a moment while it changes its kind, and another one may wipe in that moment:
-            // there is nothing of ours yet.
+            // The kernel may release the lock for a moment while it becomes shared, and another
+            // process may remove the files in that moment. This process has none yet.
             flock(&membership.lock, FlockOperation::LockShared)?;
-            // The file may have been removed by the last one out since it was opened.
+            // The last process that left may have removed the file after it was opened here.
             if membership.is_current() {
                 return Ok(membership);
             }
         }
     }
 
-    /// Whether there are live strangers, where nobody else holds the lock and this process has no node: programs that use
-    /// iceoryx2 without this crate hold none.
+    /// Whether an external program has a live node. Call it only while no other process holds the
+    /// lock and this process has no node.
     fn has_external_nodes(&self) -> bool {
         nodes::any_alive(&self.config)
     }
 
-    /// Whether the file that is locked is the one that others find.
+    /// Whether the locked file is still the one at its path.
     fn is_current(&self) -> bool {
         let (Ok(ours), Ok(there)) = (
             self.lock.metadata(),
@@ -67,10 +70,10 @@ impl Membership {
 
 impl Drop for Membership {
     fn drop(&mut self) {
-        // Where a deployer has removed the run directory, another network may have its place already.
+        // If a deployer has removed the run directory, another network may already use the path.
         let last = flock(&self.lock, FlockOperation::NonBlockingLockExclusive).is_ok();
         if last && self.is_current() && !self.has_external_nodes() {
-            // What cannot be removed is told to the next one who comes; there is nobody to tell here.
+            // The next process that joins reports what cannot be removed.
             let _ = service_files::wipe(&self.directory);
             let _ = std::fs::remove_file(path(&self.directory));
         }

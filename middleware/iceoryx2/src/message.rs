@@ -1,22 +1,22 @@
-//! The user headers, which travel beside every body. iceoryx2 compares them by name, size and alignment.
+//! The user headers of messages. iceoryx2 compares them by name, size and alignment.
 //!
-//! The body comes right behind its header; so that it is aligned to 16 bytes, as the memory image of a plain type
-//! wants it, the headers are aligned to 16 and their sizes are multiples of it. (The alignment of the payload, which
-//! could be set too, counts for each single byte of a `[u8]` in iceoryx2 0.10.0: 16 times the memory is reserved.)
+//! The body follows its header directly. The memory image of a plain type needs an alignment of 16
+//! bytes, so headers are aligned to 16 and their sizes are multiples of it. (iceoryx2 0.10.0
+//! applies a payload alignment to each byte of a `[u8]` and reserves 16 times the memory.)
 
 use iceoryx2::prelude::ZeroCopySend;
 use rc_middleware::{Encoding, Header};
 
-/// The version of these headers.
+/// Version of these headers.
 const VERSION: u16 = 1;
-/// The encoding of a body: CDR in the version XCDR1, little endian (in its envelope, for a call).
+/// Body encoding: CDR, XCDR1, little endian (for a call, behind its envelope).
 const CDR: u16 = 1;
-/// The encoding of a body: the memory image of a plain type (behind its envelope, for an answer).
+/// Body encoding: the memory image of a plain type (for a reply, behind its envelope).
 const IMAGE: u16 = 2;
-/// Flag of a request: no answer is waited for.
+/// Flag of a request: the client awaits no reply.
 const ONE_WAY: u32 = 1;
 
-/// Beside each value of a topic and each answer: 32 bytes.
+/// Header of samples and replies, 32 bytes.
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("RcHeader1")]
 #[repr(C)]
@@ -30,7 +30,7 @@ pub(crate) struct MessageHeader {
     sent: u64,
 }
 
-/// Beside each request: 48 bytes.
+/// Header of requests, 48 bytes.
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("RcRequestHeader1")]
 #[repr(C)]
@@ -55,15 +55,15 @@ impl MessageHeader {
         }
     }
 
-    /// The header of a message from `sender` in our terms, or why it is not understood.
+    /// The header as the middleware layer knows it, or why it cannot be read.
     pub(crate) fn read(&self, sender: u128) -> Result<Header, String> {
         let encoding = match (self.version, self.encoding) {
             (VERSION, CDR) => Encoding::Cdr,
-            // What is in memory is believed only of an end that says that its types are the same.
+            // A memory image is accepted only with a type hash, which the receiver compares.
             (VERSION, IMAGE) if self.type_hash != 0 => Encoding::Image,
             (version, encoding) => {
                 return Err(format!(
-                    "a message of version {version} and encoding {encoding} came, this side knows version {VERSION}, \
+                    "received a message of version {version} and encoding {encoding}, this side knows version {VERSION}, \
                      encoding {CDR} and, with a type hash, {IMAGE}; rebuild both sides with the same framework"
                 ));
             }
@@ -91,7 +91,7 @@ impl RequestHeader {
         self.message.read(sender)
     }
 
-    /// Whose event service waits for the answer; all zero where none does.
+    /// GUID of the client whose event service to notify; all zero for none.
     pub(crate) fn client(&self) -> [u8; 16] {
         self.client
     }

@@ -1,16 +1,16 @@
-//! How a network and its addresses are called in iceoryx2.
+//! Names of networks and addresses in iceoryx2.
 
 use rc_middleware::{Address, RunDirectory};
 use std::fmt::Write as _;
 use std::os::unix::ffi::OsStrExt;
 use std::path::PathBuf;
 
-/// Longest root: a listener's socket is `ROOT/PREFIX<id>.event` and has to fit into the 107 bytes of a socket's
-/// path, with 20 bytes of prefix, at most 36 of id, `/` and `.event`.
+/// Longest root path: a listener's socket is `ROOT/PREFIX<id>.event`, and the path of a socket has
+/// at most 107 bytes. The prefix has 20 bytes, the id at most 36.
 const LONGEST_ROOT: usize = 107 - 20 - 36 - 7;
 
-/// What begins the name of each shared memory of the network: `rc_<16 hex digits>_`, the FNV-1a hash of the path of
-/// its run directory.
+/// Prefix of the names of all shared memory of the network: `rc_<16 hex digits>_`, with the FNV-1a
+/// hash of the path of its run directory.
 pub fn prefix(directory: &RunDirectory) -> String {
     format!(
         "rc_{:016x}_",
@@ -18,8 +18,8 @@ pub fn prefix(directory: &RunDirectory) -> String {
     )
 }
 
-/// Where iceoryx2 keeps the network's files: `iceoryx2` in the run directory, or `/dev/shm/PREFIXroot` where that
-/// path is too long for the sockets in it.
+/// The root folder of the network: `iceoryx2` in the run directory, or `/dev/shm/PREFIXroot` if
+/// that path is too long for the sockets in it.
 pub(crate) fn root(directory: &RunDirectory) -> PathBuf {
     let inside = directory.middleware(crate::NAME);
     if inside.as_os_str().len() <= LONGEST_ROOT {
@@ -29,32 +29,32 @@ pub(crate) fn root(directory: &RunDirectory) -> PathBuf {
     }
 }
 
-/// Publish/subscribe whose publishers keep nothing for late subscribers; also the event service of the topic.
+/// The publish/subscribe service of volatile publishers, and the event service of the topic.
 pub(crate) fn topic(address: &Address) -> String {
     address.to_string()
 }
 
-/// Publish/subscribe whose publishers keep values for late subscribers.
+/// The publish/subscribe service of transient-local publishers.
 pub(crate) fn transient_local(address: &Address) -> String {
     format!("{address}:kept")
 }
 
-/// The event service by which late subscribers ask for what was kept.
+/// The event service by which late joiners request history.
 pub(crate) fn late_joiners(address: &Address) -> String {
     format!("{address}:late")
 }
 
-/// Request/response.
+/// The request/response service.
 pub(crate) fn calls(address: &Address) -> String {
     address.to_string()
 }
 
-/// The event service that wakes the server.
+/// The event service that notifies the server.
 pub(crate) fn server(address: &Address) -> String {
     format!("{address}:server")
 }
 
-/// The event service that wakes one client.
+/// The event service that notifies one client.
 pub(crate) fn client(address: &Address, guid: [u8; 16]) -> String {
     let mut name = format!("{address}:client:");
     for byte in guid {

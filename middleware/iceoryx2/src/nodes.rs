@@ -1,14 +1,14 @@
-//! The nodes of a network: each of its processes has one or more.
+//! The nodes of a network. Each process has one or more.
 
 use crate::service::{Node, Service};
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::NodeState;
 use iceoryx2::prelude::{CallbackProgression, Config};
 
-/// A node whose process is dead.
+/// A node of a dead process.
 pub(crate) type Dead = iceoryx2::node::DeadNodeView<Service>;
 
-/// Whether a node of the network is alive.
+/// Whether any node of the network is alive.
 pub(crate) fn any_alive(config: &Config) -> bool {
     let mut found = false;
     list(config, |node| {
@@ -18,7 +18,7 @@ pub(crate) fn any_alive(config: &Config) -> bool {
     found
 }
 
-/// The nodes of the network whose processes are dead.
+/// The nodes of dead processes.
 pub(crate) fn dead(config: &Config) -> Vec<Dead> {
     let mut found = Vec::new();
     list(config, |node| {
@@ -30,7 +30,7 @@ pub(crate) fn dead(config: &Config) -> Vec<Dead> {
     found
 }
 
-/// Whether a node is gone, or its process is dead.
+/// Whether the node does not exist or its process is dead.
 pub(crate) fn is_dead(config: &Config, node: UniqueNodeId) -> bool {
     matches!(
         Node::state_of(config, node),
@@ -38,9 +38,10 @@ pub(crate) fn is_dead(config: &Config, node: UniqueNodeId) -> bool {
     )
 }
 
-/// Lists the nodes for as long as `each` wants more.
+/// Calls `each` for every node until it returns false.
 fn list(config: &Config, mut each: impl FnMut(NodeState<Service>) -> bool) {
-    // A list that breaks off, at something that cannot be read, is as good as it can be.
+    // iceoryx2 ends the list early at an entry that it cannot read; the entries before it are
+    // valid.
     let _ = Node::list(config, |node| {
         if each(node) {
             CallbackProgression::Continue

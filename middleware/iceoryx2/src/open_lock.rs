@@ -1,50 +1,52 @@
-//! Openings happen together, cleaning up after the dead happens alone.
+//! A readers-writer lock: openings run concurrently, a clean-up excludes them.
 //!
-//! iceoryx2 0.10.0 makes a service in steps, and its clean-up removes a service whose steps are not all done as the
-//! work of a dead process, although a living one may be at it just then: the service then exists for that one alone.
-//! So who opens holds a shared lock on the network's root, and who cleans up after one of the dead holds it alone.
-//! Between two of the dead it is free for a while, which those who clean see to with a lock of their own: where many
-//! die and many clean, openings do not wait for the last of them. A process that is killed loses its locks.
+//! iceoryx2 0.10.0 creates a service in steps. Its clean-up removes a service whose steps are not
+//! complete, although a live process may be creating it at that moment; the service then exists for
+//! that process alone. Openings therefore hold a shared lock on the root folder of the network, and
+//! a clean-up after one dead node holds it exclusively. Processes that clean up hold a second lock,
+//! `cleaning.lock`, and leave the root unlocked for a while between two dead nodes, so that
+//! openings do not wait until all are removed. The kernel releases the locks of a killed process.
 
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// How long either waits for the other, in order that a process which was stopped in the middle harms nobody: then it
-/// goes on without the lock, which is as safe as iceoryx2 is by itself. To clean up after one of the dead takes some
+/// Time limit of waiting for a lock, in case its holder was stopped. Afterwards the process
+/// continues without the lock, which is as safe as iceoryx2 is by itself. A clean-up takes some
 /// milliseconds, on a busy machine a tenth of a second.
 const TIMEOUT: Duration = Duration::from_millis(500);
-/// Between two attempts.
+/// Pause between two attempts.
 const RETRY_INTERVAL: Duration = Duration::from_millis(1);
-/// How long openings go first after each of the dead: some attempts long.
+/// Time that the root stays unlocked after each dead node: some attempts long.
 const OPENING_WINDOW: Duration = Duration::from_millis(5);
 
-/// A lock that is held, or that could not be had in time.
+/// A held lock, or none if the time limit expired.
 pub(crate) struct OpenLock {
     _file: Option<File>,
 }
 
-/// The locks of who cleans.
+/// The locks of a process that cleans up.
 pub(crate) struct CleanupLock {
     root: OpenLock,
     _cleaning: OpenLock,
 }
 
 impl CleanupLock {
-    /// Lets openings go first, then the next one who cleans.
+    /// Unlocks the root for waiting openings, then admits the next process that cleans up.
     pub(crate) fn release(self) {
         drop(self.root);
         std::thread::sleep(OPENING_WINDOW);
     }
 }
 
-/// To open services.
+/// Locks the root for an opening.
 pub(crate) fn shared(root: &Path) -> OpenLock {
     lock(File::open(root), FlockOperation::NonBlockingLockShared)
 }
 
-/// To clean up after one of the dead; none where that was `needed` no more while this one waited for others who clean.
+/// Locks the root for the clean-up after one dead node. Returns `None` if `needed` turns false
+/// while waiting.
 pub(crate) fn exclusive(root: &Path, needed: impl Fn() -> bool) -> Option<CleanupLock> {
     let cleaning = File::create(root.join("cleaning.lock"));
     let cleaning = lock_while(

@@ -1,24 +1,24 @@
-//! Which ends a dead process had, remembered for the case that those who clean up after it are killed, too.
+//! Backups of port tags, in case the process that cleans up after a dead node is killed, too.
 //!
-//! iceoryx2 keeps a file, a tag, for each end (port) of a node. Its clean-up removes the tag of a dead end first and
-//! gives its place in the service free afterwards; where there is no tag, it passes the end over and forgets the node
-//! (0.10.0). Who is killed in between leaves a place that nobody frees again: that of a server is the only one. So
-//! each tag has a second name while somebody cleans, and one that is gone gets its first name back before the next
-//! one does.
+//! iceoryx2 keeps a file, the tag, for each port of a node. Its clean-up (0.10.0) removes the tag
+//! of a dead port first and frees the port's place in the service afterwards. It skips a port
+//! without a tag. A process that is killed in between leaves a place that nobody frees again, and a
+//! service has only one place for a server. Each tag therefore has a second hard link during a
+//! clean-up, from which the next clean-up restores it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The extension of a tag.
+/// File extension of a tag.
 const TAG: &str = "port_tag";
 
-/// Remembers the tags of the dead nodes `dead`, and gives back to them those that somebody had begun to remove.
-/// Only while nobody else cleans.
+/// Backs up the tags of the nodes `dead`, and restores those that an interrupted clean-up has
+/// removed. The caller holds the clean-up lock.
 pub(crate) fn back_up(root: &Path, dead: &[u128]) {
     for node in dead {
         let (here, backup) = (of_node(root, *node), backups(root).join(node.to_string()));
         if !here.is_dir() || fs::create_dir_all(&backup).is_err() {
-            // What cannot be remembered is cleaned up as iceoryx2 does it.
+            // Without a backup iceoryx2 cleans up in its own way.
             continue;
         }
         link_tags(&backup, &here);
@@ -26,24 +26,24 @@ pub(crate) fn back_up(root: &Path, dead: &[u128]) {
     }
 }
 
-/// Forgets the tags of nodes that are gone.
+/// Removes the backups of nodes that no longer exist.
 pub(crate) fn discard_backups(root: &Path) {
     for backup in entries(&backups(root)) {
         let node = backup.file_name().unwrap_or_default();
         if !nodes(root).join(node).exists() {
-            // What is left of it harms nobody.
+            // A backup that stays is harmless.
             let _ = fs::remove_dir_all(&backup);
         }
     }
 }
 
-/// Gives the tags in `from` a name in `to`, where they have none.
+/// Links the tags in `from` into `to`.
 fn link_tags(from: &Path, to: &Path) {
     for tag in entries(from) {
         if tag.extension().is_some_and(|extension| extension == TAG)
             && let Some(name) = tag.file_name()
         {
-            // Most have it already.
+            // Most are linked already.
             let _ = fs::hard_link(&tag, to.join(name));
         }
     }

@@ -1,28 +1,28 @@
-//! Whether a process is alive.
+//! Detects the death of a process.
 
 use rc_middleware::wait;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::time::Duration;
 
-/// Watches the process of one server. A process id is looked up once; afterwards its descriptor stands for the
-/// process, even when the id is given to another one.
+/// Monitors the process of one server by a pidfd, which stays valid when the kernel reuses the
+/// process id.
 pub(crate) struct ProcessMonitor {
-    /// Which server, in iceoryx2's terms.
+    /// Port id of the server.
     pub(crate) server: u128,
     process: Process,
 }
 
 enum Process {
     Watched(OwnedFd),
-    /// Gone before it could be watched.
+    /// Dead before it could be monitored.
     Gone,
-    /// It cannot be watched; its death shows only when somebody cleans up.
+    /// Cannot be monitored; only a clean-up detects its death.
     Unknown,
 }
 
 impl ProcessMonitor {
-    /// Watches the process `pid`.
+    /// Monitors the process `pid`.
     pub(crate) fn new(server: u128, pid: Option<i32>) -> Self {
         let process = match pid.and_then(Pid::from_raw) {
             None => Process::Unknown,
@@ -35,7 +35,7 @@ impl ProcessMonitor {
         Self { server, process }
     }
 
-    /// Readable when the process is dead, where that can be watched.
+    /// Readable when the process is dead; `None` if it cannot be monitored.
     pub(crate) fn descriptor(&self) -> Option<BorrowedFd<'_>> {
         match &self.process {
             Process::Watched(descriptor) => Some(descriptor.as_fd()),
@@ -43,17 +43,18 @@ impl ProcessMonitor {
         }
     }
 
-    /// Whether its process was gone before it could be watched.
+    /// Whether the process was dead before it could be monitored.
     pub(crate) fn is_gone(&self) -> bool {
         matches!(self.process, Process::Gone)
     }
 
-    /// Watches no longer: it is alive, and its process id means something else here.
+    /// Stops monitoring: the process is alive in another pid namespace, where its id means
+    /// something else.
     pub(crate) fn give_up(&mut self) {
         self.process = Process::Unknown;
     }
 
-    /// Whether the process is known to be dead.
+    /// Whether the process is known to be dead. Asks the kernel.
     pub(crate) fn is_dead(&self) -> bool {
         match &self.process {
             Process::Watched(descriptor) => wait(&[descriptor.as_fd()], Duration::ZERO) != 0,

@@ -1,4 +1,4 @@
-//! The sending end of a topic.
+//! The publisher of a topic.
 
 use crate::late_joiners::LateJoinerThread;
 use crate::memory;
@@ -15,11 +15,11 @@ use rc_middleware::{Durability, Endpoint, Header, Lent, OpenError, Publisher, Se
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// Bytes that a publisher is ready for; its memory grows by doubling.
+/// Initial size of a sample in bytes; the memory grows by doubling.
 const INITIAL: usize = 256;
 
-/// Opens the sending end of a topic. A publisher that keeps values is in a service of its own, so that only it pays
-/// for them; subscribers are in both.
+/// Opens the publisher of a topic. Transient-local publishers have a service of their own, so that
+/// volatile ones do not reserve memory for history; subscribers join both services.
 pub(crate) fn open(
     session: &Arc<Session>,
     endpoint: &Endpoint,
@@ -64,14 +64,14 @@ pub(crate) fn open(
     })
 }
 
-/// The sending end of a topic.
+/// The publisher of a topic.
 pub(crate) struct SharedPublisher {
     address: String,
     _late_joiners: Option<LateJoinerThread>,
     port: Arc<PublisherPort>,
     topic: TopicService,
     notifier: Notifier,
-    /// Left after everything above: the last one out must have no end open.
+    /// Dropped after everything above: the last process that leaves must have no port open.
     session: Arc<Session>,
 }
 
@@ -83,7 +83,7 @@ impl SharedPublisher {
         }
     }
 
-    /// Rings after sending.
+    /// Notifies the subscribers after a sample was sent.
     fn sent(&self, reached: Result<usize, iceoryx2::port::SendError>) -> Result<(), SendError> {
         let reached = reached.map_err(|error| self.failed(&error))?;
         self.notifier.notify();
@@ -124,7 +124,7 @@ impl Publisher for SharedPublisher {
     }
 }
 
-/// A value that is being written in place.
+/// A sample that is being written in place.
 struct SharedLoan<'a> {
     publisher: &'a SharedPublisher,
     sample: Sample,

@@ -1,4 +1,4 @@
-//! The answering end of a connection.
+//! The server of a connection.
 
 use crate::memory;
 use crate::message::MessageHeader;
@@ -22,25 +22,25 @@ use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The largest answer in bytes. Memory for answers is reserved in this size, and exists only as far as it has been
-/// written; a growing one would need 1.6 MB of bookkeeping for every client.
+/// Largest reply in bytes. Each reply reserves address space of this size, and uses memory as far
+/// as it is written. Memory that grows would need 1.6 MB of bookkeeping for every client.
 const LARGEST_REPLY: usize = 64 << 20;
-/// Answers that exist at the same time: each client has at most one in its queue and one in its hands.
+/// Upper limit of replies at a time: each client has at most one in its queue and one borrowed.
 const MAX_REPLIES: usize = 3 * MAX_READERS;
 
-/// How often the place of a dead server is tried, and the pause in between.
+/// Attempts to replace a dead server, and the pause between two.
 const TAKEOVER_ATTEMPTS: u32 = 100;
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Opens the answering end of a connection.
+/// Opens the server of a connection.
 pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedServer, OpenError> {
     let address = &endpoint.address;
-    // The ear comes first: who sees the server can wake it.
+    // The listener comes first: a client that sees the server can notify it.
     let listener = Listener::open(session, &names::server(address), EventPorts::Server, None)?;
     let calls = calls(session, &names::calls(address), &endpoint.types)?;
     let mut port = make_port(session, &calls);
     for _ in 0..TAKEOVER_ATTEMPTS {
-        // Only a live server keeps its place through a clean-up; a dead one does while somebody else cleans up.
+        // A clean-up frees the place of a dead server; one in another process may still be running.
         if port.as_ref().err() != Some(&ServerCreateError::ExceedsMaxSupportedServers) {
             break;
         }
@@ -86,7 +86,7 @@ fn make_port(session: &Session, calls: &CallService) -> Result<ServerPort, Serve
         .create()
 }
 
-/// Who serves.
+/// The registered server.
 struct CurrentServer {
     pid: Option<i32>,
     name: String,
@@ -119,26 +119,27 @@ fn current_server(calls: &CallService) -> Option<CurrentServer> {
     holder
 }
 
-/// The answering end of a connection.
+/// The server of a connection.
 pub(crate) struct SharedServer {
     address: Address,
-    /// Requests that were taken out of the queues of the clients.
+    /// Requests taken from the queues of the clients.
     inbox: VecDeque<ActiveRequest>,
     reply: Vec<u8>,
-    /// How to wake the clients that were answered.
+    /// Notifiers of clients, by client GUID.
     client_notifiers: HashMap<[u8; 16], Notifier>,
     port: ServerPort,
     calls: CallService,
     listener: Listener,
-    /// Left after everything above: the last one out must have no end open.
+    /// Dropped after everything above: the last process that leaves must have no port open.
     session: Arc<Session>,
 }
 
 impl SharedServer {
-    /// Takes what waits, and brings it into the order in which it is served: the first request of each client, then
-    /// the second of each. iceoryx2 itself empties the queue of one client before it looks into the next.
+    /// Fills the inbox round-robin: the first request of each client, then the second of each.
+    /// iceoryx2 itself empties the queue of one client before it looks into the next.
     fn refill(&mut self) -> Result<(), ReceiveError> {
-        // A look costs more than this number; and what a single client sends is in order already.
+        // Looking into an empty queue is expensive, and the requests of a single client are in
+        // order already.
         let most = match self.peers() {
             0 | 1 => 1,
             _ => usize::MAX,
@@ -146,7 +147,7 @@ impl SharedServer {
         while self.inbox.len() < most {
             match self.port.receive() {
                 Ok(Some(request)) => self.inbox.push_back(request),
-                // The second: as much is in our hands as may be.
+                // `ExceedsMaxBorrows`: the server holds as many requests as it may.
                 Ok(None) | Err(PortError::ExceedsMaxBorrows) => break,
                 Err(_) if !self.inbox.is_empty() => break,
                 Err(error) => return Err(self.failed(format!("{error:?}"))),
@@ -169,7 +170,7 @@ impl SharedServer {
         Ok(())
     }
 
-    /// Sends the answer; one that is empty is none.
+    /// Sends the reply, unless it is empty.
     fn reply_to(
         &self,
         request: &ActiveRequest,
@@ -179,7 +180,7 @@ impl SharedServer {
         let length = answer.body.len();
         let failed = |error: &dyn Debug| {
             self.failed(format!(
-                "an answer of {length} bytes was not sent (the largest has {LARGEST_REPLY}): {error:?}"
+                "a reply of {length} bytes was not sent (the limit is {LARGEST_REPLY}): {error:?}"
             ))
         };
         let encoding = if answer.loan_is_reply {
@@ -204,7 +205,7 @@ impl SharedServer {
         }
     }
 
-    /// Wakes one client.
+    /// Notifies one client.
     fn notify_client(&mut self, client: [u8; 16]) {
         if client == [0; 16] {
             return;
@@ -217,7 +218,7 @@ impl SharedServer {
             self.client_notifiers
                 .retain(|_, notifier| notifier.has_listeners());
         }
-        // No bell: the client is gone, or does not wait for a ring.
+        // Without an event service the client is gone or does not wait for a notification.
         if let Some(notifier) =
             Notifier::existing(&self.session, &names::client(&self.address, client))
         {
@@ -234,12 +235,12 @@ impl SharedServer {
     }
 }
 
-/// The answer to one request.
+/// The reply to one request.
 struct SharedReply<'a> {
     request: &'a ActiveRequest,
     body: &'a mut Vec<u8>,
     loan: Option<Response>,
-    /// What was lent is the answer.
+    /// Whether the loan is the reply.
     loan_is_reply: bool,
 }
 
@@ -249,7 +250,7 @@ impl Reply for SharedReply<'_> {
     }
 
     fn loan(&mut self, length: usize) -> Option<&mut [u8]> {
-        // One loan a request is what the port has room for.
+        // The port allows one loan for each request.
         self.loan = None;
         let loan = self.request.loan_slice_uninit(length).ok()?;
         let loan = self.loan.insert(memory::response(loan));

@@ -1,4 +1,5 @@
-//! The services of iceoryx2 with our settings, and what it means when one cannot be opened.
+//! iceoryx2 services with the settings of this backend, and the meaning of errors when one cannot
+//! be opened.
 
 use crate::message::{MessageHeader, RequestHeader};
 use crate::session::Session;
@@ -15,8 +16,9 @@ use rc_middleware::{OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
 use std::time::Duration;
 
-/// Ports of this kind may be moved to and shared with other threads: one opens on a helper thread, and a publisher
-/// that keeps values is served by a second thread. On disk and in memory it is the same as `ipc::Service`.
+/// Ports of this variant may move between threads: they open on a helper thread, and a second
+/// thread serves each transient-local publisher. Files and shared memory are those of
+/// `ipc::Service`.
 pub(crate) type Service = iceoryx2::service::ipc_threadsafe::Service;
 
 pub(crate) type Node = iceoryx2::prelude::Node<Service>;
@@ -37,35 +39,36 @@ pub(crate) type Response = iceoryx2::response_mut::ResponseMut<Service, [u8], Me
 pub(crate) type ActiveRequest =
     iceoryx2::active_request::ActiveRequest<Service, [u8], RequestHeader, [u8], MessageHeader>;
 
-/// The attribute that carries the types of a connection.
+/// The service attribute with the types of a connection.
 const TYPES: &[u8] = b"rc.types";
-/// A topic supports subscribers of at least this depth. Each unit costs a publisher 0.13 MB of memory, and 16 kB of
-/// shared memory for each connected subscriber: iceoryx2 counts each chunk of each of 255 segments that may follow
-/// each other while the memory grows, for the worst case of 64 subscribers who all keep as much as they may. Less than
-/// the worst case must not be reserved: a publisher that has no chunk left makes new segments until it has none left.
+/// Smallest maximum depth of a topic's subscribers. Each unit costs a publisher 0.13 MB of memory,
+/// and 16 kB of shared memory for each connected subscriber. iceoryx2 keeps a counter for each
+/// chunk of each of 255 segments, for the worst case of 64 subscribers with full queues. A
+/// publisher without a free chunk creates new segments until none is left, so less than the worst
+/// case must not be reserved.
 const DEPTH: usize = Qos::PUBLISHER.depth as usize;
-/// How often an opening is tried that meets a service which just comes or goes, or whose users died.
+/// Attempts to open a service that is being created or removed, or whose users have died.
 const ATTEMPTS: u32 = 4;
-/// Between two attempts.
+/// Pause between two attempts.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Which notifiers and listeners an event service has room for.
+/// The use of an event service, which determines how many notifiers and listeners it admits.
 #[derive(Clone, Copy)]
 pub(crate) enum EventPorts {
-    /// Many publishers wake many subscribers.
+    /// Publishers notify subscribers.
     Topic,
-    /// Many subscribers wake the publishers that keep values.
+    /// Subscribers notify transient-local publishers.
     LateJoiners,
-    /// Many clients wake the server. There is room for one that died and for one that is refused.
+    /// Clients notify the server. Admits a dead server and a refused one, too.
     Server,
-    /// The server wakes one client. There is room for servers that died.
+    /// The server notifies one client. Admits dead servers, too.
     Client,
 }
 
 impl EventPorts {
     fn limits(self) -> (usize, usize) {
         match self {
-            // A publisher that keeps values has two notifiers.
+            // A transient-local publisher has two notifiers.
             Self::Topic => (2 * MAX_PUBLISHERS, MAX_READERS),
             Self::LateJoiners => (MAX_READERS, MAX_PUBLISHERS),
             Self::Server => (MAX_READERS, 4),
@@ -74,7 +77,7 @@ impl EventPorts {
     }
 }
 
-/// The publish/subscribe service `name`. `depth`: what this end needs.
+/// Opens or creates the publish/subscribe service `name`. `depth` is what this endpoint needs.
 pub(crate) fn topic(
     session: &Session,
     name: &str,
@@ -88,7 +91,8 @@ pub(crate) fn topic(
             .history_size(0)
             .open_or_create_with_attributes(&verifier)
             .or_else(|_| {
-                // The one who created it wanted less than we would have created, but perhaps enough.
+                // The creator may have reserved less than the minimum of this process, but enough
+                // for this endpoint.
                 topic_builder(session, service)
                     .subscriber_max_buffer_size(depth)
                     .open_with_attributes(&verifier)
@@ -96,7 +100,8 @@ pub(crate) fn topic(
     })
 }
 
-/// The publish/subscribe service `name` whose publishers keep values; made with `depth` of them if it is not there.
+/// Opens the publish/subscribe service `name` of transient-local publishers, or creates it with a
+/// history of `depth`.
 pub(crate) fn transient_local_topic(
     session: &Session,
     name: &str,
@@ -118,7 +123,7 @@ pub(crate) fn transient_local_topic(
     )
 }
 
-/// The publish/subscribe service `name` whose publishers keep values, where there is one.
+/// Opens the publish/subscribe service `name` of transient-local publishers, if it exists.
 pub(crate) fn existing_transient_local_topic(
     session: &Session,
     name: &str,
@@ -137,7 +142,7 @@ pub(crate) fn existing_transient_local_topic(
     )
 }
 
-/// The request/response service `name`.
+/// Opens or creates the request/response service `name`.
 pub(crate) fn calls(
     session: &Session,
     name: &str,
@@ -165,7 +170,7 @@ pub(crate) fn calls(
     })
 }
 
-/// The event service `name`; with `types`, ends of other types are refused.
+/// Opens or creates the event service `name`. With `types`, endpoints of other types are refused.
 pub(crate) fn event(
     session: &Session,
     name: &str,
@@ -190,7 +195,7 @@ pub(crate) fn event(
     })
 }
 
-/// The event service `name` as another end made it.
+/// Opens the event service `name`, if it exists.
 pub(crate) fn existing_event(session: &Session, name: &str) -> Option<EventService> {
     let service = ServiceName::new(name).ok()?;
     session.node.service_builder(&service).event().open().ok()
@@ -217,7 +222,7 @@ fn topic_builder(
         .max_nodes(MAX_NODES)
 }
 
-/// What an opener requires, and a creator defines.
+/// The types as an attribute, which an opener requires and a creator defines.
 fn require(name: &str, types: &TypeIdentity) -> Result<AttributeVerifier, OpenError> {
     let refused = |reason: String| OpenError::Backend {
         address: name.to_owned(),
@@ -232,7 +237,7 @@ fn require(name: &str, types: &TypeIdentity) -> Result<AttributeVerifier, OpenEr
 }
 
 impl Session {
-    /// Tries `open` some times, with what the dead left cleaned up in between.
+    /// Tries `open` several times and cleans up after dead processes in between.
     fn attempt<T, E: Debug>(
         &self,
         name: &str,
@@ -257,7 +262,7 @@ impl Session {
                 Ok(opened) => return Ok(opened),
                 Err(error) => error,
             };
-            // What was met may be of the dead, its types and settings, too.
+            // The service may be one of dead processes, with other types and settings.
             if self.clean() > 0 && attempt < ATTEMPTS {
                 attempt += 1;
                 continue;
@@ -282,7 +287,7 @@ impl Session {
         }
     }
 
-    /// What the service that is there says of its types, where that differs from `types`.
+    /// The types of the existing service, if they differ from `types`.
     fn other_types(
         &self,
         service: &ServiceName,
@@ -293,7 +298,7 @@ impl Session {
         let details = Service::details(service, &self.config, pattern).ok()??;
         let theirs = match details.static_details.attributes().key_value(&key, 0) {
             Some(value) => String::from_utf8_lossy(value.as_bytes()).into_owned(),
-            None => "types that it does not name".to_owned(),
+            None => "unnamed types".to_owned(),
         };
         (types.name != NO_TYPES.name && theirs != types.to_string()).then_some(theirs)
     }
@@ -302,18 +307,18 @@ impl Session {
 fn explain(error: &impl Debug) -> String {
     let text = format!("{error:?}");
     let help = if is_incomplete(error) {
-        "a process that was killed while it started or ended left it half made"
+        "a process that was killed while it started or ended left it incomplete"
     } else if text.contains("MinBufferSize") {
-        "an end that keeps fewer values made it; start the end that keeps most values first"
+        "an endpoint of a smaller depth created it; start the endpoint of the greatest depth first"
     } else if text.contains("ExceedsMax") {
-        "too many ends of this kind are open"
+        "too many endpoints of this kind are open"
     } else {
         return format!("iceoryx2 says {text}");
     };
     format!("iceoryx2 says {text}: {help}")
 }
 
-/// Whether an error says that a service is neither there nor not there.
+/// Whether an error says that a service exists only in part.
 fn is_incomplete(error: &impl Debug) -> bool {
     let text = format!("{error:?}");
     ["HangsInCreation", "Corrupted", "IsMarkedForDestruction"]
@@ -321,7 +326,7 @@ fn is_incomplete(error: &impl Debug) -> bool {
         .any(|said| text.contains(said))
 }
 
-/// `iceoryx2 says …`, for a port that could not be made.
+/// The error of a port that could not be created.
 pub(crate) fn refusal(address: &str) -> impl FnOnce(String) -> OpenError + '_ {
     move |reason| OpenError::Backend {
         address: address.to_owned(),

@@ -1,4 +1,4 @@
-//! What a network leaves behind, and its removal.
+//! The files and shared memory that iceoryx2 has of one network, and their removal.
 
 use crate::names;
 use rc_middleware::RunDirectory;
@@ -6,11 +6,12 @@ use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where shared memory lies.
+/// The folder of shared memory.
 pub(crate) const MEMORY: &str = "/dev/shm";
 
-/// Removes all that iceoryx2 has of the network, whether somebody uses it or not; says how many things there were.
-/// Only for a network of which nothing is alive. An error names what cannot be removed.
+/// Removes all files and shared memory that iceoryx2 has of the network, whether a process uses
+/// them or not. Returns their number. Call it only when no process of the network is alive. An
+/// error names the first path that cannot be removed; the others are removed all the same.
 pub fn wipe(directory: &RunDirectory) -> io::Result<usize> {
     let found = leftovers(directory);
     let mut failure = None;
@@ -31,7 +32,7 @@ pub fn wipe(directory: &RunDirectory) -> io::Result<usize> {
     failure.map_or(Ok(found.len()), Err)
 }
 
-/// The folder and the shared memory that iceoryx2 has of the network now.
+/// The root folder and the shared memory that iceoryx2 has of the network now, sorted.
 pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
     let root = directory.middleware(crate::NAME);
     let mut found: Vec<PathBuf> = root.exists().then_some(root).into_iter().collect();
@@ -42,7 +43,7 @@ pub fn leftovers(directory: &RunDirectory) -> Vec<PathBuf> {
     found
 }
 
-/// What a folder has whose name begins with `prefix`.
+/// The entries of `folder` whose names begin with `prefix`.
 pub(crate) fn with_prefix(
     folder: &Path,
     prefix: &str,

@@ -1,4 +1,5 @@
-//! What the ports of one component share: the node, its configuration, and what is still on its way.
+//! The state that all ports of one component share: the node, its configuration, and undelivered
+//! messages.
 
 use crate::cleanup::{CleanupThread, DeadNodes};
 use crate::incomplete_files::{CREATION, IncompleteFileRemover};
@@ -17,20 +18,20 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-/// How often the node is tried, in which half-made files may be in the way.
+/// Attempts to create the node, which incomplete files may obstruct.
 const ATTEMPTS: u32 = 4;
-/// How long a value that was published needs to reach those who subscribe: a subscriber maps a new piece of shared
-/// memory only when it receives the first value in it, and finds it gone if the publisher is. 1 ms was enough in 30
-/// of 30 tries on an idle machine.
+/// Time that a sample needs to reach the subscribers. A subscriber maps a new segment of shared
+/// memory when it receives the first sample in it, and fails if the publisher has ended. 1 ms was
+/// enough in 30 of 30 runs on an idle machine.
 const SETTLE: Duration = Duration::from_millis(100);
 
-/// How long an opening cleans up at a time, before it tries again.
+/// Longest clean-up before an opening is tried again.
 const ROUND: Duration = Duration::from_secs(2);
 
-/// A request that was sent and not yet handled.
+/// The last command of a client, until the server has handled it.
 pub(crate) type PendingCommand = Arc<Mutex<Option<PendingResponse>>>;
 
-/// What the ports of one component share.
+/// The shared state of the ports of one component.
 pub(crate) struct Session {
     pub(crate) environment: Environment,
     pub(crate) config: Config,
@@ -38,16 +39,16 @@ pub(crate) struct Session {
     published: Mutex<Option<Instant>>,
     commands: Mutex<Vec<Weak<Mutex<Option<PendingResponse>>>>>,
     dead_nodes: DeadNodes,
-    /// Ended before the remover of incomplete files: a clean-up can wait for a half-made file.
+    /// Dropped before the remover of incomplete files: a clean-up can wait for an incomplete file.
     cleaner: CleanupThread,
-    /// Ended after everything above.
+    /// Dropped after everything above.
     _incomplete_files: IncompleteFileRemover,
-    /// Left after everything above.
+    /// Dropped after everything above.
     _membership: Membership,
 }
 
 impl Session {
-    /// Makes the node.
+    /// Joins the network and creates the node.
     pub(crate) fn open(environment: &Environment) -> Result<Arc<Self>, OpenError> {
         set_log_level(LogLevel::Fatal);
         let owned = environment.clone();
@@ -59,16 +60,16 @@ impl Session {
             let config = configuration(&owned).map_err(refused)?;
             let membership = Membership::join(&owned.directory, &config).map_err(|e| {
                 refused(format!(
-                    "the network cannot be entered: {e}; remove by hand what is in the way"
+                    "the network cannot be joined: {e}; remove by hand what is in the way"
                 ))
             })?;
             let root = names::root(&owned.directory);
             private(&root).map_err(|e| refused(format!("{}: {e}", root.display())))?;
             let incomplete_files = IncompleteFileRemover::start(&owned.directory)
-                .map_err(|e| refused(format!("no thread for its files: {e}")))?;
+                .map_err(|e| refused(format!("no thread for incomplete files: {e}")))?;
             let dead_nodes = DeadNodes::of(&owned.directory, &config);
             let cleaner = CleanupThread::start(dead_nodes.clone())
-                .map_err(|e| refused(format!("no thread for what the dead leave: {e}")))?;
+                .map_err(|e| refused(format!("no thread for clean-ups: {e}")))?;
             let node = node(&owned, &config).map_err(refused)?;
             let session = Self {
                 environment: owned,
@@ -83,7 +84,7 @@ impl Session {
             };
             Ok(Arc::new(session))
         })?;
-        // Where it takes too long, it goes on beside what comes now, and is no failure.
+        // A clean-up that exceeds the limit continues on its thread; that is no failure.
         let own = Arc::clone(&session);
         let _ = bounded::run(&environment.directory, &environment.network, move || {
             Ok(own.clean())
@@ -91,7 +92,8 @@ impl Session {
         Ok(session)
     }
 
-    /// Removes what the dead left behind, for an opening: it may take some seconds. Says how many dead there were.
+    /// Cleans up after dead processes, for an opening: it may take some seconds. Returns the number
+    /// of nodes removed.
     pub(crate) fn clean(&self) -> usize {
         let end = Instant::now() + ROUND;
         let (gone, all) = self.dead_nodes.clean(|| Instant::now() < end);
@@ -101,17 +103,17 @@ impl Session {
         gone
     }
 
-    /// Has what the dead left behind removed, and does not wait for it.
+    /// Requests a clean-up and returns at once.
     pub(crate) fn request_cleanup(&self) {
         self.cleaner.wake();
     }
 
-    /// Notes that a value was published, for `linger`.
+    /// Notes the time of a publication, for `linger`.
     pub(crate) fn note_published(&self) {
         *lock(&self.published) = Some(Instant::now());
     }
 
-    /// Where a client keeps its last command until it is handled, for `linger`.
+    /// A place for the last command of a client, which `linger` awaits.
     pub(crate) fn command(&self) -> PendingCommand {
         let slot = PendingCommand::default();
         let mut commands = lock(&self.commands);
@@ -120,7 +122,8 @@ impl Session {
         slot
     }
 
-    /// Waits until what was published has settled and each command was handled, at most `limit`.
+    /// Waits until published samples have settled and all commands are handled, at most for
+    /// `limit`.
     pub(crate) fn linger(&self, limit: Duration) {
         let end = Instant::now() + limit;
         let settled = lock(&self.published).map_or_else(Instant::now, |at| at + SETTLE);
@@ -144,12 +147,12 @@ impl Session {
     }
 }
 
-/// Locks; what is guarded here is whole even after a panic.
+/// Locks. The guarded values are valid even after a panic.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Reads no file: without a configuration of its own a node reads `./config/iceoryx2.toml`.
+/// The configuration of the node. Without one, iceoryx2 reads `./config/iceoryx2.toml`.
 fn configuration(environment: &Environment) -> Result<Config, String> {
     let root = names::root(&environment.directory);
     let says = |error: &dyn Debug| format!("{} as its root: {error:?}", root.display());
@@ -159,11 +162,11 @@ fn configuration(environment: &Environment) -> Result<Config, String> {
     config.global.prefix =
         FileName::new(names::prefix(&environment.directory).as_bytes()).map_err(|e| says(&e))?;
     config.global.creation_timeout = CREATION;
-    // Who cleans does it alone, see [`open_lock`].
+    // Clean-ups run exclusively, see [`open_lock`].
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
-    // Room for what ends that are gone have left unread, 2 to 6 kB each; the default is 128 everywhere.
+    // Buffers for unread messages of removed ports, 2 to 6 kB each; the default is 128 everywhere.
     config
         .defaults
         .publish_subscribe
@@ -179,7 +182,7 @@ fn configuration(environment: &Environment) -> Result<Config, String> {
     Ok(config)
 }
 
-/// Makes the folder, for this user alone; refuses one of another user.
+/// Creates the folder with access for this user alone; refuses a folder of another user.
 fn private(root: &std::path::Path) -> std::io::Result<()> {
     std::fs::DirBuilder::new()
         .recursive(true)
@@ -205,11 +208,11 @@ fn node(environment: &Environment, config: &Config) -> Result<Node, String> {
             .create::<Service>();
         match made {
             Ok(node) => return Ok(node),
-            // It has waited by itself for what is half made.
+            // iceoryx2 has waited for incomplete files.
             Err(_) if attempt < ATTEMPTS => attempt += 1,
             Err(error) => {
                 return Err(format!(
-                    "iceoryx2 makes no node: {error:?}; {}",
+                    "iceoryx2 cannot create a node: {error:?}; {}",
                     bounded::recovery_hint(&environment.directory)
                 ));
             }

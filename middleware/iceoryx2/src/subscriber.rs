@@ -1,4 +1,4 @@
-//! The receiving end of a topic.
+//! The subscriber of a topic.
 
 use crate::names;
 use crate::notifier::{Listener, Notifier, Wakeup};
@@ -11,14 +11,14 @@ use rc_middleware::{Durability, Endpoint, Header, OpenError, ReceiveError, Subsc
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 
-/// Opens the receiving end of a topic.
+/// Opens the subscriber of a topic.
 pub(crate) fn open(
     session: &Arc<Session>,
     endpoint: &Endpoint,
 ) -> Result<SharedSubscriber, OpenError> {
     let name = names::topic(&endpoint.address);
     let types = &endpoint.types;
-    // The ear comes first: a publisher that keeps values and is made meanwhile announces itself to it.
+    // The listener comes first: a transient-local publisher that joins meanwhile notifies it.
     let listener = Listener::open(session, &name, EventPorts::Topic, Some(types))?;
     let topic = topic(session, &name, types, depth(endpoint))?;
     let mut subscriber = SharedSubscriber {
@@ -35,24 +35,25 @@ pub(crate) fn open(
     Ok(subscriber)
 }
 
-/// The receiving end of a topic.
+/// The subscriber of a topic.
 pub(crate) struct SharedSubscriber {
-    /// From publishers that keep nothing.
+    /// Samples of volatile publishers.
     volatile: Source,
-    /// From publishers that keep values, once there was one.
+    /// Samples of transient-local publishers, once there was one.
     transient_local: Option<Source>,
-    /// Which of both is asked first.
+    /// Which source is polled first; it alternates.
     transient_local_first: bool,
-    /// Why the second one could not be opened, until that was told.
+    /// Why the second source could not be opened, until that is reported.
     failure: Option<ReceiveError>,
     endpoint: Endpoint,
     listener: Listener,
-    /// Left after everything above: the last one out must have no end open.
+    /// Dropped after everything above: the last process that leaves must have no port open.
     session: Arc<Session>,
 }
 
 impl SharedSubscriber {
-    /// Subscribes to publishers that keep values, where there are some, and asks for `history` of them.
+    /// Subscribes to transient-local publishers, if there are any, and requests `history` of their
+    /// samples.
     fn join_transient_local(&mut self, history: usize) -> Result<(), OpenError> {
         let address = &self.endpoint.address;
         let name = names::transient_local(address);
@@ -68,10 +69,10 @@ impl SharedSubscriber {
         Ok(())
     }
 
-    /// Joins the publishers that keep values, where the first of them has come.
+    /// Subscribes to transient-local publishers when the first one has joined.
     fn handle_wakeup(&mut self, wakeup: Wakeup) {
         if wakeup.transient_local && self.transient_local.is_none() {
-            // All that this publisher has kept was sent while we were here already.
+            // The whole history of this publisher was sent while this subscriber existed.
             if let Err(error) = self.join_transient_local(depth(&self.endpoint)) {
                 self.failure = Some(ReceiveError {
                     address: self.endpoint.address.to_string(),
@@ -81,7 +82,7 @@ impl SharedSubscriber {
         }
     }
 
-    /// Takes one value.
+    /// Takes one sample.
     fn next(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
@@ -119,7 +120,7 @@ impl Subscriber for SharedSubscriber {
     }
 }
 
-/// One service that values come from.
+/// One publish/subscribe service.
 struct Source {
     port: SubscriberPort,
     topic: TopicService,

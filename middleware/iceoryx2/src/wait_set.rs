@@ -1,4 +1,4 @@
-//! Where a client sleeps. What can end its sleep is told to the kernel once, not with every call.
+//! The wait set of a client. The kernel learns its descriptors once, not with every call.
 
 use rustix::event::{Timespec, epoll};
 use std::io;
@@ -9,12 +9,12 @@ use std::time::Duration;
 const NOTIFIED: u64 = 0;
 const OTHER: u64 = 1;
 
-/// What ends a sleep.
+/// An epoll instance.
 pub(crate) struct WaitSet(OwnedFd);
 
 impl WaitSet {
-    /// Sleeps until there is a ring or the component is interrupted. An interruption ends one sleep only, though its
-    /// descriptor stays readable for the one who is meant.
+    /// Waits for `notified` and for the wake event of the component. The wake event is
+    /// edge-triggered: it ends one sleep, though its descriptor stays readable for the event loop.
     pub(crate) fn new(notified: BorrowedFd<'_>, wake_event: BorrowedFd<'_>) -> io::Result<Self> {
         let wait_set = Self(epoll::create(epoll::CreateFlags::CLOEXEC)?);
         wait_set.add(notified, NOTIFIED, epoll::EventFlags::IN)?;
@@ -26,12 +26,13 @@ impl WaitSet {
         Ok(wait_set)
     }
 
-    /// Sleeps at most until `death` is readable, too; that ends when its descriptor is closed.
+    /// Waits for `death`, too, until that descriptor is closed.
     pub(crate) fn add_death(&self, death: BorrowedFd<'_>) -> io::Result<()> {
         self.add(death, OTHER, epoll::EventFlags::IN)
     }
 
-    /// Sleeps, at most for `limit`; says whether there was a ring. (A signal ends it early, which harms nobody.)
+    /// Sleeps for at most `limit`. Returns whether a notification is pending. A signal may end the
+    /// sleep early.
     pub(crate) fn sleep(&self, limit: Duration) -> bool {
         let limit = Timespec::try_from(limit).ok();
         let mut events = [MaybeUninit::uninit(); 3];
