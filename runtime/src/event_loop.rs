@@ -5,7 +5,7 @@
 
 use crate::component::{Component, Description, WorkerError};
 use crate::ports::{Ports, Receiver};
-use crate::status::{Doing, Shared, State, Wish};
+use crate::status::{Activity, Command, Shared, State};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Reader, Reply};
 use rustix::event::{Timespec, epoll};
@@ -170,7 +170,7 @@ impl<'a> EventLoop<'a> {
             let now = Instant::now();
             self.sweep(now);
             self.shared.turned(now);
-            self.wishes();
+            self.commands();
             self.handlers(now);
             self.listen();
             if due && !self.shared.interrupt.is_stopping() && self.fatal.is_none() {
@@ -265,16 +265,16 @@ impl<'a> EventLoop<'a> {
         true
     }
 
-    fn wishes(&mut self) {
-        for wish in self.shared.take_wishes() {
-            match wish {
-                Wish::Period(period) => self.component.core().new_period = Some(period),
-                Wish::Parameters(proposal) => {
+    fn commands(&mut self) {
+        for command in self.shared.take_commands() {
+            match command {
+                Command::Period(period) => self.component.core().new_period = Some(period),
+                Command::Parameters(proposal) => {
                     let said = proposal.put_to(self.component);
                     self.heed(said);
                 }
-                Wish::Emergency(true) => self.enter_emergency("asked for by management"),
-                Wish::Emergency(false) => {
+                Command::Emergency(true) => self.enter_emergency("asked for by management"),
+                Command::Emergency(false) => {
                     if self.component.core().state() == State::Emergency {
                         self.component.restore();
                         self.enter(State::Running);
@@ -377,7 +377,7 @@ impl<'a> EventLoop<'a> {
             let mut status = self.shared.status();
             status.slots[slot].handled(took, lost, result.is_ok());
             if took > self.period {
-                status.news.overrun(Doing::Handler(slot), took);
+                status.delta.overrun(Activity::Handler(slot), took);
             }
         }
         if took > self.period {
@@ -402,7 +402,7 @@ impl<'a> EventLoop<'a> {
                 let silence = heard.elapsed();
                 if silence > deadline {
                     let mut status = self.shared.status();
-                    status.news.silent(port.slot, *operation, silence);
+                    status.delta.silent(port.slot, *operation, silence);
                 }
             }
         }
@@ -434,7 +434,7 @@ impl<'a> EventLoop<'a> {
             status.compute.count(took, result.is_ok());
             if took > self.period {
                 status.overruns += 1;
-                status.news.overrun(Doing::Compute, took);
+                status.delta.overrun(Activity::Compute, took);
             }
             if let Err(WorkerError::Failed(message)) = &result {
                 status.last_error = Some(message.clone());
@@ -508,7 +508,7 @@ impl<'a> EventLoop<'a> {
         for (slot, peers) in status.slots.iter_mut().zip(counts) {
             slot.peers = peers;
         }
-        status.news.mismatches.extend(mismatches);
+        status.delta.mismatches.extend(mismatches);
         drop(status);
         // Whoever keeps components alive starts a new one.
         if self.fatal.is_none() {

@@ -11,7 +11,7 @@ mod context;
 mod event_loop;
 mod link;
 mod management;
-mod name;
+mod name_lock;
 mod notify;
 mod parameter_service;
 mod parameters;

@@ -6,24 +6,24 @@ use std::io::{self, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
-/// A longer line is not told, and not taken.
+/// A longer line is not notified, and not taken.
 const LONGEST_LINE: usize = 64 * 1024;
-/// How many paths are told of what is too long to be kept.
+/// How many paths are notified of what is too long to be kept.
 const LISTED: usize = 16;
 
 /// The component's end.
 pub(crate) struct Link {
     stream: UnixStream,
     read: Vec<u8>,
-    /// The changes that were told last.
-    told: Value,
+    /// The changes that were notified last.
+    notified: Value,
 }
 
 /// What has come from the supervisor.
 #[derive(Debug, Default)]
-pub(crate) struct Heard {
-    /// It is gone.
-    pub(crate) gone: bool,
+pub(crate) struct LinkInput {
+    /// It is closed.
+    pub(crate) closed: bool,
     /// What is to be set before the component is ready: changes that an earlier run had not saved.
     pub(crate) restore: Option<Map<String, Value>>,
 }
@@ -39,7 +39,7 @@ impl Link {
         Ok(Some(Self {
             stream,
             read: Vec::new(),
-            told: changes(&[]),
+            notified: changes(&[]),
         }))
     }
 
@@ -48,28 +48,28 @@ impl Link {
     }
 
     /// Tells something.
-    pub(crate) fn tell(&self, method: &str, params: &Value) {
+    pub(crate) fn notify(&self, method: &str, params: &Value) {
         let line = json!({ "jsonrpc": "2.0", "method": method, "params": params });
         // A supervisor that does not read loses heartbeats, not its component.
         let _ = (&self.stream).write_all(format!("{line}\n").as_bytes());
     }
 
     /// Tells which values are not in the configuration file, where these are others than before.
-    pub(crate) fn tell_changes(&mut self, unsaved: &[ParamChange]) {
+    pub(crate) fn notify_changes(&mut self, unsaved: &[ParamChange]) {
         let now = changes(unsaved);
-        if now != self.told {
-            self.tell("parameters", &now);
-            self.told = now;
+        if now != self.notified {
+            self.notify("parameters", &now);
+            self.notified = now;
         }
     }
 
     /// Takes what has come.
-    pub(crate) fn hear(&mut self) -> Heard {
-        let mut heard = Heard::default();
+    pub(crate) fn receive(&mut self) -> LinkInput {
+        let mut input = LinkInput::default();
         let mut bytes = [0; 4096];
         loop {
             match self.stream.read(&mut bytes) {
-                Ok(0) => heard.gone = true,
+                Ok(0) => input.closed = true,
                 Ok(count) => {
                     self.read.extend_from_slice(&bytes[..count]);
                     if self.read.len() <= 2 * LONGEST_LINE {
@@ -78,7 +78,7 @@ impl Link {
                     self.read.clear();
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                Err(error) => heard.gone = error.kind() != io::ErrorKind::WouldBlock,
+                Err(error) => input.closed = error.kind() != io::ErrorKind::WouldBlock,
             }
             break;
         }
@@ -91,14 +91,14 @@ impl Link {
             if message["method"] == "restore"
                 && let Value::Object(changes) = message["params"]["changes"].take()
             {
-                heard.restore = Some(changes);
+                input.restore = Some(changes);
             }
         }
-        heard
+        input
     }
 }
 
-/// `{"changed": {PATH: VALUE}, "unkept": [PATH]}`: a secret stays in its process, and what is too long for a line is not told.
+/// `{"changed": {PATH: VALUE}, "unkept": [PATH]}`: a secret stays in its process, and what is too long for a line is not notified.
 fn changes(unsaved: &[ParamChange]) -> Value {
     let (secret, open): (Vec<_>, Vec<_>) = unsaved.iter().partition(|change| change.secret);
     let paths = |of: &[&ParamChange]| -> Vec<String> {
@@ -111,12 +111,12 @@ fn changes(unsaved: &[ParamChange]) -> Value {
         .iter()
         .map(|change| (change.path.clone(), change.new.to_json()))
         .collect();
-    let told = json!({ "changed": changed, "unkept": paths(&secret) });
+    let notified = json!({ "changed": changed, "unkept": paths(&secret) });
     // The rest of the line is short.
-    if told.to_string().len() + 1024 > LONGEST_LINE {
+    if notified.to_string().len() + 1024 > LONGEST_LINE {
         return json!({ "changed": {}, "unkept": paths(&Vec::from_iter(unsaved)) });
     }
-    told
+    notified
 }
 
 #[cfg(test)]
@@ -136,12 +136,12 @@ mod tests {
     #[test]
     fn a_secret_does_not_leave_the_process() {
         let text = |text: &str| Parameter::Text(text.to_owned());
-        let told = changes(&[
+        let notified = changes(&[
             change("token", text("hush"), true),
             change("name", text("left"), false),
         ]);
         assert_eq!(
-            told,
+            notified,
             json!({ "changed": { "name": "left" }, "unkept": ["token"] })
         );
     }
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn what_fits_into_no_line_is_named() {
         let text = Parameter::Text("x".repeat(LONGEST_LINE));
-        let told = changes(&[change("long", text, false)]);
-        assert_eq!(told, json!({ "changed": {}, "unkept": ["long"] }));
+        let notified = changes(&[change("long", text, false)]);
+        assert_eq!(notified, json!({ "changed": {}, "unkept": ["long"] }));
     }
 }

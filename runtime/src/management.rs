@@ -8,11 +8,11 @@
 
 use crate::component::{Description, Role};
 use crate::link::Link;
-use crate::name::Name;
-use crate::parameter_service::{self, Backends, Questions};
-use crate::parameters::{Answer, Asker, Refusal, Tuning};
-use crate::process::{Configured, StartError, complain};
-use crate::status::{Shared, State, Wish};
+use crate::name_lock::NameLock;
+use crate::parameter_service::{self, BackendRequests, RequestQueue};
+use crate::parameters::{Answer, ParameterServer, Refusal, Requester};
+use crate::process::{LoadedConfiguration, StartError, print_error};
+use crate::status::{Command, Shared, State};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -25,27 +25,27 @@ use std::time::{Duration, Instant};
 
 const HEARTBEAT: Duration = Duration::from_millis(500);
 /// Signals within this time are one.
-const TOGETHER: Duration = Duration::from_millis(300);
+const SIGNAL_BURST: Duration = Duration::from_millis(300);
 /// A longer request is refused.
 const LONGEST_LINE: usize = 64 * 1024;
-/// The caller that is the supervisor; those of the socket are counted from 1.
+/// The client that is the supervisor; those of the socket are counted from 1.
 const SUPERVISOR: u64 = 0;
-/// More callers than this at once are turned away.
-const MOST_CALLERS: usize = 32;
+/// More clients than this at once are turned away.
+const MOST_CLIENTS: usize = 32;
 
 /// The management of one component, seen from its worker thread.
 pub(crate) struct Management {
     shared: Arc<Shared>,
-    facts: Arc<Facts>,
+    info: Arc<ComponentInfo>,
     end: Arc<UnixStream>,
-    questions: Arc<Questions>,
+    queue: Arc<RequestQueue>,
     thread: Option<std::thread::JoinHandle<()>>,
     /// Given back after everything else.
-    _name: Name,
+    _name_lock: NameLock,
 }
 
 /// What does not change while the component runs.
-struct Facts {
+struct ComponentInfo {
     description: &'static Description,
     name: String,
     network: String,
@@ -57,7 +57,7 @@ impl Management {
         description: &'static Description,
         environment: &Environment,
         shared: &Arc<Shared>,
-        configured: &Configured,
+        loaded: &LoadedConfiguration,
         whole_process: bool,
     ) -> Result<Self, StartError> {
         let Environment {
@@ -66,12 +66,12 @@ impl Management {
         let refuse = |what: &str, error: &dyn std::fmt::Display| {
             StartError::System(format!("{what}: {error}"))
         };
-        let name = Name::take(environment)?;
+        let name = NameLock::acquire(environment)?;
         // The name is ours, so a socket that is there belongs to a process that is gone.
         let _ = std::fs::remove_file(name.socket());
         let listener = UnixListener::bind(name.socket())
             .map_err(|e| refuse("the management socket cannot be made", &e))?;
-        let facts = Arc::new(Facts {
+        let info = Arc::new(ComponentInfo {
             description,
             name: instance.clone(),
             network: network.clone(),
@@ -80,30 +80,30 @@ impl Management {
         let (end, ended) =
             UnixStream::pair().map_err(|e| refuse("a socket pair cannot be made", &e))?;
         let end = Arc::new(end);
-        let questions = Arc::new(Questions::new(end.clone()));
-        let Configured {
+        let queue = Arc::new(RequestQueue::new(end.clone()));
+        let LoadedConfiguration {
             parameters,
             configuration,
             file,
-        } = configured;
+        } = loaded;
         let mut server = Server {
-            facts: facts.clone(),
-            tuning: Tuning::new(
+            info: info.clone(),
+            parameters: ParameterServer::new(
                 parameters.clone().unwrap_or_default(),
                 &configuration.parameters,
                 file.clone(),
                 end.clone(),
             ),
             shared: shared.clone(),
-            backends: Backends::new(questions.clone()),
+            backends: BackendRequests::new(queue.clone()),
             listener,
             ended,
-            callers: Vec::new(),
-            called: 0,
+            clients: Vec::new(),
+            accepted: 0,
             link: None,
             restore: None,
             signals: None,
-            told: None,
+            notified: None,
             signalled: None,
         };
         server
@@ -115,18 +115,18 @@ impl Management {
             .map_err(|e| refuse("a thread cannot be made", &e))?;
         Ok(Self {
             shared: shared.clone(),
-            facts,
+            info,
             end,
-            questions,
+            queue,
             thread: Some(thread),
-            _name: name,
+            _name_lock: name,
         })
     }
 
     /// Tells where the slots meet their other ends.
     pub(crate) fn addresses(&self, addresses: &[Address]) {
         let mut known = self
-            .facts
+            .info
             .addresses
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
@@ -135,7 +135,7 @@ impl Management {
 
     /// The parameters, for others than the worker.
     pub(crate) fn parameters(&self) -> Arc<dyn ParameterService> {
-        self.questions.clone()
+        self.queue.clone()
     }
 
     /// The worker is initialised; the loop begins.
@@ -158,24 +158,24 @@ impl Drop for Management {
 
 /// The thread's own state.
 struct Server {
-    facts: Arc<Facts>,
+    info: Arc<ComponentInfo>,
     shared: Arc<Shared>,
     listener: UnixListener,
     ended: UnixStream,
-    tuning: Tuning,
-    backends: Backends,
-    callers: Vec<Caller>,
-    /// How many callers there have been.
-    called: u64,
+    parameters: ParameterServer,
+    backends: BackendRequests,
+    clients: Vec<Client>,
+    /// How many clients there have been.
+    accepted: u64,
     link: Option<Link>,
     /// What an earlier run had changed and not saved. It is set again before the supervisor hears that this one is ready.
     restore: Option<Map<String, Value>>,
     signals: Option<UnixStream>,
-    told: Option<State>,
+    notified: Option<State>,
     signalled: Option<Instant>,
 }
 
-struct Caller {
+struct Client {
     number: u64,
     stream: UnixStream,
     read: Vec<u8>,
@@ -208,33 +208,36 @@ impl Server {
         let mut beat = Instant::now();
         let mut ready = false;
         loop {
-            self.tell_state();
+            self.notify_state();
             let wait = HEARTBEAT.saturating_sub(beat.elapsed());
             let wait = if self.link.is_some() {
                 wait
             } else {
                 Duration::from_secs(10)
             };
-            let wait = self.tuning.patience().map_or(wait, |limit| wait.min(limit));
+            let wait = self
+                .parameters
+                .time_left()
+                .map_or(wait, |limit| wait.min(limit));
             let events = self.wait(wait);
-            // What is to be restored was told before the process began.
+            // What is to be restored was notified before the process began.
             if events.get(3) == Some(&true) {
-                self.linked();
+                self.link_readable();
             }
             if events.first() == Some(&true) {
                 let mut bytes = [0_u8; 8];
                 let count = (&self.ended).read(&mut bytes).unwrap_or(0);
                 if bytes[..count].contains(&b'r') && !ready {
                     ready = true;
-                    self.tell_state();
+                    self.notify_state();
                     self.be_ready();
                 }
                 if bytes[..count].contains(&b'e') || count == 0 {
                     self.backends.end();
-                    let mut answers = self.tuning.end();
-                    answers.retain(|(asker, _)| asker.caller != SUPERVISOR);
+                    let mut answers = self.parameters.end();
+                    answers.retain(|(requester, _)| requester.client != SUPERVISOR);
                     self.send(answers);
-                    self.tell_state();
+                    self.notify_state();
                     return;
                 }
             }
@@ -245,28 +248,28 @@ impl Server {
                 self.signalled();
             }
             self.serve(events.get(4..).unwrap_or_default());
-            self.backends.turn(&mut self.tuning);
-            let answers = self.tuning.turn(&self.shared);
+            self.backends.turn(&mut self.parameters);
+            let answers = self.parameters.turn(&self.shared);
             if let (Some(link), false) = (&mut self.link, answers.is_empty()) {
-                link.tell_changes(&self.tuning.unsaved());
+                link.notify_changes(&self.parameters.unsaved());
             }
             self.send(answers);
             if beat.elapsed() >= HEARTBEAT {
                 beat = Instant::now();
-                self.tell("heartbeat", &self.facts.heartbeat(&self.shared));
+                self.notify("heartbeat", &self.info.heartbeat(&self.shared));
             }
         }
     }
 
-    /// Which are readable: end, listener, signals, link, callers.
+    /// Which are readable: end, listener, signals, link, clients.
     fn wait(&self, limit: Duration) -> Vec<bool> {
         let fixed = [Some(self.ended.as_fd()), Some(self.listener.as_fd())];
         let optional = [
             self.signals.as_ref().map(AsFd::as_fd),
             self.link.as_ref().map(Link::descriptor),
         ];
-        let callers = self.callers.iter().map(|c| Some(c.stream.as_fd()));
-        let all: Vec<_> = fixed.into_iter().chain(optional).chain(callers).collect();
+        let clients = self.clients.iter().map(|c| Some(c.stream.as_fd()));
+        let all: Vec<_> = fixed.into_iter().chain(optional).chain(clients).collect();
         let mut polled: Vec<PollFd<'_>> = all
             .iter()
             .flatten()
@@ -298,13 +301,13 @@ impl Server {
             };
             // It is read only where something is there, so the first limit is for what must not happen.
             let limit = Some(Duration::from_millis(200));
-            if self.callers.len() < MOST_CALLERS
+            if self.clients.len() < MOST_CLIENTS
                 && stream.set_read_timeout(limit).is_ok()
                 && stream.set_write_timeout(limit).is_ok()
             {
-                self.called += 1;
-                self.callers.push(Caller {
-                    number: self.called,
+                self.accepted += 1;
+                self.clients.push(Client {
+                    number: self.accepted,
                     stream,
                     read: Vec::new(),
                     too_long: false,
@@ -319,21 +322,21 @@ impl Server {
         let mut bytes = [0_u8; 16];
         let _ = self.signals.as_ref().map(|mut s| s.read(&mut bytes));
         let first = *self.signalled.get_or_insert_with(Instant::now);
-        if first.elapsed() > TOGETHER {
-            let name = &self.facts.name;
-            complain(&format!("{name}: ended at once by a second signal\n"));
+        if first.elapsed() > SIGNAL_BURST {
+            let name = &self.info.name;
+            print_error(&format!("{name}: ended at once by a second signal\n"));
             std::process::exit(3);
         }
         self.shared.interrupt.stop();
     }
 
     /// The supervisor has said something, or is gone.
-    fn linked(&mut self) {
-        let Some(heard) = self.link.as_mut().map(Link::hear) else {
+    fn link_readable(&mut self) {
+        let Some(input) = self.link.as_mut().map(Link::receive) else {
             return;
         };
-        self.restore = heard.restore.or(self.restore.take());
-        if heard.gone {
+        self.restore = input.restore.or(self.restore.take());
+        if input.closed {
             self.link = None;
             self.shared.interrupt.stop();
         }
@@ -343,77 +346,82 @@ impl Server {
     fn be_ready(&mut self) {
         let changes = self.restore.take().unwrap_or_default();
         if changes.is_empty() {
-            return self.tell("ready", &json!({}));
+            return self.notify("ready", &json!({}));
         }
-        let asker = Asker {
-            caller: SUPERVISOR,
+        let requester = Requester {
+            client: SUPERVISOR,
             id: None,
         };
         let changes = json!({ "changes": changes });
-        let answer = self.tuning.set(asker, &changes);
+        let answer = self.parameters.set(requester, &changes);
         self.send(answer.into_iter().collect());
     }
 
     fn restored(&self, result: Result<Value, Refusal>) {
         match result {
-            Ok(_) => self.tell("restored", &json!({})),
-            Err(refusal) => self.tell("restored", &json!({ "refused": refusal.message })),
+            Ok(_) => self.notify("restored", &json!({})),
+            Err(refusal) => self.notify("restored", &json!({ "refused": refusal.message })),
         }
-        self.tell("ready", &json!({}));
+        self.notify("ready", &json!({}));
     }
 
-    fn tell_state(&mut self) {
+    fn notify_state(&mut self) {
         let state = self.shared.status().state;
-        if self.told != Some(state) {
-            self.told = Some(state);
-            self.tell("state", &json!({ "state": state.word() }));
+        if self.notified != Some(state) {
+            self.notified = Some(state);
+            self.notify("state", &json!({ "state": state.word() }));
         }
     }
 
-    fn tell(&self, method: &str, params: &Value) {
+    fn notify(&self, method: &str, params: &Value) {
         if let Some(link) = &self.link {
-            link.tell(method, params);
+            link.notify(method, params);
         }
     }
 
     fn serve(&mut self, readable: &[bool]) {
         let mut at = 0;
         let Self {
-            callers,
-            facts,
+            clients,
+            info,
             shared,
-            tuning,
+            parameters,
             ..
         } = self;
-        callers.retain_mut(|caller| {
+        clients.retain_mut(|client| {
             let ready = readable.get(at).copied().unwrap_or(false);
             at += 1;
-            !ready || caller.serve(facts, shared, tuning)
+            !ready || client.serve(info, shared, parameters)
         });
     }
 
     /// Answers those who have waited, if they are still there.
     fn send(&mut self, answers: Vec<Answer>) {
-        for (asker, result) in answers {
-            if asker.caller == SUPERVISOR {
+        for (requester, result) in answers {
+            if requester.client == SUPERVISOR {
                 self.restored(result);
                 continue;
             }
-            let Some(id) = asker.id else { continue };
-            if asker.caller == parameter_service::CALLER {
+            let Some(id) = requester.id else { continue };
+            if requester.client == parameter_service::BACKENDS {
                 self.backends.answer(&id, result);
                 continue;
             }
             let answer = envelope(&id, result);
-            self.callers
-                .retain_mut(|c| c.number != asker.caller || c.send(&answer).is_ok());
+            self.clients
+                .retain_mut(|c| c.number != requester.client || c.send(&answer).is_ok());
         }
     }
 }
 
-impl Caller {
-    /// Answers the lines that have come; false when the caller is gone.
-    fn serve(&mut self, facts: &Facts, shared: &Shared, tuning: &mut Tuning) -> bool {
+impl Client {
+    /// Answers the lines that have come; false when the client is gone.
+    fn serve(
+        &mut self,
+        info: &ComponentInfo,
+        shared: &Shared,
+        parameters: &mut ParameterServer,
+    ) -> bool {
         let mut bytes = [0_u8; 4096];
         match self.stream.read(&mut bytes) {
             Ok(0) => return false,
@@ -425,7 +433,7 @@ impl Caller {
             if std::mem::take(&mut self.too_long) {
                 continue;
             }
-            if let Some(answer) = facts.answer(&line, self.number, shared, tuning)
+            if let Some(answer) = info.answer(&line, self.number, shared, parameters)
                 && self.send(&answer).is_err()
             {
                 return false;
@@ -449,15 +457,15 @@ impl Caller {
     }
 }
 
-impl Facts {
+impl ComponentInfo {
     /// The answer to one line; none to a notification, and none yet to what waits for the worker: a change of parameters,
     /// and the saving of them, which comes after the changes before it.
     fn answer(
         &self,
         line: &[u8],
-        caller: u64,
+        client: u64,
         shared: &Shared,
-        tuning: &mut Tuning,
+        parameters: &mut ParameterServer,
     ) -> Option<Value> {
         let Ok(mut request) = serde_json::from_slice::<Value>(line) else {
             let refusal = Refusal::new(-32700, "this is not JSON");
@@ -469,22 +477,22 @@ impl Facts {
         let wrong = |message: &str| Refusal::new(Refusal::INPUT, message);
         let result = match request.get("method").and_then(Value::as_str) {
             Some("status") => Ok(self.status(shared)),
-            Some("parameters") => tuning.list(&params),
+            Some("parameters") => parameters.list(&params),
             Some("parameters_set") => {
-                let (asker, result) = tuning.set(Asker { caller, id }, &params)?;
-                return Some(envelope(&asker.id?, result));
+                let (requester, result) = parameters.set(Requester { client, id }, &params)?;
+                return Some(envelope(&requester.id?, result));
             }
             Some("parameters_save") => {
-                tuning.save(Asker { caller, id });
+                parameters.save(Requester { client, id });
                 return None;
             }
             Some("period") => period(&params).map(|period| {
-                shared.wish(Wish::Period(period));
+                shared.command(Command::Period(period));
                 json!({})
             }),
             Some("emergency") => match params.get("active").and_then(Value::as_bool) {
                 Some(active) => {
-                    shared.wish(Wish::Emergency(active));
+                    shared.command(Command::Emergency(active));
                     Ok(json!({}))
                 }
                 None => Err(wrong("`emergency` takes {\"active\": true|false}")),
@@ -505,7 +513,7 @@ impl Facts {
     /// last time.
     fn heartbeat(&self, shared: &Shared) -> Value {
         let mut status = shared.status();
-        let news = std::mem::take(&mut status.news);
+        let delta = std::mem::take(&mut status.delta);
         let slots = self.description.slots.iter().zip(&status.slots);
         // Slots that lost none are left out.
         let lost = slots.clone().filter(|(_, counted)| counted.lost > 0);
@@ -521,10 +529,10 @@ impl Facts {
             "age_ms": shared.age_ms(),
             "lost": lost,
             "peers": peers,
-            "silent": news.silences(self.description.slots),
-            "mismatches": news.mismatches,
+            "silent": delta.silences(self.description.slots),
+            "mismatches": delta.mismatches,
         });
-        if let Some(mut overruns) = news.overruns(self.description.slots) {
+        if let Some(mut overruns) = delta.overruns(self.description.slots) {
             overruns["period_ms"] = (status.period.as_secs_f64() * 1e3).into();
             beat["overruns"] = overruns;
         }

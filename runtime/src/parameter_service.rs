@@ -1,7 +1,7 @@
 //! The parameters of a component for its backends: what they ask is answered on the management thread, as what comes over the
 //! socket is.
 
-use crate::parameters::{Asker, Refusal, Tuning};
+use crate::parameters::{ParameterServer, Refusal, Requester};
 use rc_middleware::parameters::{Parameter, ParameterListener, ParameterService, ParameterValue};
 use rc_pdsl::config::ParameterStatus;
 use rc_pdsl::model::{Type, Value as Given};
@@ -16,49 +16,49 @@ use std::time::Duration;
 /// Longer than a change may wait for the worker.
 const LIMIT: Duration = Duration::from_secs(4);
 /// The one that this module is among those who ask; callers are counted from 1, and the supervisor is 0.
-pub(crate) const CALLER: u64 = u64::MAX;
+pub(crate) const BACKENDS: u64 = u64::MAX;
 
 /// What is asked, and where the answer goes.
-enum Question {
+enum BackendRequest {
     List(SyncSender<Vec<ParameterStatus>>),
     Set(Map<String, Value>, SyncSender<Result<Value, Refusal>>),
-    Watch(ParameterListener),
+    Subscribe(ParameterListener),
 }
 
 /// The management thread's side: it answers at once, or when the worker has decided.
-pub(crate) struct Backends {
-    questions: Arc<Questions>,
+pub(crate) struct BackendRequests {
+    queue: Arc<RequestQueue>,
     /// Who waits for the worker, by the number of the request.
     waiting: BTreeMap<u64, SyncSender<Result<Value, Refusal>>>,
     /// How many have waited.
     asked: u64,
 }
 
-impl Backends {
-    pub(crate) fn new(questions: Arc<Questions>) -> Self {
+impl BackendRequests {
+    pub(crate) fn new(queue: Arc<RequestQueue>) -> Self {
         Self {
-            questions,
+            queue,
             waiting: BTreeMap::new(),
             asked: 0,
         }
     }
 
     /// Takes what was asked.
-    pub(crate) fn turn(&mut self, tuning: &mut Tuning) {
-        for question in self.questions.take() {
-            match question {
+    pub(crate) fn turn(&mut self, parameters: &mut ParameterServer) {
+        for request in self.queue.take() {
+            match request {
                 // Who does not wait any more has what it needs.
-                Question::List(answer) => drop(answer.try_send(tuning.all())),
-                Question::Set(changes, answer) => {
+                BackendRequest::List(answer) => drop(answer.try_send(parameters.all())),
+                BackendRequest::Set(changes, answer) => {
                     self.asked += 1;
                     self.waiting.insert(self.asked, answer);
-                    let asker = Asker {
-                        caller: CALLER,
+                    let requester = Requester {
+                        client: BACKENDS,
                         id: Some(self.asked.into()),
                     };
-                    tuning.change(asker, changes);
+                    parameters.change(requester, changes);
                 }
-                Question::Watch(listener) => tuning.watch(listener),
+                BackendRequest::Subscribe(listener) => parameters.subscribe(listener),
             }
         }
     }
@@ -73,19 +73,19 @@ impl Backends {
 
     /// Who asks now is told that the component ends.
     pub(crate) fn end(&self) {
-        self.questions.close();
+        self.queue.close();
     }
 }
 
 /// What waits for the management thread.
-pub(crate) struct Questions {
+pub(crate) struct RequestQueue {
     /// None when the component ends.
-    waiting: Mutex<Option<Vec<Question>>>,
+    waiting: Mutex<Option<Vec<BackendRequest>>>,
     /// Wakes the management thread.
     end: Arc<UnixStream>,
 }
 
-impl Questions {
+impl RequestQueue {
     pub(crate) fn new(end: Arc<UnixStream>) -> Self {
         Self {
             waiting: Mutex::new(Some(Vec::new())),
@@ -93,12 +93,12 @@ impl Questions {
         }
     }
 
-    fn waiting(&self) -> MutexGuard<'_, Option<Vec<Question>>> {
+    fn waiting(&self) -> MutexGuard<'_, Option<Vec<BackendRequest>>> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes what was asked.
-    fn take(&self) -> Vec<Question> {
+    fn take(&self) -> Vec<BackendRequest> {
         self.waiting()
             .as_mut()
             .map(std::mem::take)
@@ -110,20 +110,20 @@ impl Questions {
         *self.waiting() = None;
     }
 
-    /// Gives a question to the management thread; false when the component ends.
-    fn put(&self, question: Question) -> bool {
+    /// Gives a request to the management thread; false when the component ends.
+    fn put(&self, request: BackendRequest) -> bool {
         match &mut *self.waiting() {
-            Some(waiting) => waiting.push(question),
+            Some(waiting) => waiting.push(request),
             None => return false,
         }
         let _ = (&*self.end).write_all(b"p");
         true
     }
 
-    fn ask<T>(&self, question: impl FnOnce(SyncSender<T>) -> Question) -> Result<T, String> {
+    fn ask<T>(&self, request: impl FnOnce(SyncSender<T>) -> BackendRequest) -> Result<T, String> {
         let (answer, answered) = sync_channel(1);
         let ends = "the component ends";
-        if !self.put(question(answer)) {
+        if !self.put(request(answer)) {
             return Err(ends.to_owned());
         }
         answered.recv_timeout(LIMIT).map_err(|error| match error {
@@ -135,13 +135,13 @@ impl Questions {
     }
 }
 
-impl ParameterService for Questions {
+impl ParameterService for RequestQueue {
     fn list(&self) -> Result<Vec<Parameter>, String> {
-        Ok(shown(&self.ask(Question::List)?))
+        Ok(shown(&self.ask(BackendRequest::List)?))
     }
 
     fn set(&self, changes: &[(String, ParameterValue)]) -> Result<(), String> {
-        let secret = self.ask(Question::List)?;
+        let secret = self.ask(BackendRequest::List)?;
         let secret = secret.iter().filter(|status| status.secret);
         let secret: Vec<&str> = secret.map(|status| status.path.as_str()).collect();
         let mut wanted = Map::new();
@@ -158,13 +158,13 @@ impl ParameterService for Questions {
         if wanted.is_empty() {
             return Ok(());
         }
-        let answer = self.ask(|answer| Question::Set(wanted, answer))?;
+        let answer = self.ask(|answer| BackendRequest::Set(wanted, answer))?;
         answer.map(drop).map_err(|refusal| refusal.message)
     }
 
     fn watch(&self, listener: ParameterListener) {
         // Of a component that ends there is nothing to tell.
-        self.put(Question::Watch(listener));
+        self.put(BackendRequest::Subscribe(listener));
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::component::{Component, WorkerError};
 use crate::parameter_service;
-use crate::status::{Shared, State, Wish};
+use crate::status::{Command, Shared, State};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, render};
 use rc_middleware::parameters::{ParameterEvent, ParameterListener};
 use rc_pdsl::Parameters;
@@ -72,13 +72,13 @@ pub(crate) struct Proposal {
     old: Arc<Values>,
     new: Arc<Values>,
     changes: Vec<ParamChange>,
-    stage: Mutex<Stage>,
+    state: Mutex<ProposalState>,
     /// Wakes the management thread.
     end: Arc<UnixStream>,
 }
 
 #[derive(Debug)]
-enum Stage {
+enum ProposalState {
     Waiting,
     WithWorker,
     Withdrawn,
@@ -86,19 +86,19 @@ enum Stage {
 }
 
 impl Proposal {
-    fn stage(&self) -> MutexGuard<'_, Stage> {
-        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, ProposalState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// On the worker's thread: gives the worker the new values, and takes them back if it refuses. Returns what the
     /// worker has said last.
     pub(crate) fn put_to(&self, component: &mut dyn Component) -> Result<(), WorkerError> {
         {
-            let mut stage = self.stage();
-            if !matches!(*stage, Stage::Waiting) {
+            let mut state = self.state();
+            if !matches!(*state, ProposalState::Waiting) {
                 return Ok(());
             }
-            *stage = Stage::WithWorker;
+            *state = ProposalState::WithWorker;
         }
         component.set_parameters(&self.new);
         let said = component.parameters_changed(&self.changes);
@@ -114,10 +114,10 @@ impl Proposal {
             Err(WorkerError::Fatal(reason)) => Err(format!("{reason}; the component ends")),
         };
         {
-            let mut stage = self.stage();
-            if matches!(*stage, Stage::WithWorker) {
-                *stage = Stage::Decided(decision);
-                drop(stage);
+            let mut state = self.state();
+            if matches!(*state, ProposalState::WithWorker) {
+                *state = ProposalState::Decided(decision);
+                drop(state);
                 let _ = (&*self.end).write_all(b"c");
                 return said;
             }
@@ -139,35 +139,35 @@ impl Proposal {
 }
 
 /// Who is to be answered.
-pub(crate) struct Asker {
-    pub(crate) caller: u64,
+pub(crate) struct Requester {
+    pub(crate) client: u64,
     /// None for a notification, which gets no answer.
     pub(crate) id: Option<Value>,
 }
 
 /// An answer that is due now, and who waits for it.
-pub(crate) type Answer = (Asker, Result<Value, Refusal>);
+pub(crate) type Answer = (Requester, Result<Value, Refusal>);
 
 struct Request {
-    asker: Asker,
-    wanted: Wanted,
+    requester: Requester,
+    operation: Operation,
     until: Instant,
 }
 
-enum Wanted {
+enum Operation {
     Changes(Map<String, Value>),
     Save,
 }
 
 struct InFlight {
-    asker: Asker,
+    requester: Requester,
     until: Instant,
     proposal: Arc<Proposal>,
     accepted: Accepted,
 }
 
 /// The parameters of one component.
-pub(crate) struct Tuning {
+pub(crate) struct ParameterServer {
     live: Live,
     /// What the worker has.
     values: Arc<Values>,
@@ -180,7 +180,7 @@ pub(crate) struct Tuning {
     listeners: Vec<ParameterListener>,
 }
 
-impl Tuning {
+impl ParameterServer {
     pub(crate) fn new(
         model: Parameters,
         values: &Values,
@@ -219,20 +219,20 @@ impl Tuning {
         Ok(json!({ "file": self.file, "parameters": parameters }))
     }
 
-    /// `parameters_set {"changes"}`: the answer comes with [`Tuning::turn`].
-    pub(crate) fn set(&mut self, asker: Asker, params: &Value) -> Option<Answer> {
+    /// `parameters_set {"changes"}`: the answer comes with [`ParameterServer::turn`].
+    pub(crate) fn set(&mut self, requester: Requester, params: &Value) -> Option<Answer> {
         let changes = params.get("changes").and_then(Value::as_object);
         let Some(changes) = changes.filter(|changes| !changes.is_empty()) else {
             let message = "`parameters_set` takes {\"changes\": {\"motors[0].max\": 1.5, …}}";
-            return Some((asker, Err(Refusal::new(Refusal::INPUT, message))));
+            return Some((requester, Err(Refusal::new(Refusal::INPUT, message))));
         };
-        self.change(asker, changes.clone());
+        self.change(requester, changes.clone());
         None
     }
 
-    /// `parameters_save`, after the changes that were asked for before: the answer comes with [`Tuning::turn`].
-    pub(crate) fn save(&mut self, asker: Asker) {
-        self.enqueue(asker, Wanted::Save);
+    /// `parameters_save`, after the changes that were asked for before: the answer comes with [`ParameterServer::turn`].
+    pub(crate) fn save(&mut self, requester: Requester) {
+        self.enqueue(requester, Operation::Save);
     }
 
     /// All of them.
@@ -241,7 +241,7 @@ impl Tuning {
     }
 
     /// Tells a listener of all, and from now on of every change.
-    pub(crate) fn watch(&mut self, listener: ParameterListener) {
+    pub(crate) fn subscribe(&mut self, listener: ParameterListener) {
         let new = parameter_service::shown(&self.all());
         if !new.is_empty() {
             listener(ParameterEvent {
@@ -252,15 +252,15 @@ impl Tuning {
         self.listeners.push(listener);
     }
 
-    /// Changes, which there are: the answer comes with [`Tuning::turn`].
-    pub(crate) fn change(&mut self, asker: Asker, changes: Map<String, Value>) {
-        self.enqueue(asker, Wanted::Changes(changes));
+    /// Changes, which there are: the answer comes with [`ParameterServer::turn`].
+    pub(crate) fn change(&mut self, requester: Requester, changes: Map<String, Value>) {
+        self.enqueue(requester, Operation::Changes(changes));
     }
 
-    fn enqueue(&mut self, asker: Asker, wanted: Wanted) {
+    fn enqueue(&mut self, requester: Requester, operation: Operation) {
         self.queue.push_back(Request {
-            asker,
-            wanted,
+            requester,
+            operation,
             until: Instant::now() + CHANGE_LIMIT,
         });
     }
@@ -279,11 +279,11 @@ impl Tuning {
             let Some(request) = self.queue.pop_front() else {
                 return answers;
             };
-            answers.extend(match request.wanted {
-                Wanted::Changes(changes) => {
-                    self.propose(request.asker, &changes, request.until, shared)
+            answers.extend(match request.operation {
+                Operation::Changes(changes) => {
+                    self.propose(request.requester, &changes, request.until, shared)
                 }
-                Wanted::Save => Some((request.asker, self.write())),
+                Operation::Save => Some((request.requester, self.write())),
             });
         }
     }
@@ -291,7 +291,7 @@ impl Tuning {
     /// Checks a change, and gives it to the worker.
     fn propose(
         &mut self,
-        asker: Asker,
+        requester: Requester,
         changes: &Map<String, Value>,
         until: Instant,
         shared: &Shared,
@@ -302,21 +302,21 @@ impl Tuning {
             .check(changes.map(|(path, value)| (path.as_str(), value)))
         {
             Ok(accepted) => accepted,
-            Err(found) => return Some((asker, Err(Refusal::found(&found)))),
+            Err(found) => return Some((requester, Err(Refusal::found(&found)))),
         };
         if accepted.changes.is_empty() {
-            return Some((asker, Ok(self.accept(accepted))));
+            return Some((requester, Ok(self.accept(accepted))));
         }
         let proposal = Arc::new(Proposal {
             old: self.values.clone(),
             new: Arc::new(accepted.values()),
             changes: accepted.changes.clone(),
-            stage: Mutex::new(Stage::Waiting),
+            state: Mutex::new(ProposalState::Waiting),
             end: self.end.clone(),
         });
-        shared.wish(Wish::Parameters(proposal.clone()));
+        shared.command(Command::Parameters(proposal.clone()));
         self.in_flight = Some(InFlight {
-            asker,
+            requester,
             until,
             proposal,
             accepted,
@@ -326,7 +326,7 @@ impl Tuning {
 
     fn decided(&mut self, in_flight: InFlight, decision: Result<(), Refusal>) -> Answer {
         let InFlight {
-            asker,
+            requester,
             proposal,
             accepted,
             ..
@@ -335,7 +335,7 @@ impl Tuning {
             self.values = proposal.new.clone();
             self.accept(accepted)
         });
-        (asker, answer)
+        (requester, answer)
     }
 
     fn accept(&mut self, accepted: Accepted) -> Value {
@@ -382,7 +382,7 @@ impl Tuning {
     }
 
     /// How long until a change has waited long enough.
-    pub(crate) fn patience(&self) -> Option<Duration> {
+    pub(crate) fn time_left(&self) -> Option<Duration> {
         let in_flight = self.in_flight.as_ref()?;
         Some(in_flight.until.saturating_duration_since(Instant::now()))
     }
@@ -396,11 +396,11 @@ impl Tuning {
             answers.push(self.decided(in_flight, decision));
         }
         answers.extend(self.queue.drain(..).map(|request| {
-            let ends = match request.wanted {
-                Wanted::Changes(_) => ends,
-                Wanted::Save => "the component ends; nothing was saved",
+            let ends = match request.operation {
+                Operation::Changes(_) => ends,
+                Operation::Save => "the component ends; nothing was saved",
             };
-            (request.asker, Err(Refusal::new(Refusal::SILENCE, ends)))
+            (request.requester, Err(Refusal::new(Refusal::SILENCE, ends)))
         }));
         answers
     }
@@ -429,7 +429,7 @@ impl InFlight {
     /// None while the worker may still decide.
     fn decided(&self, shared: &Shared) -> Option<Result<(), Refusal>> {
         let late = Instant::now() >= self.until;
-        if !matches!(*self.proposal.stage(), Stage::Decided(_)) && !late {
+        if !matches!(*self.proposal.state(), ProposalState::Decided(_)) && !late {
             return None;
         }
         let busy = if shared.status().state == State::Starting {
@@ -439,25 +439,25 @@ impl InFlight {
         };
         let limit = format!("the worker has not decided within {CHANGE_LIMIT:?}");
         Some(self.withdraw(|with_worker| {
-            let doing = if with_worker {
+            let activity = if with_worker {
                 "it is in params_changed()"
             } else {
                 busy
             };
-            format!("{limit}: {doing}; nothing has changed")
+            format!("{limit}: {activity}; nothing has changed")
         }))
     }
 
     /// What the worker has decided; where it has not, it cannot any more, and `silence` says why, told whether the
     /// change is with the worker.
     fn withdraw(&self, silence: impl FnOnce(bool) -> String) -> Result<(), Refusal> {
-        let mut stage = self.proposal.stage();
-        match &*stage {
-            Stage::Decided(Ok(())) => Ok(()),
-            Stage::Decided(Err(reason)) => Err(Refusal::new(Refusal::WORKER, reason)),
-            Stage::Waiting | Stage::WithWorker | Stage::Withdrawn => {
-                let message = silence(matches!(*stage, Stage::WithWorker));
-                *stage = Stage::Withdrawn;
+        let mut state = self.proposal.state();
+        match &*state {
+            ProposalState::Decided(Ok(())) => Ok(()),
+            ProposalState::Decided(Err(reason)) => Err(Refusal::new(Refusal::WORKER, reason)),
+            ProposalState::Waiting | ProposalState::WithWorker | ProposalState::Withdrawn => {
+                let message = silence(matches!(*state, ProposalState::WithWorker));
+                *state = ProposalState::Withdrawn;
                 Err(Refusal::new(Refusal::SILENCE, message))
             }
         }

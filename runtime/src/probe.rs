@@ -14,27 +14,27 @@ const LIMIT: Duration = Duration::from_secs(2);
 /// A worker whose loop has not turned for so long hangs, as it does for rcdeploy.
 const HUNG_MS: u64 = 2000;
 /// How long is waited between two questions.
-const PAUSE: Duration = Duration::from_millis(50);
+const RETRY_PAUSE: Duration = Duration::from_millis(50);
 /// A longer answer is none of a component.
 const LONGEST_ANSWER: u64 = 1 << 20;
 
 /// What was found, with the exit code that says it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Found {
+pub(crate) enum ProbeResult {
     /// It is ready: 0.
     Ready(String),
     /// It is there, and not ready: 1.
     NotReady(String),
     /// It is not there: 3.
-    Nobody,
+    NotFound,
 }
 
-impl Found {
+impl ProbeResult {
     pub(crate) fn code(&self) -> u8 {
         match self {
             Self::Ready(_) => 0,
             Self::NotReady(_) => 1,
-            Self::Nobody => 3,
+            Self::NotFound => 3,
         }
     }
 
@@ -42,42 +42,42 @@ impl Found {
     pub(crate) fn text(&self) -> &str {
         match self {
             Self::Ready(text) | Self::NotReady(text) => text,
-            Self::Nobody => "not there",
+            Self::NotFound => "not there",
         }
     }
 }
 
 /// Asks the component `name` of `network`, again and again until it is ready, for at most `wait` and one answer.
-pub(crate) fn probe(network: &str, name: &str, wait: Duration) -> Found {
+pub(crate) fn probe(network: &str, name: &str, wait: Duration) -> ProbeResult {
     let socket = RunDirectory::of(network).socket(name);
     let end = Instant::now() + wait;
     loop {
-        let found = ask(&socket);
-        if matches!(found, Found::Ready(_)) || Instant::now() >= end {
-            return found;
+        let result = probe_once(&socket);
+        if matches!(result, ProbeResult::Ready(_)) || Instant::now() >= end {
+            return result;
         }
-        std::thread::sleep(PAUSE);
+        std::thread::sleep(RETRY_PAUSE);
     }
 }
 
 /// Asks once. To connect has no limit of its own, where a stopped process has a full queue, so a thread does it; it is
 /// left behind with the process, which ends.
-fn ask(socket: &Path) -> Found {
+fn probe_once(socket: &Path) -> ProbeResult {
     let socket = socket.to_path_buf();
     let (answer, answered) = mpsc::sync_channel(1);
     let thread = std::thread::Builder::new().spawn(move || {
         let _ = answer.send(status(&socket));
     });
     if let Err(error) = thread {
-        return Found::NotReady(format!("cannot be asked: {error}"));
+        return ProbeResult::NotReady(format!("cannot be asked: {error}"));
     }
     match answered.recv_timeout(LIMIT) {
         Ok(Ok(status)) => judge(&status),
         Ok(Err(error)) => match error.kind() {
-            ErrorKind::NotFound | ErrorKind::ConnectionRefused => Found::Nobody,
-            _ => Found::NotReady(format!("does not answer: {error}")),
+            ErrorKind::NotFound | ErrorKind::ConnectionRefused => ProbeResult::NotFound,
+            _ => ProbeResult::NotReady(format!("does not answer: {error}")),
         },
-        Err(_) => Found::NotReady(format!("has not answered within {LIMIT:?}")),
+        Err(_) => ProbeResult::NotReady(format!("has not answered within {LIMIT:?}")),
     }
 }
 
@@ -95,16 +95,16 @@ fn status(socket: &Path) -> io::Result<Value> {
 }
 
 /// What a status says. One in an emergency has been ready, and says so itself: it is there for others.
-fn judge(status: &Value) -> Found {
+fn judge(status: &Value) -> ProbeResult {
     let state = status["state"].as_str().unwrap_or_default();
     let age = status["age_ms"].as_u64().unwrap_or_default();
     match state {
         "running" | "emergency" if age > HUNG_MS => {
-            Found::NotReady(format!("hung: its loop has not turned for {age} ms"))
+            ProbeResult::NotReady(format!("hung: its loop has not turned for {age} ms"))
         }
-        "running" | "emergency" => Found::Ready(state.to_owned()),
-        "starting" | "stopping" => Found::NotReady(state.to_owned()),
-        _ => Found::NotReady("answers, but not as a component".to_owned()),
+        "running" | "emergency" => ProbeResult::Ready(state.to_owned()),
+        "starting" | "stopping" => ProbeResult::NotReady(state.to_owned()),
+        _ => ProbeResult::NotReady("answers, but not as a component".to_owned()),
     }
 }
 
@@ -133,12 +133,12 @@ mod tests {
     fn who_is_not_there_and_who_does_not_answer_are_told_apart() {
         let folder = tempfile::tempdir().expect("a folder");
         let socket = folder.path().join("a.sock");
-        assert_eq!(ask(&socket), Found::Nobody);
+        assert_eq!(probe_once(&socket), ProbeResult::NotFound);
         let listener = UnixListener::bind(&socket).expect("a socket");
         let start = Instant::now();
-        assert_eq!(ask(&socket).code(), 1);
+        assert_eq!(probe_once(&socket).code(), 1);
         assert!(start.elapsed() >= LIMIT);
         drop(listener);
-        assert_eq!(ask(&socket), Found::Nobody);
+        assert_eq!(probe_once(&socket), ProbeResult::NotFound);
     }
 }

@@ -80,21 +80,22 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
     std::hint::black_box(description.note);
     let outcome = match task {
         Task::Print(text) => {
-            say(&text);
+            print(&text);
             Ok(())
         }
-        Task::Check(arguments) => configure(description, &arguments)
+        Task::Check(arguments) => load(description, &arguments)
             .and_then(|read| bindings(description, &arguments, &read.configuration))
-            .map(|_| say(&format!("{}: ok\n", description.name))),
+            .map(|_| print(&format!("{}: ok\n", description.name))),
         Task::Probe(arguments, wait) => {
             let found = probe::probe(&arguments.network, &arguments.name, wait);
-            say(&format!("{}: {}\n", arguments.name, found.text()));
+            print(&format!("{}: {}\n", arguments.name, found.text()));
             return ExitCode::from(found.code());
         }
         Task::Run(arguments) => Interrupt::new()
             .map_err(|e| system("an event", &e))
             .and_then(|interrupt| {
-                let run = || live(description, start, &arguments, interrupt, &Process::Whole);
+                let run =
+                    || run_component(description, start, &arguments, interrupt, &Hosting::Process);
                 std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).unwrap_or_else(|_| {
                     Err(StartError::System("the component panicked".to_owned()))
                 })
@@ -107,19 +108,19 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
 }
 
 /// Prints; a reader that has left is no failure.
-fn say(text: &str) {
+fn print(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
 /// The same on standard error, which may be a log on a disk that is full: `eprintln!` would panic.
-pub(crate) fn complain(text: &str) {
+pub(crate) fn print_error(text: &str) {
     let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
 fn fail(description: &Description, error: &StartError) -> ExitCode {
     match error {
-        StartError::Configuration(text) => complain(text),
-        _ => complain(&format!("{}: error: {error}\n", description.name)),
+        StartError::Configuration(text) => print_error(text),
+        _ => print_error(&format!("{}: error: {error}\n", description.name)),
     }
     ExitCode::from(error.code())
 }
@@ -155,7 +156,7 @@ impl Embedded {
 }
 
 /// How long an embedded component may take until it runs.
-const EMBEDDED_START: Duration = Duration::from_secs(10);
+const EMBEDDED_START_LIMIT: Duration = Duration::from_secs(10);
 
 /// Runs a component on a thread of this process, with a command line as for its binary and without signals.
 /// Returns when it runs; one that does not within ten seconds is stopped.
@@ -177,17 +178,17 @@ pub fn embed<C: Component + 'static>(
     let thread = std::thread::Builder::new().name(arguments.name.clone());
     let thread = thread
         .spawn(move || {
-            live(
+            run_component(
                 description,
                 start,
                 &arguments,
                 clone,
-                &Process::Part(running),
+                &Hosting::Thread(running),
             )
         })
         .map_err(|e| system("a thread", &e))?;
     let embedded = Embedded { interrupt, thread };
-    match runs.recv_timeout(EMBEDDED_START) {
+    match runs.recv_timeout(EMBEDDED_START_LIMIT) {
         Ok(()) => Ok(embedded),
         Err(RecvTimeoutError::Disconnected) => Err(match embedded.join() {
             Err(error) => error,
@@ -196,35 +197,35 @@ pub fn embed<C: Component + 'static>(
         Err(RecvTimeoutError::Timeout) => {
             embedded.stop();
             Err(StartError::System(format!(
-                "the component does not run within {EMBEDDED_START:?}"
+                "the component does not run within {EMBEDDED_START_LIMIT:?}"
             )))
         }
     }
 }
 
 /// Whether a component has its process for itself.
-enum Process {
+enum Hosting {
     /// It has: signals and the supervisor are its own.
-    Whole,
+    Process,
     /// It is a thread; who started it is told when it runs.
-    Part(std::sync::mpsc::SyncSender<()>),
+    Thread(std::sync::mpsc::SyncSender<()>),
 }
 
-fn live<C: Component>(
+fn run_component<C: Component>(
     description: &'static Description,
     start: Start<C>,
     arguments: &Arguments,
     interrupt: Interrupt,
-    process: &Process,
+    hosting: &Hosting,
 ) -> Result<(), StartError> {
-    let configured = configure(description, arguments)?;
-    let configuration = &configured.configuration;
+    let loaded = load(description, arguments)?;
+    let configuration = &loaded.configuration;
     let level = arguments
         .log
         .as_deref()
         .or(configuration.log.as_deref())
         .unwrap_or("info");
-    log(level)?;
+    start_log(level)?;
     let bindings = bindings(description, arguments, configuration)?;
     let settings = settings(description, arguments, configuration, &bindings)?;
     let period = configuration.period.unwrap_or(description.period);
@@ -246,12 +247,12 @@ fn live<C: Component>(
         description,
         &environment,
         &shared,
-        &configured,
-        matches!(process, Process::Whole),
+        &loaded,
+        matches!(hosting, Hosting::Process),
     )?;
     let ports = Ports::new(description, &environment, &bindings)?;
     management.addresses(ports.addresses());
-    if configured.parameters.is_some() {
+    if loaded.parameters.is_some() {
         ports.parameters(&management.parameters())?;
     }
     let receivers = ports.receivers()?;
@@ -266,16 +267,16 @@ fn live<C: Component>(
         let mut event_loop = EventLoop::new(&mut component, description, &ports, receivers)
             .map_err(|e| system("the event loop", &e))?;
         management.ready();
-        if let Process::Part(running) = process {
+        if let Hosting::Thread(running) = hosting {
             // Who does not wait any more has stopped the component already.
             let _ = running.send(());
         } else {
-            notify::tell(notify::Word::Ready);
+            notify::notify(notify::ServiceState::Ready);
         }
         event_loop.run()
     };
-    if matches!(process, Process::Whole) {
-        notify::tell(notify::Word::Stopping);
+    if matches!(hosting, Hosting::Process) {
+        notify::notify(notify::ServiceState::Stopping);
     }
     ports.linger(LINGER);
     drop(component);
@@ -285,7 +286,7 @@ fn live<C: Component>(
 }
 
 /// What a component is told when it starts.
-pub(crate) struct Configured {
+pub(crate) struct LoadedConfiguration {
     /// The model of its parameters; none where it has none.
     pub(crate) parameters: Option<Parameters>,
     pub(crate) configuration: Configuration,
@@ -294,16 +295,19 @@ pub(crate) struct Configured {
 }
 
 /// Reads and checks the configuration, and what the command line says of parameters in its place.
-fn configure(description: &Description, arguments: &Arguments) -> Result<Configured, StartError> {
-    let mut configured = read(description, arguments)?;
+fn load(
+    description: &Description,
+    arguments: &Arguments,
+) -> Result<LoadedConfiguration, StartError> {
+    let mut loaded = read(description, arguments)?;
     if arguments.parameters.is_empty() {
-        return Ok(configured);
+        return Ok(loaded);
     }
-    let Some(model) = &configured.parameters else {
+    let Some(model) = &loaded.parameters else {
         let message = format!("{} has no parameters, and -p names one", description.name);
         return Err(StartError::Usage(message));
     };
-    let live = Live::new(model.clone(), &configured.configuration.parameters);
+    let live = Live::new(model.clone(), &loaded.configuration.parameters);
     let given = arguments.parameters.iter();
     let given: Vec<(&str, serde_json::Value)> = given
         .map(|(path, text)| (path.as_str(), live.spelled(path, text)))
@@ -313,11 +317,14 @@ fn configure(description: &Description, arguments: &Arguments) -> Result<Configu
         let (name, reason) = (description.name, Refusal::found(&found).message);
         StartError::Configuration(format!("{name}: error: -p: {reason}\n"))
     })?;
-    configured.configuration.parameters = accepted.values();
-    Ok(configured)
+    loaded.configuration.parameters = accepted.values();
+    Ok(loaded)
 }
 
-fn read(description: &Description, arguments: &Arguments) -> Result<Configured, StartError> {
+fn read(
+    description: &Description,
+    arguments: &Arguments,
+) -> Result<LoadedConfiguration, StartError> {
     let parameters = match description
         .parameters
         .map(Parameters::from_json)
@@ -338,7 +345,7 @@ fn read(description: &Description, arguments: &Arguments) -> Result<Configured, 
                 missing.join(", ")
             ))
         })?;
-        return Ok(Configured {
+        return Ok(LoadedConfiguration {
             parameters,
             configuration,
             file: None,
@@ -364,7 +371,7 @@ fn read(description: &Description, arguments: &Arguments) -> Result<Configured, 
     warn(&sources, &found);
     // The worker may change its working directory.
     let file = std::path::absolute(&path).unwrap_or(path);
-    Ok(Configured {
+    Ok(LoadedConfiguration {
         parameters,
         configuration,
         file: Some(file),
@@ -373,7 +380,7 @@ fn read(description: &Description, arguments: &Arguments) -> Result<Configured, 
 
 fn warn(sources: &SourceMap, found: &Diagnostics) {
     if !found.is_empty() {
-        complain(&render(sources, found, Format::Human));
+        print_error(&render(sources, found, Format::Human));
     }
 }
 
@@ -418,7 +425,7 @@ fn bindings(
     Ok(all)
 }
 
-fn log(level: &str) -> Result<(), StartError> {
+fn start_log(level: &str) -> Result<(), StartError> {
     let level: tracing::Level = level.parse().map_err(|_| {
         StartError::Usage(format!(
             "`{level}` is not a log level; there are error, warn, info, debug and trace"

@@ -37,7 +37,7 @@ impl State {
 
 /// What the management thread may wish of the worker thread.
 #[derive(Debug)]
-pub(crate) enum Wish {
+pub(crate) enum Command {
     Period(Duration),
     Emergency(bool),
     Parameters(Arc<Proposal>),
@@ -48,7 +48,7 @@ pub(crate) enum Wish {
 pub(crate) struct Shared {
     pub(crate) interrupt: Interrupt,
     pub(crate) status: Mutex<Status>,
-    pub(crate) wishes: Mutex<Vec<Wish>>,
+    pub(crate) commands: Mutex<Vec<Command>>,
     born: Instant,
     last_turn: AtomicU64,
 }
@@ -58,7 +58,7 @@ impl Shared {
         Self {
             interrupt,
             status: Mutex::new(Status::new(period, slots)),
-            wishes: Mutex::new(Vec::new()),
+            commands: Mutex::new(Vec::new()),
             born: Instant::now(),
             last_turn: AtomicU64::new(0),
         }
@@ -68,16 +68,16 @@ impl Shared {
         self.status.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn wish(&self, wish: Wish) {
-        self.wishes
+    pub(crate) fn command(&self, command: Command) {
+        self.commands
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
-            .push(wish);
+            .push(command);
         self.interrupt.wake();
     }
 
-    pub(crate) fn take_wishes(&self) -> Vec<Wish> {
-        std::mem::take(&mut *self.wishes.lock().unwrap_or_else(PoisonError::into_inner))
+    pub(crate) fn take_commands(&self) -> Vec<Command> {
+        std::mem::take(&mut *self.commands.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The worker's loop has come round.
@@ -103,22 +103,22 @@ impl Shared {
 pub(crate) struct Status {
     pub(crate) state: State,
     pub(crate) period: Duration,
-    pub(crate) compute: Work,
+    pub(crate) compute: TimingRecorder,
     pub(crate) overruns: u64,
-    pub(crate) slots: Vec<SlotStatus>,
+    pub(crate) slots: Vec<SlotCounters>,
     pub(crate) last_error: Option<String>,
     /// What the sending ends count, each with the number of its slot.
     pub(crate) sent: Vec<(usize, Counter)>,
     /// What the supervisor is to hear with the next heartbeat.
-    pub(crate) news: News,
+    pub(crate) delta: HeartbeatDelta,
 }
 
 /// What was noticed since the last heartbeat.
 #[derive(Debug, Default)]
-pub(crate) struct News {
+pub(crate) struct HeartbeatDelta {
     /// How often the worker needed longer than its period, and the longest time.
     overruns: u64,
-    slowest: Option<(Doing, Duration)>,
+    slowest: Option<(Activity, Duration)>,
     /// Topics, by slot and operation, from which nothing came for longer than their deadline, and for how long.
     silent: BTreeMap<(usize, usize), Duration>,
     /// Other ends that do not fit.
@@ -127,18 +127,18 @@ pub(crate) struct News {
 
 /// What the worker was doing.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Doing {
+pub(crate) enum Activity {
     Compute,
     /// A handler of this slot.
     Handler(usize),
 }
 
-impl News {
+impl HeartbeatDelta {
     /// Something took longer than the period.
-    pub(crate) fn overrun(&mut self, doing: Doing, took: Duration) {
+    pub(crate) fn overrun(&mut self, activity: Activity, took: Duration) {
         self.overruns += 1;
         if self.slowest.is_none_or(|(_, longest)| longest < took) {
-            self.slowest = Some((doing, took));
+            self.slowest = Some((activity, took));
         }
     }
 
@@ -150,10 +150,10 @@ impl News {
 
     /// `{"count", "what", "ms"}`, where there was an overrun.
     pub(crate) fn overruns(&self, slots: &[Slot]) -> Option<Value> {
-        let (doing, took) = self.slowest?;
-        let what = match doing {
-            Doing::Compute => "compute()".to_owned(),
-            Doing::Handler(slot) => format!("a handler of {}", slots[slot].name),
+        let (activity, took) = self.slowest?;
+        let what = match activity {
+            Activity::Compute => "compute()".to_owned(),
+            Activity::Handler(slot) => format!("a handler of {}", slots[slot].name),
         };
         let ms = took.as_secs_f64() * 1e3;
         Some(json!({ "count": self.overruns, "what": what, "ms": ms }))
@@ -177,16 +177,16 @@ impl News {
 
 /// Counters and times of one slot.
 #[derive(Debug)]
-pub(crate) struct SlotStatus {
+pub(crate) struct SlotCounters {
     pub(crate) peers: usize,
-    pub(crate) work: Work,
+    pub(crate) work: TimingRecorder,
     /// Values that were sent and never came: newer ones have taken their place.
     pub(crate) lost: u64,
 }
 
 /// How often something was done, how often it failed, how long it took.
 #[derive(Debug)]
-pub(crate) struct Work {
+pub(crate) struct TimingRecorder {
     pub(crate) done: u64,
     pub(crate) failed: u64,
     // Two digits from 1 µs to 100 s; none where the bounds were refused, which these are not.
@@ -196,21 +196,21 @@ pub(crate) struct Work {
 impl Status {
     fn new(period: Duration, slots: usize) -> Self {
         let slots = (0..slots)
-            .map(|_| SlotStatus {
+            .map(|_| SlotCounters {
                 peers: 0,
-                work: Work::new(),
+                work: TimingRecorder::new(),
                 lost: 0,
             })
             .collect();
         Self {
             state: State::Starting,
             period,
-            compute: Work::new(),
+            compute: TimingRecorder::new(),
             overruns: 0,
             slots,
             last_error: None,
             sent: Vec::new(),
-            news: News::default(),
+            delta: HeartbeatDelta::default(),
         }
     }
 
@@ -221,7 +221,7 @@ impl Status {
     }
 }
 
-impl SlotStatus {
+impl SlotCounters {
     /// A message was handled, and `lost` of its sender right before it did not come.
     pub(crate) fn handled(&mut self, took: Duration, lost: u64, ok: bool) {
         self.work.count(took, ok);
@@ -229,7 +229,7 @@ impl SlotStatus {
     }
 }
 
-impl Work {
+impl TimingRecorder {
     fn new() -> Self {
         Self {
             done: 0,

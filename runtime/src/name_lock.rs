@@ -10,17 +10,17 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// The lock of a deployer. Where there is one, it is the deployer that removes what the dead leave.
-const DEPLOYER: &str = "rcdeploy.lock";
+const SUPERVISOR_LOCK: &str = "rcdeploy.lock";
 
 /// A name that is taken, and given back when this is dropped.
-pub(crate) struct Name {
+pub(crate) struct NameLock {
     socket: PathBuf,
     _lock: File,
 }
 
-impl Name {
+impl NameLock {
     /// Takes the name of this component, if no other one has it.
-    pub(crate) fn take(environment: &Environment) -> Result<Self, StartError> {
+    pub(crate) fn acquire(environment: &Environment) -> Result<Self, StartError> {
         let Environment {
             network, instance, ..
         } = environment;
@@ -55,13 +55,13 @@ impl Name {
 }
 
 /// Gives the name back, and those of components that were killed and not started again.
-impl Drop for Name {
+impl Drop for NameLock {
     fn drop(&mut self) {
         remove(&self.socket);
         let Some(folder) = self.socket.parent() else {
             return;
         };
-        if !folder.join(DEPLOYER).exists() {
+        if !folder.join(SUPERVISOR_LOCK).exists() {
             let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
             for path in entries.map(|entry| entry.path()) {
                 if path
