@@ -161,17 +161,17 @@ pub(crate) fn advice(error: &io::Error) -> &'static str {
 
 /// Writes a line on standard error, which may be a log on a disk that is full, or a pipe that nobody reads:
 /// `eprintln!` would panic.
-pub fn complain(line: Arguments<'_>) {
+pub fn print_error(line: Arguments<'_>) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Gives an error of the system its context, as in `.or_cannot("open the log")`.
-pub(crate) trait OrCannot<T> {
-    fn or_cannot(self, action: impl Into<String>) -> Result<T, Error>;
+/// Gives an error of the system its context, as in `.context("open the log")`.
+pub(crate) trait ErrorContext<T> {
+    fn context(self, action: impl Into<String>) -> Result<T, Error>;
 }
 
-impl<T, E: Into<io::Error>> OrCannot<T> for Result<T, E> {
-    fn or_cannot(self, action: impl Into<String>) -> Result<T, Error> {
+impl<T, E: Into<io::Error>> ErrorContext<T> for Result<T, E> {
+    fn context(self, action: impl Into<String>) -> Result<T, Error> {
         self.map_err(|source| Error::System {
             action: action.into(),
             source: source.into(),

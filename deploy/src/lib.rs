@@ -44,6 +44,6 @@ pub use log::events::{Event, Severity};
 pub use log::reporter::Format;
 pub use network::plan::{Component, Host, Plan, Policy, Restart};
 pub use remote::agent;
-pub use supervisor::commands::{Carried, Verb};
+pub use supervisor::commands::{CommandResult, Verb};
 pub use supervisor::detach::detach;
 pub use supervisor::up::{Options, Outcome, up};

@@ -10,7 +10,7 @@ use crate::graph::GraphFormat;
 use crate::network::services;
 use crate::network::{self, Network, Profile};
 use crate::terminal;
-use crate::{Carried, Format, GuardCommand, Options, Verb};
+use crate::{CommandResult, Format, GuardCommand, Options, Verb};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
@@ -336,7 +336,7 @@ pub fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(Failure(code, message)) => {
             if !message.is_empty() {
-                crate::error::complain(format_args!("rcdeploy: error: {message}"));
+                crate::error::print_error(format_args!("rcdeploy: error: {message}"));
             }
             ExitCode::from(code)
         }
@@ -459,23 +459,23 @@ fn run(command: Command) -> Result<u8, Failure> {
 
 /// Has components started or stopped, and says what has become of them.
 fn tell(verb: Verb, named: &Named) -> Result<u8, Failure> {
-    let carried = client::command(&network_of(&named.network)?, verb, &named.names)?;
-    let lines = |carried: &Carried| -> String {
+    let result = client::command(&network_of(&named.network)?, verb, &named.names)?;
+    let lines = |result: &CommandResult| -> String {
         let word = match verb {
             Verb::Start => "ready",
             Verb::Stop => "stopped",
             Verb::Restart => "ready again",
         };
-        let done = carried.done.iter();
+        let done = result.done.iter();
         done.map(|name| format!("{name}: {word}\n")).collect()
     };
-    if named.format == Format::Json || !carried.done.is_empty() {
-        show(named.format, &carried, lines)?;
+    if named.format == Format::Json || !result.done.is_empty() {
+        show(named.format, &result, lines)?;
     }
-    for failed in &carried.failed {
+    for failed in &result.failed {
         eprintln!("rcdeploy: error: {}: {}", failed.name, failed.reason);
     }
-    Ok(if carried.failed.is_empty() { 0 } else { 3 })
+    Ok(if result.failed.is_empty() { 0 } else { 3 })
 }
 
 fn params(action: Action) -> Result<u8, Failure> {
@@ -542,7 +542,7 @@ fn show<T: Serialize>(
 /// Removes what the default middleware keeps in memory for a network.
 fn wipe(network: &str) {
     if let Err(error) = rc_iceoryx2::wipe(&RunDirectory::of(network)) {
-        crate::error::complain(format_args!(
+        crate::error::print_error(format_args!(
             "rcdeploy: the shared memory of {network} was not removed: {error}"
         ));
     }

@@ -1,7 +1,7 @@
 //! `rcdeploy top`.
 
 use super::{Failure, print_line};
-use crate::terminal::{self, Left};
+use crate::terminal::{self, ViewEnd};
 
 /// Shows a network that is up.
 pub(crate) fn top(network: &str) -> Result<u8, Failure> {
@@ -10,8 +10,8 @@ pub(crate) fn top(network: &str) -> Result<u8, Failure> {
         return Err(Failure(2, message.to_owned()));
     }
     match terminal::top(network)? {
-        Left::Down => print_line(format_args!("network {network} is down")),
-        Left::Running | Left::Gone => {}
+        ViewEnd::Down => print_line(format_args!("network {network} is down")),
+        ViewEnd::Running | ViewEnd::Gone => {}
     }
     Ok(0)
 }

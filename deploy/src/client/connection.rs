@@ -2,10 +2,10 @@
 
 use crate::client::lines::LIMIT;
 use crate::client::status::Status;
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::network::plan::check_name;
 use crate::process::identity::KILL_LIMIT;
-use crate::supervisor::commands::{Carried, Verb};
+use crate::supervisor::commands::{CommandResult, Verb};
 use crate::supervisor::control;
 use rc_middleware::RunDirectory;
 use serde::Deserialize;
@@ -49,7 +49,7 @@ pub fn down(network: &str, limit: Duration) -> Result<(), Error> {
         let stream = connection.stream.get_mut();
         stream
             .set_read_timeout(Some(left))
-            .or_cannot("limit the time of a read")?;
+            .context("limit the time of a read")?;
         match stream.read(&mut rest) {
             Ok(0) => return Ok(()),
             // The supervisor was killed; its guard does the rest.
@@ -61,8 +61,8 @@ pub fn down(network: &str, limit: Duration) -> Result<(), Error> {
 
 /// Tells components or groups of a network to start, stop or restart, and waits until that is done, or cannot be.
 ///
-/// The wait ends with the limits that the components have, and [`Carried`] says what did not come about.
-pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<Carried, Error> {
+/// The wait ends with the limits that the components have, and [`CommandResult`] says what did not come about.
+pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandResult, Error> {
     let mut connection = Connection::open(network)?;
     let answer = connection.ask("status")?;
     let status = Status::deserialize(&answer).map_err(|_| connection.strange(&answer))?;
@@ -72,7 +72,7 @@ pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<Carried, E
     connection.limit(limits + killing + COMMAND_MARGIN)?;
     let answer = connection.request(verb.word(), &json!({ "names": names }))?;
     if let Some(result) = answer.get("result") {
-        return Carried::deserialize(result).map_err(|_| connection.strange(&answer));
+        return CommandResult::deserialize(result).map_err(|_| connection.strange(&answer));
     }
     match answer["error"]["message"].as_str() {
         Some(reason) => Err(Error::Command(reason.to_owned())),
@@ -136,13 +136,13 @@ impl Connection {
                 return Ok(None);
             }
             Err(error) => {
-                return Err(error).or_cannot(format!("connect to {}", path.display()));
+                return Err(error).context(format!("connect to {}", path.display()));
             }
         };
         stream
             .set_read_timeout(Some(limit))
             .and_then(|()| stream.set_write_timeout(Some(limit)))
-            .or_cannot("limit the time of a call")?;
+            .context("limit the time of a call")?;
         Ok(Some(Self {
             who,
             limit,
@@ -156,7 +156,7 @@ impl Connection {
         let stream = self.stream.get_ref();
         stream
             .set_read_timeout(Some(limit))
-            .or_cannot("limit the time of a read")
+            .context("limit the time of a read")
     }
 
     fn ask(&mut self, method: &str) -> Result<Value, Error> {
@@ -175,7 +175,7 @@ impl Connection {
         self.stream
             .get_mut()
             .write_all(line.as_bytes())
-            .or_cannot(&what)?;
+            .context(&what)?;
         let mut line = String::new();
         (&mut self.stream)
             .take(ANSWER_LENGTH as u64)

@@ -3,7 +3,7 @@
 
 use crate::client::connection::Connection;
 use crate::client::lines::LIMIT;
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::network::plan::check_name;
 use rc_middleware::RunDirectory;
 use rc_pdsl::config::ParameterStatus;
@@ -110,7 +110,7 @@ fn line(input: &mut dyn BufRead) -> Result<String, Error> {
     input
         .take(LIMIT as u64)
         .read_line(&mut line)
-        .or_cannot("read the secret from standard input")?;
+        .context("read the secret from standard input")?;
     if line.is_empty() {
         return Err(Error::NoSecret);
     }

@@ -1,9 +1,9 @@
 //! What keeps a network on one machine: its lock, the account of its processes, and the guard that outlives both.
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::guard::guard_process::{Guard, GuardCommand};
 use crate::guard::lock::Lock;
-use crate::guard::process_registry::{Held, HeldComponent};
+use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
 use crate::process::identity::{Identity, Mark};
 use rc_middleware::RunDirectory;
 use std::io;
@@ -16,11 +16,11 @@ const GUARD_STARTS: u32 = 5;
 /// A guard that has lived so long was no part of a series.
 const GUARD_STEADY: Duration = Duration::from_secs(5);
 
-/// The keeper of a network on this machine.
-pub(crate) struct Keeper {
+/// The custody of a network on this machine.
+pub(crate) struct Custody {
     network: String,
     /// What runs, as it is written to the run directory.
-    held: Held,
+    registry: ProcessRegistry,
     lock: Lock,
     command: GuardCommand,
     log: PathBuf,
@@ -29,14 +29,14 @@ pub(crate) struct Keeper {
 }
 
 /// What has become of a guard that ended.
-pub(crate) enum Guarding {
+pub(crate) enum GuardChange {
     /// There is a new one.
-    Again(String),
+    Restarted(String),
     /// There is none any more.
     Lost(String),
 }
 
-impl Keeper {
+impl Custody {
     /// Keeps a network whose lock is held: from now on an `up` that comes later knows that it was there. What the
     /// guard prints goes to `log`.
     pub(crate) fn new(
@@ -46,13 +46,14 @@ impl Keeper {
         log: PathBuf,
     ) -> Result<Self, Error> {
         let own = Identity::own().ok_or_else(|| io::Error::from(io::ErrorKind::Unsupported));
-        let own = own.or_cannot("read /proc/self/stat")?;
-        let held = Held::new(Mark::new(network, own));
-        held.write(lock.directory())
-            .or_cannot("write to the run directory")?;
+        let own = own.context("read /proc/self/stat")?;
+        let registry = ProcessRegistry::new(Mark::new(network, own));
+        registry
+            .write(lock.directory())
+            .context("write to the run directory")?;
         Ok(Self {
             network: network.to_owned(),
-            held,
+            registry,
             lock,
             command,
             log,
@@ -73,7 +74,7 @@ impl Keeper {
             &self.network,
             &self.lock,
             &self.log,
-            &self.held,
+            &self.registry,
         )?;
         Ok(self.guard.insert(guard))
     }
@@ -85,7 +86,7 @@ impl Keeper {
 
     /// What every process of the network carries.
     pub(crate) fn mark(&self) -> &Mark {
-        &self.held.mark
+        &self.registry.mark
     }
 
     /// The guard's process, while there is one.
@@ -99,57 +100,57 @@ impl Keeper {
     }
 
     /// A component was started. The file is needed by the next `up` only if all of these processes are killed.
-    pub(crate) fn started(&mut self, component: HeldComponent) -> io::Result<()> {
+    pub(crate) fn started(&mut self, component: RegisteredProcess) -> io::Result<()> {
         if let Some(guard) = &mut self.guard {
             guard.started(&component);
         }
-        self.held.components.push(component);
-        self.held.write(self.lock.directory())
+        self.registry.components.push(component);
+        self.registry.write(self.lock.directory())
     }
 
     /// A component has ended.
     pub(crate) fn ended(&mut self, name: &str) -> io::Result<()> {
-        let found = self.held.components.iter().position(|c| c.name == name);
+        let found = self.registry.components.iter().position(|c| c.name == name);
         let Some(index) = found else { return Ok(()) };
-        let held = self.held.components.remove(index);
+        let registry = self.registry.components.remove(index);
         if let Some(guard) = &mut self.guard {
-            guard.ended(held.process.pid);
+            guard.ended(registry.process.pid);
         }
-        self.held.write(self.lock.directory())
+        self.registry.write(self.lock.directory())
     }
 
     /// The guard has ended.
-    pub(crate) fn guard_ended(&mut self) -> Option<Guarding> {
+    pub(crate) fn guard_ended(&mut self) -> Option<GuardChange> {
         let guard = self.guard.take()?;
         if guard.age() >= GUARD_STEADY {
             self.starts = 0;
         }
         let how = guard.reap();
         if self.starts >= GUARD_STARTS {
-            return Some(Guarding::Lost(format!(
+            return Some(GuardChange::Lost(format!(
                 "the guard process ended again ({how}) and is not started any more; see {}",
                 self.log.display()
             )));
         }
         Some(match self.new_guard() {
-            Ok(_) => Guarding::Again(format!(
+            Ok(_) => GuardChange::Restarted(format!(
                 "the guard process ended ({how}); a new one is started"
             )),
-            Err(error) => Guarding::Lost(format!("the guard process ended ({how}): {error}")),
+            Err(error) => GuardChange::Lost(format!("the guard process ended ({how}): {error}")),
         })
     }
 
     /// Waits for the processes that are left to end, boundedly, and kills the rest.
-    pub(crate) fn finish_off(&mut self) -> usize {
-        let killed = self.held.finish_off();
-        self.held.components.clear();
+    pub(crate) fn end_all(&mut self) -> usize {
+        let killed = self.registry.end_all();
+        self.registry.components.clear();
         killed
     }
 
     /// All components have ended: kills what they left behind, wipes all traces. Gives how many processes were killed,
     /// and the lock, which goes last.
     pub(crate) fn finish(mut self, cleanup: &dyn Fn()) -> (usize, io::Result<()>, Lock) {
-        let left = self.held.mark.sweep();
+        let left = self.registry.mark.sweep();
         cleanup();
         let removed = self.lock.remove_directory();
         if let Some(guard) = self.guard.take() {

@@ -4,9 +4,9 @@
 //! without a farewell, the supervisor is gone, by whatever way. Components notice the same through their own link.
 
 use crate::client::lines::{Line, Lines, Overlong};
-use crate::error::{Error, OrCannot, complain};
+use crate::error::{Error, ErrorContext, print_error};
 use crate::guard::lock::Lock;
-use crate::guard::process_registry::{Held, HeldComponent};
+use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
 use crate::process::identity::{Identity, KILL_LIMIT, Mark, first_readable};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use serde::{Deserialize, Serialize};
@@ -54,7 +54,7 @@ enum Report {
     /// The first line.
     Network { mark: Mark },
     /// A component was started.
-    Started(HeldComponent),
+    Started(RegisteredProcess),
     /// One has ended, with its process group.
     Ended { pid: i32 },
     /// All is cleaned up; nothing is left to do.
@@ -77,35 +77,35 @@ impl Guard {
         network: &str,
         lock: &Lock,
         log: &Path,
-        held: &Held,
+        registry: &ProcessRegistry,
     ) -> Result<Self, Error> {
-        let (link, theirs) = UnixStream::pair().or_cannot("make a socket for the guard")?;
+        let (link, theirs) = UnixStream::pair().context("make a socket for the guard")?;
         link.set_write_timeout(Some(WRITE_LIMIT))
-            .or_cannot("limit the time of a write")?;
+            .context("limit the time of a write")?;
         let log = File::options()
             .create(true)
             .append(true)
             .open(log)
-            .or_cannot(format!("open {}", log.display()))?;
+            .context(format!("open {}", log.display()))?;
         let child = Command::new(&command.program)
             .args(&command.args)
             .args(["--network", network])
             .stdin(Stdio::from(OwnedFd::from(theirs)))
-            .stdout(Stdio::from(lock.share().or_cannot("share the lock")?))
+            .stdout(Stdio::from(lock.share().context("share the lock")?))
             .stderr(Stdio::from(log))
             .spawn()
             .map_err(|error| Error::Guard(format!("{}: {error}", command.program.display())))?;
         let pidfd = pidfd_open(Pid::from_child(&child), PidfdFlags::empty())
-            .or_cannot("watch the guard process")?;
+            .context("watch the guard process")?;
         let mut guard = Self {
             started: Instant::now(),
             child,
             link,
             pidfd,
         };
-        let mark = held.mark.clone();
+        let mark = registry.mark.clone();
         guard.tell(&Report::Network { mark });
-        for component in &held.components {
+        for component in &registry.components {
             guard.started(component);
         }
         Ok(guard)
@@ -149,7 +149,7 @@ impl Guard {
         }
     }
 
-    pub(crate) fn started(&mut self, component: &HeldComponent) {
+    pub(crate) fn started(&mut self, component: &RegisteredProcess) {
         self.tell(&Report::Started(component.clone()));
     }
 
@@ -192,7 +192,7 @@ pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
     match watch(network, cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            complain(format_args!("guard of {network}: {error}"));
+            print_error(format_args!("guard of {network}: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
@@ -201,15 +201,15 @@ pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
 fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))
-            .or_cannot("ignore signals")?;
+            .context("ignore signals")?;
     }
     // Out of the terminal's reach. It fails only for a process that leads a group already, which is as good.
     let _ = rustix::process::setsid();
-    let lock = Lock::inherited(network).or_cannot("take over the lock")?;
+    let lock = Lock::inherited(network).context("take over the lock")?;
     let stdin = io::stdin()
         .as_fd()
         .try_clone_to_owned()
-        .or_cannot("take over the supervisor's socket")?;
+        .context("take over the supervisor's socket")?;
     let mut supervisor = UnixStream::from(stdin);
     match supervisor.write_all(GUARDING) {
         // A supervisor that was killed since: what it had said can still be read.
@@ -219,19 +219,22 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
                 ErrorKind::BrokenPipe | ErrorKind::ConnectionReset
             ) =>
         {
-            return Err(error)
-                .or_cannot("answer the supervisor; only `rcdeploy up` starts `guard`");
+            return Err(error).context("answer the supervisor; only `rcdeploy up` starts `guard`");
         }
         _ => {}
     }
-    let held = match listen(&supervisor) {
-        End::Farewell => return Ok(()),
+    let registry = match listen(&supervisor) {
+        LinkEnd::Farewell => return Ok(()),
         // It was killed before it said a word: nothing runs yet.
-        End::Gone(None) => return wipe(&lock, cleanup),
-        End::Gone(Some(held)) => held,
+        LinkEnd::Gone(None) => return wipe(&lock, cleanup),
+        LinkEnd::Gone(Some(registry)) => registry,
     };
-    let names: Vec<&str> = held.components.iter().map(|c| c.name.as_str()).collect();
-    complain(format_args!(
+    let names: Vec<&str> = registry
+        .components
+        .iter()
+        .map(|c| c.name.as_str())
+        .collect();
+    print_error(format_args!(
         "guard of {network} ({}): the supervisor is gone; components left: {}",
         Identity::own().map_or(0, |own| own.pid),
         if names.is_empty() {
@@ -240,8 +243,8 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
             names.join(", ")
         }
     ));
-    let killed = held.finish_off();
-    complain(format_args!(
+    let killed = registry.end_all();
+    print_error(format_args!(
         "guard of {network}: {killed} processes had to be killed"
     ));
     wipe(&lock, cleanup)
@@ -252,43 +255,45 @@ fn wipe(lock: &Lock, cleanup: &dyn Fn()) -> Result<(), Error> {
     if lock.is_current() {
         cleanup();
         lock.remove_directory()
-            .or_cannot("remove the run directory")?;
+            .context("remove the run directory")?;
     }
     Ok(())
 }
 
 /// How the talk with the supervisor ended.
-enum End {
+enum LinkEnd {
     /// It has cleaned up itself.
     Farewell,
     /// It was killed, and held this.
-    Gone(Option<Held>),
+    Gone(Option<ProcessRegistry>),
 }
 
 /// Follows the supervisor until it says farewell or is gone.
-fn listen(supervisor: &UnixStream) -> End {
+fn listen(supervisor: &UnixStream) -> LinkEnd {
     let mut lines = Lines::new(Overlong::Skip);
-    let mut held: Option<Held> = None;
+    let mut registry: Option<ProcessRegistry> = None;
     loop {
         let (complete, ended) = lines.read(supervisor);
         for line in complete {
             let Line::Text(text) = line else { continue };
-            match (serde_json::from_str(&text), &mut held) {
-                (Ok(Report::Network { mark }), _) => held = Some(Held::new(mark)),
-                (Ok(Report::Started(component)), Some(held)) => held.components.push(component),
-                (Ok(Report::Ended { pid }), Some(held)) => {
-                    held.components.retain(|c| c.process.pid != pid);
+            match (serde_json::from_str(&text), &mut registry) {
+                (Ok(Report::Network { mark }), _) => registry = Some(ProcessRegistry::new(mark)),
+                (Ok(Report::Started(component)), Some(registry)) => {
+                    registry.components.push(component)
                 }
-                (Ok(Report::Farewell), _) => return End::Farewell,
+                (Ok(Report::Ended { pid }), Some(registry)) => {
+                    registry.components.retain(|c| c.process.pid != pid);
+                }
+                (Ok(Report::Farewell), _) => return LinkEnd::Farewell,
                 (Ok(_), None) => {
-                    complain(format_args!("guard: a report before the network: {text}"));
+                    print_error(format_args!("guard: a report before the network: {text}"));
                 }
                 // The line of a supervisor that was killed while it wrote.
-                (Err(error), _) => complain(format_args!("guard: {error} in {text}")),
+                (Err(error), _) => print_error(format_args!("guard: {error} in {text}")),
             }
         }
         if ended {
-            return End::Gone(held);
+            return LinkEnd::Gone(registry);
         }
     }
 }

@@ -4,7 +4,7 @@
 //! the network is held as long as either lives. Who removes the directory moves it away first, in one step: a lock
 //! on a file that is no longer in its place is worth nothing, and a new `up` never shares a folder with an old one.
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::process::identity::Identity;
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
@@ -34,7 +34,7 @@ impl Lock {
         let deadline = Instant::now() + PATIENCE;
         loop {
             let directory =
-                RunDirectory::open(network).or_cannot("make the run directory of the network")?;
+                RunDirectory::open(network).context("make the run directory of the network")?;
             let path = directory.path().join(NAME);
             let file = OpenOptions::new()
                 .read(true)
@@ -50,7 +50,7 @@ impl Lock {
                 {
                     continue;
                 }
-                file => file.or_cannot(format!("open {}", path.display()))?,
+                file => file.context(format!("open {}", path.display()))?,
             };
             match flock(&file, FlockOperation::NonBlockingLockExclusive) {
                 Ok(()) => {
@@ -61,7 +61,7 @@ impl Lock {
                     };
                     if lock.is_current() {
                         lock.sign()
-                            .or_cannot(format!("write {}", lock.path.display()))?;
+                            .context(format!("write {}", lock.path.display()))?;
                         lock.remove_moved();
                         return Ok(lock);
                     }
@@ -75,7 +75,7 @@ impl Lock {
                     }
                 }
                 Err(error) => {
-                    return Err(error).or_cannot(format!("lock {}", path.display()));
+                    return Err(error).context(format!("lock {}", path.display()));
                 }
             }
             if Instant::now() >= deadline {

@@ -1,6 +1,6 @@
 //! Which processes a network holds, written down where the next `up` finds it, and the end of those that are left.
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::guard::lock::Lock;
 use crate::process::identity::{self, Identity, KILL_LIMIT, Mark, first_readable, kill_group};
 use rc_middleware::RunDirectory;
@@ -19,18 +19,18 @@ const END_LIMIT: Duration = Duration::from_secs(3);
 
 /// The processes of one network.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Held {
+pub struct ProcessRegistry {
     /// The run of the system that the pids belong to.
     pub boot: String,
     /// What every process of the network carries.
     pub mark: Mark,
     /// The components that run.
-    pub components: Vec<HeldComponent>,
+    pub components: Vec<RegisteredProcess>,
 }
 
 /// One component that runs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct HeldComponent {
+pub struct RegisteredProcess {
     /// Its name.
     pub name: String,
     /// Its process, the leader of its group.
@@ -48,11 +48,11 @@ pub enum Recovered {
     Killed(usize),
 }
 
-impl Held {
+impl ProcessRegistry {
     /// A network without processes.
     pub(crate) fn new(mark: Mark) -> Self {
         Self {
-            boot: identity::boot(),
+            boot: identity::boot_id(),
             mark,
             components: Vec::new(),
         }
@@ -81,8 +81,8 @@ impl Held {
     }
 
     /// Waits for the processes to end, boundedly, and kills what is left. Returns how many had to be killed.
-    pub(crate) fn finish_off(&self) -> usize {
-        if self.boot != identity::boot() {
+    pub(crate) fn end_all(&self) -> usize {
+        if self.boot != identity::boot_id() {
             return 0;
         }
         let limit = self.components.iter().map(|c| c.stop_ms).max();
@@ -136,7 +136,7 @@ pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered
     // A supervisor that was killed at its very beginning leaves nothing but its lock.
     if found != Recovered::Nothing || lock.is_alone() {
         lock.remove_directory()
-            .or_cannot(format!("remove {}", directory.path().display()))?;
+            .context(format!("remove {}", directory.path().display()))?;
     }
     Ok(found)
 }
@@ -144,12 +144,12 @@ pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered
 /// The same for the holder of the lock, which keeps the directory.
 pub(crate) fn recover_locked(lock: &Lock, cleanup: &dyn Fn()) -> Result<Recovered, Error> {
     let directory = lock.directory().path();
-    let Some(held) = Held::read(directory) else {
+    let Some(registry) = ProcessRegistry::read(directory) else {
         return Ok(Recovered::Nothing);
     };
-    let killed = held.finish_off();
+    let killed = registry.end_all();
     cleanup();
     lock.empty_directory()
-        .or_cannot(format!("empty {}", directory.display()))?;
+        .context(format!("empty {}", directory.display()))?;
     Ok(Recovered::Killed(killed))
 }

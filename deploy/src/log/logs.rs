@@ -1,6 +1,6 @@
 //! What components printed: where it is kept, and how it is shown.
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::log::events::{Event, Severity};
 use crate::log::follower::Follower;
 use crate::log::reporter::Format;
@@ -51,11 +51,11 @@ pub(crate) fn open_directory(network: &str) -> Result<PathBuf, Error> {
         .recursive(true)
         .mode(0o700)
         .create(&path)
-        .or_cannot(format!("make the folder of the logs, {}", path.display()))?;
+        .context(format!("make the folder of the logs, {}", path.display()))?;
     if shared {
-        let owner = std::fs::symlink_metadata(&base).or_cannot("look at the folder of the logs")?;
+        let owner = std::fs::symlink_metadata(&base).context("look at the folder of the logs")?;
         if owner.uid() != rustix::process::getuid().as_raw() || owner.mode() & 0o022 != 0 {
-            return Err(io::Error::from(io::ErrorKind::PermissionDenied)).or_cannot(format!(
+            return Err(io::Error::from(io::ErrorKind::PermissionDenied)).context(format!(
                 "write logs to {}, which is not private; set XDG_STATE_HOME",
                 base.display()
             ));
@@ -117,9 +117,9 @@ fn is_full(path: &Path) -> bool {
 
 /// Tells when anything in a folder is written.
 #[derive(Debug)]
-pub(crate) struct Watch(OwnedFd);
+pub(crate) struct DirectoryWatch(OwnedFd);
 
-impl Watch {
+impl DirectoryWatch {
     pub(crate) fn new(directory: &Path) -> io::Result<Self> {
         let flags = inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK;
         let watch = inotify::init(flags)?;
@@ -169,7 +169,7 @@ pub fn print(
         format,
         out,
     };
-    let watch = Watch::new(&directory).map_err(|_| nothing(&directory))?;
+    let watch = DirectoryWatch::new(&directory).map_err(|_| nothing(&directory))?;
     let mut followers = BTreeMap::new();
     for name in names {
         let path = file(&directory, &name);
@@ -221,14 +221,14 @@ fn names(directory: &Path) -> Vec<String> {
     names
 }
 
-fn wait(watch: &Watch) -> Result<(), Error> {
+fn wait(watch: &DirectoryWatch) -> Result<(), Error> {
     let mut polled = [PollFd::from_borrowed_fd(
         watch.descriptor().as_fd(),
         PollFlags::IN,
     )];
     match poll(&mut polled, None) {
         Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
-        Err(error) => Err(error).or_cannot("wait for new lines"),
+        Err(error) => Err(error).context("wait for new lines"),
     }
 }
 
@@ -250,6 +250,6 @@ impl Printer<'_> {
         let written = self.out.write_all(text.as_bytes());
         written
             .and_then(|()| self.out.flush())
-            .or_cannot("print the log")
+            .context("print the log")
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::log::events::{Event, Severity};
 use crate::log::follower::Follower;
-use crate::log::logs::Watch;
+use crate::log::logs::DirectoryWatch;
 use crate::log::reporter::Reporter;
 use std::io;
 use std::os::fd::OwnedFd;
@@ -19,7 +19,7 @@ const LAST_TURNS: usize = 8;
 /// The logs of a network.
 #[derive(Debug)]
 pub(crate) struct Relay {
-    watch: Watch,
+    watch: DirectoryWatch,
     logs: Vec<(String, Follower)>,
     /// When to look, if something was written.
     due: Option<Instant>,
@@ -31,7 +31,7 @@ impl Relay {
         directory: &Path,
         logs: impl IntoIterator<Item = (String, PathBuf)>,
     ) -> io::Result<Self> {
-        let watch = Watch::new(directory)?;
+        let watch = DirectoryWatch::new(directory)?;
         let logs = logs
             .into_iter()
             .map(|(name, path)| Ok((name, Follower::open(&path)?)))

@@ -8,7 +8,7 @@
 //! A write to a log wakes, at most four times a second; while nothing is written nothing is looked at.
 
 use crate::log::events::{Event, Severity};
-use crate::log::logs::Watch;
+use crate::log::logs::DirectoryWatch;
 use crate::log::reporter::Reporter;
 use rustix::fs::{FlockOperation, flock, statvfs};
 use std::fs::File;
@@ -85,7 +85,7 @@ pub(crate) struct Rotation {
     limit: u64,
     directory: PathBuf,
     logs: Vec<PathBuf>,
-    watch: Watch,
+    watch: DirectoryWatch,
     due: Option<Instant>,
     waited: u32,
     is_full: bool,
@@ -97,7 +97,7 @@ impl Rotation {
             limit,
             directory: directory.to_owned(),
             logs,
-            watch: Watch::new(directory)?,
+            watch: DirectoryWatch::new(directory)?,
             due: None,
             waited: 0,
             is_full: false,
@@ -134,13 +134,13 @@ impl Rotation {
             return self.look_at_disk(report);
         };
         let insist = self.waited >= PATIENCE;
-        let turned = turn(log, self.limit, insist);
+        let rotated = rotate(log, self.limit, insist);
         self.waited += 1;
         self.due = Some(now + SOON);
-        match turned {
-            Ok(Turned::Busy) => return,
-            Ok(Turned::Done) => {}
-            Ok(Turned::Emptied(error)) | Err(error) => {
+        match rotated {
+            Ok(RotationResult::Busy) => return,
+            Ok(RotationResult::Done) => {}
+            Ok(RotationResult::Emptied(error)) | Err(error) => {
                 let text = format!("{} is not kept, it is emptied: {error}", log.display());
                 report.event(Event::network(Severity::Warning, "log-lost", text));
             }
@@ -174,7 +174,7 @@ impl Rotation {
     }
 }
 
-enum Turned {
+enum RotationResult {
     Done,
     /// Somebody reads it.
     Busy,
@@ -184,10 +184,12 @@ enum Turned {
 
 /// Makes what is in a log its older part. Whoever reads it at this moment holds a lock, which is respected unless
 /// `insist`.
-fn turn(log: &Path, limit: u64, insist: bool) -> io::Result<Turned> {
+fn rotate(log: &Path, limit: u64, insist: bool) -> io::Result<RotationResult> {
     let file = File::options().read(true).write(true).open(log)?;
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Err(error) if error == rustix::io::Errno::WOULDBLOCK && !insist => return Ok(Turned::Busy),
+        Err(error) if error == rustix::io::Errno::WOULDBLOCK && !insist => {
+            return Ok(RotationResult::Busy);
+        }
         _ => {}
     }
     let kept = match keep(log, &file, limit) {
@@ -199,11 +201,11 @@ fn turn(log: &Path, limit: u64, insist: bool) -> io::Result<Turned> {
     };
     file.set_len(0)?;
     Ok(match kept {
-        Ok(()) => Turned::Done,
+        Ok(()) => RotationResult::Done,
         Err(error) => {
             // What reads on must not take it for what has gone.
             let _ = std::fs::remove_file(older(log));
-            Turned::Emptied(error)
+            RotationResult::Emptied(error)
         }
     })
 }
@@ -259,7 +261,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let log = folder.path().join("a.log");
         std::fs::write(&log, "0123456789".repeat(10)).expect("written");
-        assert!(matches!(turn(&log, 30, false), Ok(Turned::Done)));
+        assert!(matches!(rotate(&log, 30, false), Ok(RotationResult::Done)));
         let older = std::fs::read_to_string(older(&log)).expect("a part");
         let expected = "[rcdeploy: part 1 of this log, without its first 70 bytes]\n";
         assert_eq!(older, expected.to_owned() + &"0123456789".repeat(3));
@@ -273,7 +275,7 @@ mod tests {
         std::fs::write(&log, "text").expect("written");
         let reader = File::open(&log).expect("the log");
         flock(&reader, FlockOperation::LockShared).expect("a lock");
-        assert!(matches!(turn(&log, 1, false), Ok(Turned::Busy)));
-        assert!(matches!(turn(&log, 1, true), Ok(Turned::Done)));
+        assert!(matches!(rotate(&log, 1, false), Ok(RotationResult::Busy)));
+        assert!(matches!(rotate(&log, 1, true), Ok(RotationResult::Done)));
     }
 }

@@ -98,23 +98,23 @@ impl Network {
 /// Makes and holds the services of `network` that [`Network::services`] listed. What cannot be held is told on
 /// standard error, and the network starts without it.
 pub fn hold(network: &str, services: &str) -> Option<Holder> {
-    let complain = |what: &dyn std::fmt::Display| {
-        crate::error::complain(format_args!("guard of {network}: {what}"));
+    let print_error = |what: &dyn std::fmt::Display| {
+        crate::error::print_error(format_args!("guard of {network}: {what}"));
     };
     let listed: Vec<(String, Service)> = serde_json::from_str(services)
-        .inspect_err(|e| complain(e))
+        .inspect_err(|e| print_error(e))
         .ok()?;
     let environment = Environment {
         network: network.to_owned(),
         instance: "rcdeploy-guard".to_owned(),
         directory: RunDirectory::open(network)
-            .inspect_err(|e| complain(e))
+            .inspect_err(|e| print_error(e))
             .ok()?,
-        interrupt: Interrupt::new().inspect_err(|e| complain(e)).ok()?,
+        interrupt: Interrupt::new().inspect_err(|e| print_error(e)).ok()?,
         settings: Settings::default(),
     };
     let mut holder = Holder::new(&environment)
-        .inspect_err(|e| complain(e))
+        .inspect_err(|e| print_error(e))
         .ok()?;
     for (address, service) in listed {
         let Ok(address) = Address::parse(&address) else {
@@ -144,7 +144,7 @@ pub fn hold(network: &str, services: &str) -> Option<Holder> {
             holder.hold_call(&endpoint)
         };
         if let Err(error) = held {
-            complain(&error);
+            print_error(&error);
         }
     }
     Some(holder)

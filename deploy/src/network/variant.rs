@@ -6,7 +6,7 @@
 //! to all other files of the component. Cargo builds into the user's target folder, so that nothing that both need is
 //! built twice.
 
-use crate::error::{Error, OrCannot, complain};
+use crate::error::{Error, ErrorContext, print_error};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Files, GENERATED, Owner};
 use rc_codegen::{Project, generate, names};
@@ -94,9 +94,9 @@ pub(crate) fn stage(
 /// Holds the folder of variants. Networks of one target folder have different ones in it, and cargo reads there until it
 /// is done.
 fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
-    std::fs::create_dir_all(folder).or_cannot(format!("make {}", folder.display()))?;
+    std::fs::create_dir_all(folder).context(format!("make {}", folder.display()))?;
     let path = folder.join(".lock");
-    let file = File::create(&path).or_cannot(format!("open {}", path.display()))?;
+    let file = File::create(&path).context(format!("open {}", path.display()))?;
     let deadline = Instant::now() + patience;
     let mut told = false;
     loop {
@@ -105,7 +105,7 @@ fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
             Err(Errno::WOULDBLOCK) if Instant::now() < deadline => {
                 if !std::mem::replace(&mut told, true) {
                     let folder = folder.display();
-                    complain(format_args!(
+                    print_error(format_args!(
                         "rcdeploy: waiting for another build in {folder}"
                     ));
                 }
@@ -117,17 +117,17 @@ fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
             }
             Err(error) => error.into(),
         };
-        return Err(error).or_cannot(format!("lock {}", path.display()));
+        return Err(error).context(format!("lock {}", path.display()));
     }
 }
 
 fn write(files: &Files, folder: &Path) -> Result<(), Error> {
     let written = files.write(folder).map(drop);
-    written.or_cannot(format!("write the variant in {}", folder.display()))
+    written.context(format!("write the variant in {}", folder.display()))
 }
 
 fn read(path: &Path) -> Result<DocumentMut, Error> {
-    let text = rc_codegen::load::read(path).or_cannot(format!("read {}", path.display()))?;
+    let text = rc_codegen::load::read(path).context(format!("read {}", path.display()))?;
     text.parse()
         .map_err(|error| Error::Plan(format!("{}: {error}", path.display())))
 }
@@ -220,7 +220,7 @@ fn component(
     let folder = project.folder();
     let folder = folder
         .canonicalize()
-        .or_cannot(format!("open {}", folder.display()))?;
+        .context(format!("open {}", folder.display()))?;
     let (generated, _) =
         generate::generate(project, middleware).map_err(|error| Error::Plan(error.to_string()))?;
     let mut files = Files::default();
@@ -240,7 +240,7 @@ fn component(
     let manifest = user_manifest(&folder, package, middleware)?;
     files.add("Cargo.toml", Owner::Generic, manifest.to_string());
     write(&files, staged)?;
-    link(&folder, staged).or_cannot(format!("link the files of {package}"))
+    link(&folder, staged).context(format!("link the files of {package}"))
 }
 
 /// Whether the user's workspace has what the generated crate takes from it.
@@ -349,7 +349,7 @@ fn lock(root: &Path, folder: &Path, members: &[String]) -> Result<(), Error> {
         Ok(text) => text,
         // Nothing has been built yet.
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(error).or_cannot(format!("read {}", there.display())),
+        Err(error) => return Err(error).context(format!("read {}", there.display())),
     };
     let of = Path::new("Cargo.lock.of-workspace");
     let wanted = format!("# {}\n{text}", members.join(", "));

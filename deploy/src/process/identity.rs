@@ -64,7 +64,7 @@ fn starttime(stat: &str) -> Option<u64> {
 }
 
 /// Which run of the system this is; a pid and its time of start mean nothing in another one.
-pub(crate) fn boot() -> String {
+pub(crate) fn boot_id() -> String {
     std::fs::read_to_string("/proc/sys/kernel/random/boot_id")
         .map(|text| text.trim().to_owned())
         .unwrap_or_default()

@@ -1,7 +1,7 @@
 //! One process of a component: how it is started, heard, signalled and reaped. It decides nothing.
 
 use crate::client::lines::{Line, Lines, Overlong};
-use crate::guard::process_registry::HeldComponent;
+use crate::guard::process_registry::RegisteredProcess;
 use crate::network::plan::Component;
 use crate::process::identity::{self, COMPONENT, Identity, MARK, Mark, kill_group};
 use crate::process::realtime;
@@ -20,7 +20,7 @@ const LAST_READS: usize = 16;
 
 /// A process of this machine.
 #[derive(Debug)]
-pub(crate) struct Launched {
+pub(crate) struct LocalProcess {
     child: Child,
     pid: Pid,
     pidfd: OwnedFd,
@@ -40,7 +40,7 @@ pub(crate) struct Exit {
     pub(crate) text: String,
 }
 
-impl Launched {
+impl LocalProcess {
     /// Starts the process, whose link begins with `greeting`; what it prints is appended to `log`. Its children are
     /// found by `run`, which is another one for each start.
     pub(crate) fn start(
@@ -130,8 +130,8 @@ impl Launched {
     }
 
     /// The process, for those that keep account of it.
-    pub(crate) fn held(&self, component: &Component) -> HeldComponent {
-        HeldComponent {
+    pub(crate) fn registered(&self, component: &Component) -> RegisteredProcess {
+        RegisteredProcess {
             name: component.name.clone(),
             process: self.identity,
             stop_ms: component.stop.as_millis() as u64,

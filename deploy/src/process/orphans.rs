@@ -14,7 +14,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// The threads that look.
 #[derive(Debug, Default)]
-pub(crate) struct Sweeps(Vec<Sweep>);
+pub(crate) struct OrphanSweeps(Vec<Sweep>);
 
 #[derive(Debug)]
 struct Sweep {
@@ -23,7 +23,7 @@ struct Sweep {
     patience: Instant,
 }
 
-impl Sweeps {
+impl OrphanSweeps {
     /// Begins to end what this run of a component has left. Where there can be no thread, that is done at the end of the
     /// network.
     pub(crate) fn begin(&mut self, component: &str, mark: &Mark, run: String) {

@@ -2,22 +2,22 @@
 //! told to, and tells what becomes of them. Its standard streams are the connection; when that ends, so does all.
 
 use super::copies;
-use super::log_tail::Printed;
-use super::protocol::{File, LONGEST, Order, Word, line};
-use super::socket_proxy::{Heard, Wires};
-use super::timed_stream::{Timed, read_line};
+use super::log_tail::LogTail;
+use super::protocol::{AgentMessage, File, LONGEST, SupervisorMessage, line};
+use super::socket_proxy::{ProxyConnections, Received};
+use super::timed_stream::{TimedStream, read_line};
 use super::{BEAT, HOST_LIMIT};
 use crate::client::lines::{Line, Lines, Overlong};
-use crate::error::{Error, OrCannot, advice, complain};
-use crate::guard::custody::{Guarding, Keeper};
+use crate::error::{Error, ErrorContext, advice, print_error};
+use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
-use crate::log::logs::{self, Watch};
+use crate::log::logs::{self, DirectoryWatch};
 use crate::network::addresses::process_name;
 use crate::network::plan::{Component, check_name};
-use crate::process::launch::{Exit, Launched};
-use crate::process::orphans::Sweeps;
+use crate::process::launch::{Exit, LocalProcess};
+use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
@@ -45,9 +45,10 @@ pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
     match serve(cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let said = std::io::stdout().write_all(&line(&Word::Refused(error.to_string())));
+            let said =
+                std::io::stdout().write_all(&line(&AgentMessage::Refused(error.to_string())));
             if said.is_err() {
-                complain(format_args!("rcdeploy agent: {error}"));
+                print_error(format_args!("rcdeploy agent: {error}"));
             }
             ExitCode::from(error.exit_code())
         }
@@ -64,14 +65,14 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
         io::stdin().as_fd().try_clone_to_owned(),
         io::stdout().as_fd().try_clone_to_owned(),
     ];
-    let stdin = stdin.or_cannot("use its standard input")?;
-    let stdout = stdout.or_cannot("use its standard output")?;
-    nonblocking(&stdin).or_cannot("use its standard input")?;
-    nonblocking(&stdout).or_cannot("use its standard output")?;
-    let mut input = BufReader::new(Timed(stdin));
-    let mut output = Timed(stdout);
-    let first = read_line(&mut input).or_cannot("hear its supervisor")?;
-    let Ok(Order::Network {
+    let stdin = stdin.context("use its standard input")?;
+    let stdout = stdout.context("use its standard output")?;
+    nonblocking(&stdin).context("use its standard input")?;
+    nonblocking(&stdout).context("use its standard output")?;
+    let mut input = BufReader::new(TimedStream(stdin));
+    let mut output = TimedStream(stdout);
+    let first = read_line(&mut input).context("hear its supervisor")?;
+    let Ok(SupervisorMessage::Network {
         name,
         files,
         services,
@@ -92,7 +93,7 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
     // Nothing was started yet, and the error that is told is the first one.
     let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
-    agent.say(&Word::There { root, recovered });
+    agent.say(&AgentMessage::There { root, recovered });
     agent.run(&cleanup);
     Ok(())
 }
@@ -101,13 +102,13 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
 fn receive(
     network: &str,
     files: &[File],
-    input: &mut BufReader<Timed>,
-    output: &mut Timed,
+    input: &mut BufReader<TimedStream>,
+    output: &mut TimedStream,
 ) -> Result<PathBuf, Error> {
-    let program = std::env::current_exe().or_cannot("find out which program this is")?;
+    let program = std::env::current_exe().context("find out which program this is")?;
     copies::remove_unused(&program);
     let root = copies::root(&program, network);
-    let root = root.or_cannot(format!(
+    let root = root.context(format!(
         "make the folder of the copies beside {}",
         program.display()
     ))?;
@@ -118,17 +119,17 @@ fn receive(
         .map(|(at, _)| at)
         .collect();
     output
-        .write_all(&line(&Word::Wants(wanted.clone())))
-        .or_cannot("answer its supervisor")?;
+        .write_all(&line(&AgentMessage::Wants(wanted.clone())))
+        .context("answer its supervisor")?;
     for at in wanted {
         let received = files[at].receive(&root, input);
-        received.or_cannot(format!("copy {}", files[at].path.display()))?;
+        received.context(format!("copy {}", files[at].path.display()))?;
     }
     Ok(root)
 }
 
 /// Takes the network; an agent whose connection has ended may still have it for a moment.
-fn acquire(network: &str, output: &mut Timed) -> Result<Lock, Error> {
+fn acquire(network: &str, output: &mut TimedStream) -> Result<Lock, Error> {
     let deadline = Instant::now() + PATIENCE;
     loop {
         match Lock::acquire(network) {
@@ -136,8 +137,8 @@ fn acquire(network: &str, output: &mut Timed) -> Result<Lock, Error> {
                 if Instant::now() < deadline =>
             {
                 output
-                    .write_all(&line(&Word::Beat))
-                    .or_cannot("answer its supervisor")?;
+                    .write_all(&line(&AgentMessage::Beat))
+                    .context("answer its supervisor")?;
                 std::thread::sleep(Duration::from_millis(200));
             }
             result => return result,
@@ -153,7 +154,7 @@ enum Source {
     Signals,
     Guard,
     Logs,
-    Wire(u64),
+    ProxyConnection(u64),
     Link(String),
     Process(String),
 }
@@ -166,7 +167,7 @@ enum Ending {
 
 /// A process, and the run of its component that it is.
 struct Running {
-    process: Launched,
+    process: LocalProcess,
     run: String,
 }
 
@@ -174,18 +175,18 @@ struct Agent {
     network: String,
     /// The folder of the copies.
     root: PathBuf,
-    keeper: Keeper,
+    custody: Custody,
     signals: Signals,
     logs: PathBuf,
-    watch: Watch,
+    watch: DirectoryWatch,
     /// When to look at the logs, if something was written.
     look: Option<Instant>,
-    printed: BTreeMap<String, Printed>,
+    printed: BTreeMap<String, LogTail>,
     running: BTreeMap<String, Running>,
     /// Those that have ended, while what they left behind is looked for.
     ended: BTreeMap<String, Exit>,
-    sweeps: Sweeps,
-    wires: Wires,
+    sweeps: OrphanSweeps,
+    connections: ProxyConnections,
     input: OwnedFd,
     lines: Lines,
     output: OwnedFd,
@@ -200,10 +201,10 @@ impl Agent {
         root: PathBuf,
         lock: Lock,
         services: &str,
-        input: BufReader<Timed>,
-        output: Timed,
+        input: BufReader<TimedStream>,
+        output: TimedStream,
     ) -> Result<Self, Error> {
-        let own = GuardCommand::own().or_cannot("find out which program this is")?;
+        let own = GuardCommand::own().context("find out which program this is")?;
         let hold = ["--hold".to_owned(), services.to_owned()];
         let command = GuardCommand {
             args: own.args.into_iter().chain(hold).collect(),
@@ -211,16 +212,16 @@ impl Agent {
         };
         let logs = logs::open_directory(network)?;
         let guard_log = logs::file(&logs, logs::GUARD);
-        logs::clear(&guard_log).or_cannot(format!("write {}", guard_log.display()))?;
-        let watch = Watch::new(&logs).or_cannot("follow the logs")?;
-        let signals = Signals::new().or_cannot("listen to signals")?;
-        let mut keeper = Keeper::new(network, lock, command, guard_log)?;
-        keeper.start_guard()?;
+        logs::clear(&guard_log).context(format!("write {}", guard_log.display()))?;
+        let watch = DirectoryWatch::new(&logs).context("follow the logs")?;
+        let signals = Signals::new().context("listen to signals")?;
+        let mut custody = Custody::new(network, lock, command, guard_log)?;
+        custody.start_guard()?;
         let now = Instant::now();
         Ok(Self {
             network: network.to_owned(),
             root,
-            keeper,
+            custody,
             signals,
             logs,
             watch,
@@ -228,8 +229,8 @@ impl Agent {
             printed: BTreeMap::new(),
             running: BTreeMap::new(),
             ended: BTreeMap::new(),
-            sweeps: Sweeps::default(),
-            wires: Wires::default(),
+            sweeps: OrphanSweeps::default(),
+            connections: ProxyConnections::default(),
             // The supervisor waits for the answer: nothing is left in the buffer.
             input: input.into_inner().0,
             lines: Lines::up_to(LONGEST, Overlong::Skip),
@@ -240,15 +241,15 @@ impl Agent {
         })
     }
 
-    fn say(&mut self, word: &Word) {
-        self.out.extend(line(word));
+    fn say(&mut self, message: &AgentMessage) {
+        self.out.extend(line(message));
     }
 
     fn run(mut self, cleanup: &dyn Fn()) {
         let ending = loop {
             let now = Instant::now();
             if now >= self.beat {
-                self.say(&Word::Beat);
+                self.say(&AgentMessage::Beat);
                 self.beat = now + BEAT;
             }
             if self.look.is_some_and(|at| now >= at) {
@@ -287,14 +288,14 @@ impl Agent {
         if !self.out.is_empty() {
             add(Source::Output, self.output.as_fd(), PollFlags::OUT);
         }
-        if let Some(guard) = self.keeper.descriptor() {
+        if let Some(guard) = self.custody.descriptor() {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
         if self.look.is_none() {
             add(Source::Logs, self.watch.descriptor().as_fd(), PollFlags::IN);
         }
-        for (number, descriptor, flags) in self.wires.descriptors() {
-            add(Source::Wire(number), descriptor, flags);
+        for (number, descriptor, flags) in self.connections.descriptors() {
+            add(Source::ProxyConnection(number), descriptor, flags);
         }
         // Links come before processes: last words count.
         for (name, Running { process, .. }) in &self.running {
@@ -338,9 +339,9 @@ impl Agent {
             Source::Supervisor => return self.hear(),
             Source::Signals => return Some(Ending::Alone("this agent was told to end".to_owned())),
             Source::Output => {}
-            Source::Guard => match self.keeper.guard_ended() {
-                Some(Guarding::Again(text) | Guarding::Lost(text)) => {
-                    self.say(&Word::Note(text));
+            Source::Guard => match self.custody.guard_ended() {
+                Some(GuardChange::Restarted(text) | GuardChange::Lost(text)) => {
+                    self.say(&AgentMessage::Note(text));
                 }
                 None => {}
             },
@@ -348,14 +349,14 @@ impl Agent {
                 self.watch.drain();
                 self.look = Some(Instant::now() + LOOK);
             }
-            Source::Wire(wire) => {
-                if let Some(Heard { text, there }) = self.wires.turn(*wire) {
+            Source::ProxyConnection(wire) => {
+                if let Some(Received { text, there }) = self.connections.turn(*wire) {
                     let wire = *wire;
                     if !text.is_empty() {
-                        self.say(&Word::Tell { wire, text });
+                        self.say(&AgentMessage::Tell { wire, text });
                     }
                     if !there {
-                        self.say(&Word::Shut(wire));
+                        self.say(&AgentMessage::Shut(wire));
                     }
                 }
             }
@@ -369,42 +370,42 @@ impl Agent {
         let (lines, ended) = self.lines.read(Read(&self.input));
         for line in lines {
             self.heard = Instant::now();
-            let order = match &line {
+            let message = match &line {
                 Line::Text(text) => serde_json::from_str(text).ok(),
                 Line::TooLong => None,
             };
-            match order {
-                Some(Order::Start {
+            match message {
+                Some(SupervisorMessage::Start {
                     component,
                     run,
                     greeting,
                 }) => self.start(&component, run, greeting.as_deref()),
-                Some(Order::Stop(name)) => {
+                Some(SupervisorMessage::Stop(name)) => {
                     self.running
                         .get(&name)
                         .inspect(|running| running.process.terminate());
                 }
-                Some(Order::Kill(name)) => {
+                Some(SupervisorMessage::Kill(name)) => {
                     self.running
                         .get(&name)
                         .inspect(|running| running.process.kill());
                 }
-                Some(Order::Call { wire, name }) => {
-                    let path = self.keeper.directory().socket(&process_name(&name));
-                    if self.wires.call(wire, &path).is_err() {
-                        self.say(&Word::Shut(wire));
+                Some(SupervisorMessage::Call { wire, name }) => {
+                    let path = self.custody.directory().socket(&process_name(&name));
+                    if self.connections.call(wire, &path).is_err() {
+                        self.say(&AgentMessage::Shut(wire));
                     }
                 }
-                Some(Order::Tell { wire, text }) => {
-                    if !self.wires.send(wire, &text) {
-                        self.say(&Word::Shut(wire));
+                Some(SupervisorMessage::Tell { wire, text }) => {
+                    if !self.connections.send(wire, &text) {
+                        self.say(&AgentMessage::Shut(wire));
                     }
                 }
-                Some(Order::Shut(wire)) => self.wires.shut(wire),
-                Some(Order::Beat) => {}
-                Some(Order::Farewell) => return Some(Ending::Farewell),
-                Some(Order::Network { .. }) | None => {
-                    let why = "its supervisor said what is no order".to_owned();
+                Some(SupervisorMessage::Shut(wire)) => self.connections.shut(wire),
+                Some(SupervisorMessage::Beat) => {}
+                Some(SupervisorMessage::Farewell) => return Some(Ending::Farewell),
+                Some(SupervisorMessage::Network { .. }) | None => {
+                    let why = "its supervisor said what is no message".to_owned();
                     return Some(Ending::Alone(why));
                 }
             }
@@ -416,13 +417,13 @@ impl Agent {
         let name = component.name.clone();
         match self.launch(component, &run, greeting) {
             Ok(process) => {
-                let held = process.held(component);
+                let registered = process.registered(component);
                 let pid = process.pid();
                 self.running.insert(name.clone(), Running { process, run });
-                self.note(|keeper| keeper.started(held));
-                self.say(&Word::Started { name, pid });
+                self.note(|custody| custody.started(registered));
+                self.say(&AgentMessage::Started { name, pid });
             }
-            Err(reason) => self.say(&Word::NotStarted { name, reason }),
+            Err(reason) => self.say(&AgentMessage::NotStarted { name, reason }),
         }
     }
 
@@ -431,14 +432,14 @@ impl Agent {
         component: &Component,
         run: &str,
         greeting: Option<&str>,
-    ) -> Result<Launched, String> {
+    ) -> Result<LocalProcess, String> {
         check_name("component", &component.name).map_err(|e| e.to_string())?;
         if self.running.contains_key(&component.name) {
             return Err("it runs already".to_owned());
         }
         let cannot = |what: &str, error: io::Error| format!("cannot {what}: {error}");
         if !self.printed.contains_key(&component.name) {
-            let printed = Printed::new(&self.logs, &component.name);
+            let printed = LogTail::new(&self.logs, &component.name);
             let printed = printed.map_err(|e| cannot("make its log", e))?;
             self.printed.insert(component.name.clone(), printed);
         }
@@ -448,17 +449,17 @@ impl Agent {
                 .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
         }
         let log = self.printed[&component.name].path();
-        Launched::start(component, run, greeting, log, self.keeper.mark())
+        LocalProcess::start(component, run, greeting, log, self.custody.mark())
     }
 
     /// The account of processes is needed only where all of rcdeploy is killed.
-    fn note(&mut self, change: impl FnOnce(&mut Keeper) -> io::Result<()>) {
-        if let Err(error) = change(&mut self.keeper) {
+    fn note(&mut self, change: impl FnOnce(&mut Custody) -> io::Result<()>) {
+        if let Err(error) = change(&mut self.custody) {
             let text = format!(
                 "cannot write to the run directory: {error}{}",
                 advice(&error)
             );
-            self.say(&Word::Note(text));
+            self.say(&AgentMessage::Note(text));
         }
     }
 
@@ -470,7 +471,7 @@ impl Agent {
         let closed = process.link().is_none();
         self.said(name, lines);
         if closed {
-            self.say(&Word::Closed(name.to_owned()));
+            self.say(&AgentMessage::Closed(name.to_owned()));
         }
     }
 
@@ -481,7 +482,7 @@ impl Agent {
                 Line::TooLong => None,
             };
             let name = name.to_owned();
-            self.say(&Word::Said { name, line });
+            self.say(&AgentMessage::Said { name, line });
         }
     }
 
@@ -492,22 +493,22 @@ impl Agent {
         let words = process.last_words();
         self.said(name, words);
         let exit = process.reap();
-        self.note(|keeper| keeper.ended(name));
+        self.note(|custody| custody.ended(name));
         // What it printed last belongs to the account of its end.
         self.tell(name);
         // Its end is told when it may be started again.
         self.ended.insert(name.to_owned(), exit);
-        self.sweeps.begin(name, self.keeper.mark(), run);
+        self.sweeps.begin(name, self.custody.mark(), run);
     }
 
     /// Tells of those that have ended, and left nothing any more, or what takes too long to find.
     fn tell_ends(&mut self) {
         for (name, left) in self.sweeps.done() {
             if let Some(exit) = self.ended.remove(&name) {
-                self.say(&Word::Ended { name, exit, left });
+                self.say(&AgentMessage::Ended { name, exit, left });
             } else if left > 0 {
                 let text = format!("killed {left} processes that {name} had left behind");
-                self.say(&Word::Note(text));
+                self.say(&AgentMessage::Note(text));
             }
         }
         let names = self.ended.keys();
@@ -518,7 +519,7 @@ impl Agent {
         for name in names {
             if let Some(exit) = self.ended.remove(&name) {
                 let left = 0;
-                self.say(&Word::Ended { name, exit, left });
+                self.say(&AgentMessage::Ended { name, exit, left });
             }
         }
     }
@@ -538,10 +539,10 @@ impl Agent {
     fn tell(&mut self, name: &str) -> bool {
         let start = self.out.len();
         while self.out.len() < start.max(ROOM) + ROOM && self.out.len() < WAITING / 2 {
-            let piece = self.printed.get_mut(name).and_then(Printed::next);
+            let piece = self.printed.get_mut(name).and_then(LogTail::next);
             let Some(text) = piece else { return false };
             let name = name.to_owned();
-            self.say(&Word::Printed { name, text });
+            self.say(&AgentMessage::Printed { name, text });
         }
         true
     }
@@ -566,7 +567,7 @@ impl Agent {
             return false;
         };
         let out = std::mem::take(&mut self.out);
-        Timed(output).write_all(&out).is_ok()
+        TimedStream(output).write_all(&out).is_ok()
     }
 
     fn write(&mut self) -> Result<(), String> {
@@ -588,7 +589,7 @@ impl Agent {
     fn end(mut self, ending: &Ending, cleanup: &dyn Fn()) {
         if let Ending::Alone(why) = ending {
             let names: Vec<&str> = self.running.keys().map(String::as_str).collect();
-            complain(format_args!(
+            print_error(format_args!(
                 "rcdeploy agent of {}: the supervisor is gone ({why}); components left: {}",
                 self.network,
                 names.join(", ")
@@ -599,21 +600,22 @@ impl Agent {
             process.terminate();
         }
         drop(std::mem::take(&mut self.running));
-        let killed = self.keeper.finish_off();
+        let killed = self.custody.end_all();
         if matches!(ending, Ending::Farewell) {
             self.tell_all();
         }
-        let (left, removed, lock) = self.keeper.finish(cleanup);
+        let (left, removed, lock) = self.custody.finish(cleanup);
         if let Err(error) = removed {
             let path = lock.directory().path().display();
-            self.out
-                .extend(line(&Word::Note(format!("cannot remove {path}: {error}"))));
+            self.out.extend(line(&AgentMessage::Note(format!(
+                "cannot remove {path}: {error}"
+            ))));
         }
-        self.out.extend(line(&Word::Gone {
+        self.out.extend(line(&AgentMessage::Gone {
             left: left + killed,
         }));
         if matches!(ending, Ending::Farewell) {
-            let _ = Timed(self.output).write_all(&self.out);
+            let _ = TimedStream(self.output).write_all(&self.out);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The beginning of a connection, which waits and copies, on a thread of its own.
 
-use super::protocol::{File, Order, Word, line};
+use super::protocol::{AgentMessage, File, SupervisorMessage, line};
 use super::ssh::TOKEN;
-use super::timed_stream::{Timed, read_line};
+use super::timed_stream::{TimedStream, read_line};
 use std::io::{self, BufReader, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -16,7 +16,7 @@ const GREETING: usize = 1000;
 
 /// What a connection begins with.
 #[derive(Clone, Debug)]
-pub(crate) struct Beginning {
+pub(crate) struct Setup {
     pub(crate) network: String,
     /// What has to be there, each once.
     pub(crate) files: Vec<PathBuf>,
@@ -26,7 +26,7 @@ pub(crate) struct Beginning {
 
 /// An agent that has begun its work.
 #[derive(Debug)]
-pub(crate) struct Begun {
+pub(crate) struct AgentReady {
     /// Where the copies are.
     pub(crate) root: PathBuf,
     /// How many files were copied, and how many bytes.
@@ -39,10 +39,10 @@ pub(crate) struct Begun {
 
 /// A beginning that is under way.
 #[derive(Debug)]
-pub(crate) struct Beginner {
+pub(crate) struct SetupThread {
     /// Becomes readable when it is over.
     pub(crate) over: UnixStream,
-    result: Receiver<Result<Begun, String>>,
+    result: Receiver<Result<AgentReady, String>>,
 }
 
 /// The program that is to be the agent.
@@ -50,37 +50,37 @@ pub(crate) fn own_program() -> io::Result<File> {
     File::of(Path::new(OWN))
 }
 
-impl Beginner {
+impl SetupThread {
     /// Begins over `stream`, the streams of an ssh that runs the script for `program`.
-    pub(crate) fn start(stream: OwnedFd, program: File, beginning: Beginning) -> io::Result<Self> {
+    pub(crate) fn start(stream: OwnedFd, program: File, setup: Setup) -> io::Result<Self> {
         let (over, done) = UnixStream::pair()?;
         let (sender, result) = mpsc::channel();
         std::thread::Builder::new()
             .name("host".to_owned())
             .spawn(move || {
                 // Nobody hears it where the network has ended by now.
-                let _ = sender.send(begin(stream, &program, &beginning));
+                let _ = sender.send(begin(stream, &program, &setup));
                 drop(done);
             })?;
         Ok(Self { over, result })
     }
 
     /// How it went.
-    pub(crate) fn result(self) -> Result<Begun, String> {
+    pub(crate) fn result(self) -> Result<AgentReady, String> {
         let result = self.result.recv();
         result.unwrap_or_else(|_| Err("the thread that connects has panicked".to_owned()))
     }
 }
 
-fn begin(stream: OwnedFd, program: &File, beginning: &Beginning) -> Result<Begun, String> {
+fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, String> {
     let lost = |error: io::Error| match error.kind() {
         io::ErrorKind::UnexpectedEof
         | io::ErrorKind::BrokenPipe
         | io::ErrorKind::ConnectionReset => "the connection has ended".to_owned(),
         _ => error.to_string(),
     };
-    let mut out = Timed(stream.try_clone().map_err(lost)?);
-    let mut input = BufReader::new(Timed(stream));
+    let mut out = TimedStream(stream.try_clone().map_err(lost)?);
+    let mut input = BufReader::new(TimedStream(stream));
     let mut copied = (0, 0);
     let first = said(&mut input).map_err(lost)?;
     let (state, machine) = first.split_once(' ').unwrap_or((&first, ""));
@@ -101,41 +101,38 @@ fn begin(stream: OwnedFd, program: &File, beginning: &Beginning) -> Result<Begun
         copied = (1, program.size);
     }
     said(&mut input).map_err(lost)?;
-    let files = beginning.files.iter().map(|path| {
+    let files = setup.files.iter().map(|path| {
         let file = File::of(path);
         file.map_err(|error| format!("cannot read {}: {error}", path.display()))
     });
     let files: Vec<File> = files.collect::<Result<_, _>>()?;
-    let order = Order::Network {
-        name: beginning.network.clone(),
+    let message = SupervisorMessage::Network {
+        name: setup.network.clone(),
         files: files.clone(),
-        services: beginning
-            .services
-            .clone()
-            .unwrap_or_else(|| "[]".to_owned()),
+        services: setup.services.clone().unwrap_or_else(|| "[]".to_owned()),
     };
-    out.write_all(&line(&order)).map_err(lost)?;
+    out.write_all(&line(&message)).map_err(lost)?;
     loop {
         let text = read_line(&mut input).map_err(lost)?;
-        let word = serde_json::from_str(&text);
-        match word.map_err(|_| format!("its agent said `{text}`, which is none of its words"))? {
-            Word::Wants(wanted) => {
+        let message = serde_json::from_str(&text);
+        match message.map_err(|_| format!("its agent said `{text}`, which is none of its words"))? {
+            AgentMessage::Wants(wanted) => {
                 for at in wanted.into_iter().filter(|at| *at < files.len()) {
                     let file = &files[at];
-                    let sent = file.send(&beginning.files[at], &mut out);
+                    let sent = file.send(&setup.files[at], &mut out);
                     sent.map_err(lost)?;
                     copied = (copied.0 + 1, copied.1 + file.size);
                 }
             }
-            Word::There { root, recovered } => {
-                return Ok(Begun {
+            AgentMessage::There { root, recovered } => {
+                return Ok(AgentReady {
                     root,
                     copied,
                     again: false,
                     recovered,
                 });
             }
-            Word::Refused(why) => return Err(why),
+            AgentMessage::Refused(why) => return Err(why),
             // It waits for an earlier one to end.
             _ => {}
         }
@@ -143,7 +140,7 @@ fn begin(stream: OwnedFd, program: &File, beginning: &Beginning) -> Result<Begun
 }
 
 /// The rest of the next line of the script.
-fn said(input: &mut BufReader<Timed>) -> io::Result<String> {
+fn said(input: &mut BufReader<TimedStream>) -> io::Result<String> {
     for _ in 0..GREETING {
         let line = read_line(input)?;
         if let Some(said) = line.strip_prefix(TOKEN) {

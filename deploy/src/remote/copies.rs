@@ -1,7 +1,7 @@
 //! The files of a network that are copied to another machine, compared by their hashes.
 
 use super::protocol::{File, mirrored};
-use super::timed_stream::{Timed, bytes};
+use super::timed_stream::{TimedStream, bytes};
 use rustix::fs::{Mode, OFlags};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -72,7 +72,11 @@ impl File {
     }
 
     /// Puts its bytes in their place below `root`, in one step.
-    pub(crate) fn receive(&self, root: &Path, input: &mut BufReader<Timed>) -> io::Result<()> {
+    pub(crate) fn receive(
+        &self,
+        root: &Path,
+        input: &mut BufReader<TimedStream>,
+    ) -> io::Result<()> {
         let place = mirrored(root, &self.path);
         let folder = place.parent().unwrap_or(root);
         make_folder(folder)?;
@@ -91,7 +95,7 @@ impl File {
         received
     }
 
-    fn receive_as(&self, new: &Path, input: &mut BufReader<Timed>) -> io::Result<()> {
+    fn receive_as(&self, new: &Path, input: &mut BufReader<TimedStream>) -> io::Result<()> {
         let mode = if self.executable { 0o700 } else { 0o600 };
         let mut file = fs::OpenOptions::new()
             .write(true)

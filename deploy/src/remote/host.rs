@@ -1,8 +1,8 @@
 //! A machine of the network as its supervisor sees it: it connects, loses the connection, and connects again.
 
-use super::connection::{Beginner, Beginning, Begun, own_program};
-use super::protocol::{File, LONGEST, Order, Word, line, mirrored};
-use super::socket_proxy::{Heard, Sockets};
+use super::connection::{AgentReady, Setup, SetupThread, own_program};
+use super::protocol::{AgentMessage, File, LONGEST, SupervisorMessage, line, mirrored};
+use super::socket_proxy::{Received, SocketProxy};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::client::lines::{Line, Lines, Overlong};
 use crate::network::plan::{self, Component};
@@ -39,14 +39,14 @@ const COMPLAINT: usize = 2000;
 pub(crate) struct Outbox(Rc<RefCell<Vec<u8>>>);
 
 impl Outbox {
-    fn push(&self, order: &Order) {
-        self.0.borrow_mut().extend(line(order));
+    fn push(&self, message: &SupervisorMessage) {
+        self.0.borrow_mut().extend(line(message));
     }
 }
 
 /// A process on another machine.
 #[derive(Debug)]
-pub(crate) struct Distant {
+pub(crate) struct RemoteProcess {
     name: String,
     outbox: Outbox,
     pub(crate) pid: Option<i32>,
@@ -55,7 +55,7 @@ pub(crate) struct Distant {
     exit: Option<Exit>,
 }
 
-impl Distant {
+impl RemoteProcess {
     /// Asks the agent to start a process, whose link begins with `greeting`; `run` tells this one from earlier ones.
     pub(crate) fn start(
         component: &Component,
@@ -63,7 +63,7 @@ impl Distant {
         greeting: Option<String>,
         outbox: &Outbox,
     ) -> Self {
-        outbox.push(&Order::Start {
+        outbox.push(&SupervisorMessage::Start {
             component: Box::new(component.clone()),
             run,
             greeting,
@@ -79,12 +79,14 @@ impl Distant {
 
     /// Asks the process to end.
     pub(crate) fn terminate(&self) {
-        self.outbox.push(&Order::Stop(self.name.clone()));
+        self.outbox
+            .push(&SupervisorMessage::Stop(self.name.clone()));
     }
 
     /// Ends the process and its group.
     pub(crate) fn kill(&self) {
-        self.outbox.push(&Order::Kill(self.name.clone()));
+        self.outbox
+            .push(&SupervisorMessage::Kill(self.name.clone()));
     }
 
     /// It has ended in this way.
@@ -101,20 +103,20 @@ impl Distant {
 
 /// What has become of a host.
 #[derive(Debug)]
-pub(crate) enum News {
+pub(crate) enum HostEvent {
     /// Its agent runs.
-    There(Begun),
+    Connected(AgentReady),
     /// There is no connection, and none was there before.
     Unreachable(String),
     /// The connection has ended.
     Lost(String),
     /// The agent tells something.
-    Word(Word),
+    Message(AgentMessage),
 }
 
 /// Something of a host that is waited for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Part {
+pub(crate) enum HostSource {
     /// The connection.
     Link,
     /// A socket that stands for one there, or who has called it.
@@ -125,7 +127,7 @@ pub(crate) enum Part {
 enum Link {
     /// There is none; the next attempt is then.
     None(Instant),
-    Beginning(Ssh, Beginner),
+    SettingUp(Ssh, SetupThread),
     There(Ssh, Lines),
     /// There will be none any more.
     Over,
@@ -159,15 +161,15 @@ impl Drop for Ssh {
 pub(crate) struct Host {
     pub(crate) plan: plan::Host,
     pub(crate) outbox: Outbox,
-    beginning: Beginning,
-    /// For what ssh and the agent complain of.
+    setup: Setup,
+    /// Standard error of ssh and of the agent.
     pub(crate) log: PathBuf,
     /// Where in the log the complaints of this attempt begin.
     complaints: u64,
     link: Link,
     /// When the present attempt began.
-    begun: Instant,
-    sockets: Sockets,
+    began: Instant,
+    sockets: SocketProxy,
     /// When it was last heard of.
     heard: Instant,
     next_beat: Instant,
@@ -181,17 +183,17 @@ pub(crate) struct Host {
 
 impl Host {
     /// A machine that is to be connected to at once.
-    pub(crate) fn new(host: plan::Host, beginning: Beginning, log: PathBuf) -> Self {
+    pub(crate) fn new(host: plan::Host, setup: Setup, log: PathBuf) -> Self {
         let now = Instant::now();
         Self {
             plan: host,
             outbox: Outbox::default(),
-            beginning,
+            setup,
             log,
             complaints: 0,
             link: Link::None(now),
-            begun: now,
-            sockets: Sockets::default(),
+            began: now,
+            sockets: SocketProxy::default(),
             heard: now,
             next_beat: now,
             pause: FIRST_PAUSE,
@@ -242,18 +244,20 @@ impl Host {
     }
 
     /// What is waited for: the connection, and those who call components there.
-    pub(crate) fn descriptors(&self) -> impl Iterator<Item = (Part, BorrowedFd<'_>, PollFlags)> {
+    pub(crate) fn descriptors(
+        &self,
+    ) -> impl Iterator<Item = (HostSource, BorrowedFd<'_>, PollFlags)> {
         let link = self.descriptor();
-        let link = link.map(|(descriptor, flags)| (Part::Link, descriptor, flags));
+        let link = link.map(|(descriptor, flags)| (HostSource::Link, descriptor, flags));
         let sockets = self.sockets.descriptors();
-        let sockets =
-            sockets.map(|(number, descriptor, flags)| (Part::Socket(number), descriptor, flags));
+        let sockets = sockets
+            .map(|(number, descriptor, flags)| (HostSource::Socket(number), descriptor, flags));
         link.into_iter().chain(sockets)
     }
 
     fn descriptor(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
         match &self.link {
-            Link::Beginning(_, beginner) => Some((beginner.over.as_fd(), PollFlags::IN)),
+            Link::SettingUp(_, setup) => Some((setup.over.as_fd(), PollFlags::IN)),
             Link::There(ssh, _) => {
                 let flags = if self.outbox.0.borrow().is_empty() {
                     PollFlags::IN
@@ -274,19 +278,19 @@ impl Host {
                 let limit = self.heard + HOST_LIMIT;
                 Some(limit.min(self.leaves.unwrap_or(limit)).min(self.next_beat))
             }
-            Link::Beginning(..) => Some(self.begun + SET_UP_LIMIT),
+            Link::SettingUp(..) => Some(self.began + SET_UP_LIMIT),
             Link::Over => None,
         }
     }
 
     /// Looks at the clock: connects, says that this side is there, notices that the other one is not.
-    pub(crate) fn check(&mut self, now: Instant, mark: &Mark) -> Option<News> {
+    pub(crate) fn check(&mut self, now: Instant, mark: &Mark) -> Option<HostEvent> {
         match &self.link {
             Link::None(at) if now >= *at => {
                 let connected = self.connect(mark);
                 connected.err().map(|why| self.failed(now, &why))
             }
-            Link::Beginning(..) if now >= self.begun + SET_UP_LIMIT => {
+            Link::SettingUp(..) if now >= self.began + SET_UP_LIMIT => {
                 self.link = Link::Over;
                 let why = format!("it was not there within {SET_UP_LIMIT:?}");
                 Some(self.failed(now, &why))
@@ -300,7 +304,7 @@ impl Host {
                     return Some(self.lose(now, &why));
                 }
                 if now >= self.next_beat {
-                    self.outbox.push(&Order::Beat);
+                    self.outbox.push(&SupervisorMessage::Beat);
                     self.next_beat = now + BEAT;
                 }
                 self.write(now)
@@ -323,9 +327,9 @@ impl Host {
         let ssh = Ssh { child, stream };
         ssh.stream.set_nonblocking(true).map_err(system)?;
         let stream = OwnedFd::from(ssh.stream.try_clone().map_err(system)?);
-        let beginner = Beginner::start(stream, program, self.beginning.clone());
-        self.link = Link::Beginning(ssh, beginner.map_err(system)?);
-        self.begun = Instant::now();
+        let setup = SetupThread::start(stream, program, self.setup.clone());
+        self.link = Link::SettingUp(ssh, setup.map_err(system)?);
+        self.began = Instant::now();
         Ok(())
     }
 
@@ -342,31 +346,31 @@ impl Host {
     /// Hands on what callers of components say.
     pub(crate) fn turn_socket(&mut self, number: u64) {
         if let Some((wire, name)) = self.sockets.accept(number) {
-            self.outbox.push(&Order::Call { wire, name });
-        } else if let Some(Heard { text, there }) = self.sockets.wires.turn(number) {
+            self.outbox.push(&SupervisorMessage::Call { wire, name });
+        } else if let Some(Received { text, there }) = self.sockets.connections.turn(number) {
             let wire = number;
             if !text.is_empty() {
-                self.outbox.push(&Order::Tell { wire, text });
+                self.outbox.push(&SupervisorMessage::Tell { wire, text });
             }
             if !there {
-                self.outbox.push(&Order::Shut(wire));
+                self.outbox.push(&SupervisorMessage::Shut(wire));
             }
         }
     }
 
     /// Something can be read or written.
-    pub(crate) fn turn(&mut self, now: Instant) -> Vec<News> {
+    pub(crate) fn turn(&mut self, now: Instant) -> Vec<HostEvent> {
         match std::mem::replace(&mut self.link, Link::Over) {
-            Link::Beginning(ssh, beginner) => vec![match beginner.result() {
-                Ok(begun) => {
+            Link::SettingUp(ssh, setup) => vec![match setup.result() {
+                Ok(began) => {
                     self.outbox.0.borrow_mut().clear();
                     self.link = Link::There(ssh, Lines::up_to(LONGEST, Overlong::Skip));
                     self.heard = now;
                     self.next_beat = now;
                     self.pause = FIRST_PAUSE;
                     let again = std::mem::replace(&mut self.was_there, true);
-                    self.root.clone_from(&begun.root);
-                    News::There(Begun { again, ..begun })
+                    self.root.clone_from(&began.root);
+                    HostEvent::Connected(AgentReady { again, ..began })
                 }
                 Err(why) => {
                     ssh.settle();
@@ -376,9 +380,9 @@ impl Host {
             }],
             Link::There(ssh, lines) => {
                 self.link = Link::There(ssh, lines);
-                let mut news = self.read(now);
-                news.extend(self.write(now));
-                news
+                let mut events = self.read(now);
+                events.extend(self.write(now));
+                events
             }
             other => {
                 self.link = other;
@@ -387,54 +391,54 @@ impl Host {
         }
     }
 
-    fn read(&mut self, now: Instant) -> Vec<News> {
-        let mut news = Vec::new();
+    fn read(&mut self, now: Instant) -> Vec<HostEvent> {
+        let mut events = Vec::new();
         for _ in 0..READS {
             let Link::There(ssh, lines) = &mut self.link else {
-                return news;
+                return events;
             };
             let (complete, ended) = lines.read(&ssh.stream);
             let none = complete.is_empty();
             for line in complete {
-                let word = match &line {
+                let message = match &line {
                     Line::Text(text) => serde_json::from_str(text).ok(),
                     Line::TooLong => None,
                 };
                 self.heard = now;
-                match word {
-                    Some(Word::Beat) => {}
-                    Some(Word::Tell { wire, text }) => {
-                        if !self.sockets.wires.send(wire, &text) {
-                            self.outbox.push(&Order::Shut(wire));
+                match message {
+                    Some(AgentMessage::Beat) => {}
+                    Some(AgentMessage::Tell { wire, text }) => {
+                        if !self.sockets.connections.send(wire, &text) {
+                            self.outbox.push(&SupervisorMessage::Shut(wire));
                         }
                     }
-                    Some(Word::Shut(wire)) => self.sockets.wires.shut(wire),
-                    Some(Word::Gone { left }) => {
+                    Some(AgentMessage::Shut(wire)) => self.sockets.connections.shut(wire),
+                    Some(AgentMessage::Gone { left }) => {
                         self.link = Link::Over;
-                        news.push(News::Word(Word::Gone { left }));
-                        return news;
+                        events.push(HostEvent::Message(AgentMessage::Gone { left }));
+                        return events;
                     }
-                    Some(word) => news.push(News::Word(word)),
+                    Some(message) => events.push(HostEvent::Message(message)),
                     None => {
-                        news.push(self.lose(now, "its agent said what is none of its words"));
-                        return news;
+                        events.push(self.lose(now, "its agent said what is none of its words"));
+                        return events;
                     }
                 }
             }
             if ended {
                 ssh.settle();
-                news.push(self.lose(now, "the connection has ended"));
-                return news;
+                events.push(self.lose(now, "the connection has ended"));
+                return events;
             }
             if none {
                 break;
             }
         }
-        news
+        events
     }
 
     /// Writes what can be written.
-    pub(crate) fn write(&mut self, now: Instant) -> Option<News> {
+    pub(crate) fn write(&mut self, now: Instant) -> Option<HostEvent> {
         let Link::There(ssh, _) = &self.link else {
             return None;
         };
@@ -460,7 +464,7 @@ impl Host {
     pub(crate) fn leave(&mut self, now: Instant) {
         match &self.link {
             Link::There(..) if self.leaves.is_none() => {
-                self.outbox.push(&Order::Farewell);
+                self.outbox.push(&SupervisorMessage::Farewell);
                 self.leaves = Some(now + FAREWELL_LIMIT);
             }
             Link::There(..) => {}
@@ -473,25 +477,25 @@ impl Host {
         matches!(self.link, Link::Over)
     }
 
-    fn failed(&mut self, now: Instant, why: &str) -> News {
+    fn failed(&mut self, now: Instant, why: &str) -> HostEvent {
         self.link = Link::None(now + self.pause);
         self.pause = (self.pause * 2).min(LONGEST_PAUSE);
-        News::Unreachable(why.to_owned())
+        HostEvent::Unreachable(why.to_owned())
     }
 
-    fn lose(&mut self, now: Instant, why: &str) -> News {
+    fn lose(&mut self, now: Instant, why: &str) -> HostEvent {
         let next = if self.leaves.is_some() {
             Link::Over
         } else {
             Link::None(now + self.pause)
         };
         let why = match std::mem::replace(&mut self.link, next) {
-            Link::There(ssh, _) | Link::Beginning(ssh, _) => self.explain(ssh, why),
+            Link::There(ssh, _) | Link::SettingUp(ssh, _) => self.explain(ssh, why),
             Link::None(_) | Link::Over => why.to_owned(),
         };
         self.outbox.0.borrow_mut().clear();
         self.sockets.clear();
-        News::Lost(why)
+        HostEvent::Lost(why)
     }
 
     /// What was noticed, with what ssh and the other side complained of.

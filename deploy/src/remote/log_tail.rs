@@ -17,14 +17,14 @@ const BLOCK: u64 = 1 << 20;
 
 /// The log of one component.
 #[derive(Debug)]
-pub(crate) struct Printed {
+pub(crate) struct LogTail {
     path: PathBuf,
     file: File,
     told: u64,
     given_back: u64,
 }
 
-impl Printed {
+impl LogTail {
     /// An empty log.
     pub(crate) fn new(directory: &Path, name: &str) -> io::Result<Self> {
         let path = logs::file(directory, name);
@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn characters_are_told_whole() {
         let folder = tempfile::tempdir().expect("a folder");
-        let mut printed = Printed::new(folder.path(), "a").expect("a log");
+        let mut printed = LogTail::new(folder.path(), "a").expect("a log");
         assert_eq!(printed.next(), None);
         let mut log = File::options()
             .append(true)

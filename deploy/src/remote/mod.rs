@@ -18,9 +18,9 @@ mod ssh;
 mod timed_stream;
 
 pub use agent::agent;
-pub(crate) use connection::{Beginning, Begun};
-pub(crate) use host::{Distant, Host, News, Outbox, Part};
-pub(crate) use protocol::Word;
+pub(crate) use connection::{AgentReady, Setup};
+pub(crate) use host::{Host, HostEvent, HostSource, Outbox, RemoteProcess};
+pub(crate) use protocol::AgentMessage;
 
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! What a supervisor and its agents say to each other: one JSON object a line, over the standard streams of ssh.
 //!
-//! It begins with [`Order::Network`], [`Word::Wants`], the bytes of the files that are wanted one behind the other, and
-//! [`Word::There`]; from then on both sides speak whenever they have to say something.
+//! It begins with [`SupervisorMessage::Network`], [`AgentMessage::Wants`], the bytes of the files that are wanted, one after the other, and
+//! [`AgentMessage::There`]; from then on both sides speak whenever they have to say something.
 
 use crate::client::lines::LIMIT;
 use crate::network::plan::Component;
@@ -16,7 +16,7 @@ pub(crate) const LONGEST: usize = 16 * LIMIT;
 /// What the supervisor says.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Order {
+pub(crate) enum SupervisorMessage {
     /// The first line.
     Network {
         /// Its name.
@@ -53,7 +53,7 @@ pub(crate) enum Order {
 /// What an agent says.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Word {
+pub(crate) enum AgentMessage {
     /// These of the files are missing there, or are not the same.
     Wants(Vec<usize>),
     /// It has all, and the network on its machine.

@@ -20,7 +20,7 @@ const WAITING: usize = 4 << 20;
 
 /// One caller of a component, at either end.
 #[derive(Debug)]
-struct Wire {
+struct ProxyConnection {
     stream: UnixStream,
     /// What is still to be written.
     out: Vec<u8>,
@@ -28,7 +28,7 @@ struct Wire {
     part: Vec<u8>,
 }
 
-impl Wire {
+impl ProxyConnection {
     /// One read: its text, and whether the other side is still there.
     fn read(&mut self) -> (String, bool) {
         let mut buffer = [0; PIECE];
@@ -64,7 +64,7 @@ impl Wire {
 
 /// What comes from a wire.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Heard {
+pub(crate) struct Received {
     pub(crate) text: String,
     /// The other side is still there.
     pub(crate) there: bool,
@@ -72,9 +72,9 @@ pub(crate) struct Heard {
 
 /// All wires of one end, by the numbers that both ends give them.
 #[derive(Debug, Default)]
-pub(crate) struct Wires(BTreeMap<u64, Wire>);
+pub(crate) struct ProxyConnections(BTreeMap<u64, ProxyConnection>);
 
-impl Wires {
+impl ProxyConnections {
     /// Calls a component of this machine. It has to answer at once.
     pub(crate) fn call(&mut self, number: u64, path: &Path) -> io::Result<()> {
         let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
@@ -85,7 +85,7 @@ impl Wires {
     }
 
     fn add(&mut self, number: u64, stream: UnixStream) {
-        let wire = Wire {
+        let wire = ProxyConnection {
             stream,
             out: Vec::new(),
             part: Vec::new(),
@@ -106,14 +106,14 @@ impl Wires {
     }
 
     /// Something can be read or written; none where there is no such wire any more.
-    pub(crate) fn turn(&mut self, number: u64) -> Option<Heard> {
+    pub(crate) fn turn(&mut self, number: u64) -> Option<Received> {
         let wire = self.0.get_mut(&number)?;
         let (text, there) = wire.read();
         let there = wire.write() && there;
         if !there {
             self.0.remove(&number);
         }
-        Some(Heard { text, there })
+        Some(Received { text, there })
     }
 
     /// Writes what has come from the other end; `false` if that is to be told that nobody hears it.
@@ -143,9 +143,9 @@ impl Wires {
 
 /// The sockets that stand for those of another machine, and who has called them.
 #[derive(Debug, Default)]
-pub(crate) struct Sockets {
+pub(crate) struct SocketProxy {
     listeners: BTreeMap<u64, Listener>,
-    pub(crate) wires: Wires,
+    pub(crate) connections: ProxyConnections,
     next: u64,
 }
 
@@ -162,7 +162,7 @@ impl Drop for Listener {
     }
 }
 
-impl Sockets {
+impl SocketProxy {
     /// Lets a component be called here.
     pub(crate) fn listen(&mut self, component: &str, path: &Path) -> io::Result<()> {
         self.close(component);
@@ -186,14 +186,14 @@ impl Sockets {
     /// The connection has ended.
     pub(crate) fn clear(&mut self) {
         self.listeners.clear();
-        self.wires.clear();
+        self.connections.clear();
     }
 
     /// What is waited for.
     pub(crate) fn descriptors(&self) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
         let listeners = self.listeners.iter();
         let listeners = listeners.map(|(at, l)| (*at, l.socket.as_fd(), PollFlags::IN));
-        listeners.chain(self.wires.descriptors())
+        listeners.chain(self.connections.descriptors())
     }
 
     /// Lets a caller in where `number` is that of a socket: gives the number of the wire, and who is called.
@@ -201,13 +201,13 @@ impl Sockets {
         let listener = self.listeners.get(&number)?;
         let (stream, _) = listener.socket.accept().ok()?;
         stream.set_nonblocking(true).ok()?;
-        if self.wires.0.len() >= MOST {
+        if self.connections.0.len() >= MOST {
             return None;
         }
         let wire = self.next;
         self.next += 1;
         let component = listener.component.clone();
-        self.wires.add(wire, stream);
+        self.connections.add(wire, stream);
         Some((wire, component))
     }
 }
@@ -221,30 +221,30 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let (here, there) = (folder.path().join("here"), folder.path().join("there"));
         let component = UnixListener::bind(&there).expect("a socket");
-        let mut sockets = Sockets::default();
-        let mut wires = Wires::default();
+        let mut sockets = SocketProxy::default();
+        let mut connections = ProxyConnections::default();
         sockets.listen("a", &here).expect("a socket");
         let (socket, ..) = sockets.descriptors().next().expect("a socket");
         let mut caller = UnixStream::connect(&here).expect("a caller");
         let (wire, called) = sockets.accept(socket).expect("a caller");
         assert_eq!(called, "a");
-        wires.call(wire, &there).expect("to call");
+        connections.call(wire, &there).expect("to call");
         let (mut answering, _) = component.accept().expect("a call");
         caller
             .write_all("h\u{f6}".as_bytes().split_last().expect("bytes").1)
             .expect("written");
-        let heard = sockets.wires.turn(wire).expect("a wire");
+        let heard = sockets.connections.turn(wire).expect("a wire");
         assert_eq!((heard.text.as_str(), heard.there), ("h", true));
-        assert!(wires.send(wire, &heard.text));
+        assert!(connections.send(wire, &heard.text));
         let mut byte = [0];
         answering.read_exact(&mut byte).expect("a byte");
         assert_eq!(&byte, b"h");
         drop(answering);
-        assert!(!wires.turn(wire).expect("a wire").there);
-        sockets.wires.shut(wire);
+        assert!(!connections.turn(wire).expect("a wire").there);
+        sockets.connections.shut(wire);
         assert_eq!(caller.read(&mut byte).expect("its end"), 0);
         sockets.close("a");
         assert!(!here.exists());
-        assert!(wires.call(7, &here).is_err());
+        assert!(connections.call(7, &here).is_err());
     }
 }

@@ -10,9 +10,9 @@ const LONGEST: u64 = 64 << 20;
 
 /// A stream that does not block, on which no byte may be waited for longer than [`STEP_LIMIT`].
 #[derive(Debug)]
-pub(crate) struct Timed(pub(crate) OwnedFd);
+pub(crate) struct TimedStream(pub(crate) OwnedFd);
 
-impl Timed {
+impl TimedStream {
     fn wait(&self, flags: PollFlags) -> io::Result<()> {
         let limit = Timespec::try_from(STEP_LIMIT).ok();
         let mut polled = [PollFd::from_borrowed_fd(self.0.as_fd(), flags)];
@@ -27,7 +27,7 @@ impl Timed {
     }
 }
 
-impl Read for Timed {
+impl Read for TimedStream {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             self.wait(PollFlags::IN)?;
@@ -39,7 +39,7 @@ impl Read for Timed {
     }
 }
 
-impl Write for Timed {
+impl Write for TimedStream {
     fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
         loop {
             self.wait(PollFlags::OUT)?;
@@ -56,7 +56,7 @@ impl Write for Timed {
 }
 
 /// One line without its end.
-pub(crate) fn read_line(input: &mut BufReader<Timed>) -> io::Result<String> {
+pub(crate) fn read_line(input: &mut BufReader<TimedStream>) -> io::Result<String> {
     let mut line = Vec::new();
     input.by_ref().take(LONGEST).read_until(b'\n', &mut line)?;
     if line.pop() != Some(b'\n') {
@@ -66,6 +66,9 @@ pub(crate) fn read_line(input: &mut BufReader<Timed>) -> io::Result<String> {
 }
 
 /// The next `size` bytes, and no more.
-pub(crate) fn bytes(input: &mut BufReader<Timed>, size: u64) -> Take<&mut BufReader<Timed>> {
+pub(crate) fn bytes(
+    input: &mut BufReader<TimedStream>,
+    size: u64,
+) -> Take<&mut BufReader<TimedStream>> {
     input.take(size)
 }

@@ -44,16 +44,16 @@ impl Verb {
 
 /// What has become of a command.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Carried {
+pub struct CommandResult {
     /// The components that are ready, or have ended, in the order of the network.
     pub done: Vec<String>,
     /// The others.
-    pub failed: Vec<Failed>,
+    pub failed: Vec<FailedCommand>,
 }
 
 /// A component for which a command could not be carried out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Failed {
+pub struct FailedCommand {
     /// Which.
     pub name: String,
     /// Why, perhaps with the last lines of its log.
@@ -185,7 +185,7 @@ impl Commands {
         &mut self,
         units: &mut [Unit],
         needs: &[BTreeSet<usize>],
-    ) -> Vec<(Request, Carried)> {
+    ) -> Vec<(Request, CommandResult)> {
         let now = Instant::now();
         let mut answers = Vec::new();
         let Self { jobs, reach } = self;
@@ -200,7 +200,7 @@ impl Commands {
                 }
             }
             if job.is_done(units, needs) || now >= job.deadline {
-                answers.push(job.carried(units, needs));
+                answers.push(job.result(units, needs));
             } else {
                 jobs.push(job);
             }
@@ -209,13 +209,13 @@ impl Commands {
     }
 
     /// The network ends, and with it all that is not done.
-    pub(crate) fn end(&mut self, units: &[Unit]) -> Vec<(Request, Carried)> {
+    pub(crate) fn end(&mut self, units: &[Unit]) -> Vec<(Request, CommandResult)> {
         let ends = |mut job: Job| {
             for &i in &job.members {
                 let failed = job.failed.entry(i);
                 failed.or_insert_with(|| "the network stops".to_owned());
             }
-            job.carried(units, &[])
+            job.result(units, &[])
         };
         std::mem::take(&mut self.jobs)
             .into_iter()
@@ -262,8 +262,8 @@ impl Job {
         self.members.iter().all(settled)
     }
 
-    fn carried(mut self, units: &[Unit], needs: &[BTreeSet<usize>]) -> (Request, Carried) {
-        let mut carried = Carried::default();
+    fn result(mut self, units: &[Unit], needs: &[BTreeSet<usize>]) -> (Request, CommandResult) {
+        let mut result = CommandResult::default();
         for &i in &self.members {
             let name = units[i].name().to_owned();
             let late = match self.verb {
@@ -273,11 +273,11 @@ impl Job {
             let failed = self.failed.remove(&i);
             let reason = failed.or_else(|| late.then(|| account(i, units, needs)));
             match reason {
-                Some(reason) => carried.failed.push(Failed { name, reason }),
-                None => carried.done.push(name),
+                Some(reason) => result.failed.push(FailedCommand { name, reason }),
+                None => result.done.push(name),
             }
         }
-        (self.request, carried)
+        (self.request, result)
     }
 }
 

@@ -10,7 +10,7 @@
 use crate::client::lines::{Line, Lines, Overlong};
 use crate::client::status::Status;
 use crate::log::journal::Journal;
-use crate::supervisor::commands::{Carried, Verb};
+use crate::supervisor::commands::{CommandResult, Verb};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -279,8 +279,8 @@ impl Control {
     }
 
     /// Answers a command that was carried out as far as it could be.
-    pub(crate) fn answer_carried(&mut self, request: &Request, carried: &Carried) {
-        self.answer(request, &result(&request.id, &json!(carried)), 1);
+    pub(crate) fn answer_command(&mut self, request: &Request, outcome: &CommandResult) {
+        self.answer(request, &result(&request.id, &json!(outcome)), 1);
     }
 
     /// Answers a command whose names are wrong.

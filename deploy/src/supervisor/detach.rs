@@ -1,7 +1,7 @@
 //! `up --detach`: a supervisor in the background, and the word that it sends to who started it.
 
 use crate::client::lines::{Line, Lines, Overlong};
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::log::logs;
 use crate::network::plan::Plan;
 use crate::process::identity::first_readable;
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 /// What a supervisor in the background says to who started it: one JSON line on its standard output.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Word {
+enum StartReport {
     /// All components are ready.
     Up,
     /// The start failed, with this message; everything was stopped again.
@@ -27,9 +27,9 @@ enum Word {
 
 /// The background supervisor's end.
 #[derive(Debug)]
-pub(crate) struct Starter(UnixStream);
+pub(crate) struct Launcher(UnixStream);
 
-impl Starter {
+impl Launcher {
     /// Standard output, which [`detach`] made a socket, in a session of its own.
     pub(crate) fn inherited() -> io::Result<Self> {
         // A process that leads a group already is out of the terminal's reach, too.
@@ -46,14 +46,14 @@ impl Starter {
     }
 
     pub(crate) fn up(self) {
-        self.say(&Word::Up);
+        self.say(&StartReport::Up);
     }
 
     pub(crate) fn failed(self, message: &str) {
-        self.say(&Word::Failed(message.to_owned()));
+        self.say(&StartReport::Failed(message.to_owned()));
     }
 
-    fn say(mut self, word: &Word) {
+    fn say(mut self, word: &StartReport) {
         if let Ok(line) = serde_json::to_string(word) {
             // Who is gone does not want to know.
             let _ = self.0.write_all((line + "\n").as_bytes());
@@ -81,23 +81,23 @@ fn start(plan: &Plan, command: &mut Command) -> Result<Outcome, Error> {
         .create(true)
         .append(true)
         .open(&log_path)
-        .or_cannot(format!("open {}", log_path.display()))?;
-    let (ours, theirs) = UnixStream::pair().or_cannot("make a socket for the supervisor")?;
+        .context(format!("open {}", log_path.display()))?;
+    let (ours, theirs) = UnixStream::pair().context("make a socket for the supervisor")?;
     ours.set_nonblocking(true)
-        .or_cannot("set up the socket for the supervisor")?;
+        .context("set up the socket for the supervisor")?;
     let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::from(OwnedFd::from(theirs)))
         .stderr(Stdio::from(log))
         .spawn()
-        .or_cannot("start the supervisor")?;
+        .context("start the supervisor")?;
     // The command holds its end of the socket open; without it, the end of the supervisor is seen.
     command.stdout(Stdio::null());
     let limit = plan.start_limit();
     let word = listen(OwnedFd::from(ours), limit);
     let message = match word {
-        Some(Word::Up) => return Ok(Outcome::Done),
-        Some(Word::Failed(message)) => {
+        Some(StartReport::Up) => return Ok(Outcome::Done),
+        Some(StartReport::Failed(message)) => {
             wait(&mut child, plan.stop_limit());
             message
         }
@@ -110,7 +110,7 @@ fn start(plan: &Plan, command: &mut Command) -> Result<Outcome, Error> {
     Ok(Outcome::Failed(message))
 }
 
-fn listen(socket: OwnedFd, limit: Duration) -> Option<Word> {
+fn listen(socket: OwnedFd, limit: Duration) -> Option<StartReport> {
     let deadline = Instant::now() + limit;
     let mut lines = Lines::new(Overlong::Skip);
     let mut socket = socket;

@@ -16,14 +16,14 @@ const CALM: u32 = 10;
 const MISMATCHES: usize = 8;
 
 /// An event, but for the component.
-pub(crate) type Happened = (Severity, &'static str, String);
+pub(crate) type HealthEvent = (Severity, &'static str, String);
 
 /// The code of a trouble, and what it is about: a slot, a topic.
 type Key = (&'static str, String);
 
 /// What is watched of one run of a component.
 #[derive(Debug, Default)]
-pub(crate) struct Watch {
+pub(crate) struct HealthMonitor {
     /// For how many more good heartbeats overruns, and silences by topic, are not over.
     overrun: u32,
     silent: BTreeMap<String, u32>,
@@ -35,14 +35,14 @@ pub(crate) struct Watch {
     quiet: bool,
 }
 
-impl Watch {
+impl HealthMonitor {
     /// Others go from now on because they are to.
     pub(crate) fn be_quiet(&mut self) {
         self.quiet = true;
     }
 
     /// What a heartbeat has news of.
-    pub(crate) fn beat(&mut self, beat: Beat) -> Vec<Happened> {
+    pub(crate) fn beat(&mut self, beat: Beat) -> Vec<HealthEvent> {
         let mut happened = Vec::new();
         if self.quiet {
             return happened;
@@ -62,7 +62,7 @@ impl Watch {
         happened
     }
 
-    fn overruns(&mut self, beat: &Beat, happened: &mut Vec<Happened>) {
+    fn overruns(&mut self, beat: &Beat, happened: &mut Vec<HealthEvent>) {
         let Some(overruns) = &beat.overruns else {
             if end_of(&mut self.overrun) {
                 self.over("overrun", "");
@@ -82,7 +82,7 @@ impl Watch {
         self.begin("overrun", "", &text);
     }
 
-    fn silences(&mut self, silent: BTreeMap<String, u64>, happened: &mut Vec<Happened>) {
+    fn silences(&mut self, silent: BTreeMap<String, u64>, happened: &mut Vec<HealthEvent>) {
         let mut over = Vec::new();
         for (topic, calm) in &mut self.silent {
             if !silent.contains_key(topic) && end_of(calm) {
@@ -104,7 +104,7 @@ impl Watch {
         }
     }
 
-    fn peers(&mut self, slot: String, there: bool, happened: &mut Vec<Happened>) {
+    fn peers(&mut self, slot: String, there: bool, happened: &mut Vec<HealthEvent>) {
         match (self.peers.get(&slot), there) {
             (Some(true), false) => {
                 let text = format!("nobody is at the other end of {slot} any more");
@@ -123,7 +123,7 @@ impl Watch {
     }
 
     /// Takes how much memory the process has, in bytes. `pause` is the time between two of these.
-    pub(crate) fn memory(&mut self, bytes: u64, pause: Duration) -> Option<Happened> {
+    pub(crate) fn memory(&mut self, bytes: u64, pause: Duration) -> Option<HealthEvent> {
         let text = self.growth.sample(bytes, pause)?;
         self.begin("memory-growth", "", &text);
         Some((Severity::Warning, "memory-growth", text))
@@ -161,12 +161,12 @@ fn end_of(calm: &mut u32) -> bool {
 
 /// When the memory of processes is read next.
 #[derive(Debug)]
-pub(crate) struct Rounds {
+pub(crate) struct MemoryRounds {
     pub(crate) pause: Duration,
     due: Instant,
 }
 
-impl Rounds {
+impl MemoryRounds {
     pub(crate) fn new(pause: Duration) -> Self {
         Self {
             pause,
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
     use crate::supervisor::link::Overruns;
 
-    fn codes(happened: &[Happened]) -> Vec<&'static str> {
+    fn codes(happened: &[HealthEvent]) -> Vec<&'static str> {
         happened.iter().map(|(_, code, _)| *code).collect()
     }
 
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn overruns_that_come_and_go_are_one_event() {
-        let mut watch = Watch::default();
+        let mut watch = HealthMonitor::default();
         let text = &watch.beat(slow())[0].2;
         assert_eq!(
             text,
@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn each_topic_is_silent_by_itself() {
-        let mut watch = Watch::default();
+        let mut watch = HealthMonitor::default();
         assert_eq!(
             codes(&watch.beat(silent(&["a", "b"]))),
             ["silent", "silent"]
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_peer_can_only_vanish_where_one_was() {
-        let mut watch = Watch::default();
+        let mut watch = HealthMonitor::default();
         let mut after = |count| codes(&watch.beat(peers(count)));
         assert_eq!(after(0), [""; 0]);
         assert_eq!(after(2), [""; 0]);

@@ -1,6 +1,6 @@
 //! The other machines of a network: what the supervisor makes of their news.
 
-use super::supervise::{Ending, Supervisor};
+use super::supervise::{StopReason, Supervisor};
 use crate::client::lines::Line;
 use crate::error::advice;
 use crate::log::events::Severity;
@@ -8,7 +8,7 @@ use crate::log::logs;
 use crate::network::addresses::process_name;
 use crate::network::plan::Plan;
 use crate::process::launch::Exit;
-use crate::remote::{Beginning, Begun, Host, News, Word};
+use crate::remote::{AgentMessage, AgentReady, Host, HostEvent, Setup};
 use crate::supervisor::up::Options;
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -42,7 +42,7 @@ pub(super) fn of(
         let mut files: Vec<_> = files.cloned().collect();
         files.sort();
         files.dedup();
-        let beginning = Beginning {
+        let setup = Setup {
             network: plan.network.clone(),
             files,
             services: options.services.get(&host.name).cloned(),
@@ -51,7 +51,7 @@ pub(super) fn of(
             log_directory,
             &format!("{}-{}", logs::SUPERVISOR, host.name),
         );
-        Host::new(host, beginning, log)
+        Host::new(host, setup, log)
     });
     (hosts.collect(), host_of)
 }
@@ -72,26 +72,26 @@ impl Supervisor<'_> {
     }
 
     /// All components have ended: lets the machines go, and gives whether they have gone.
-    pub(super) fn hosts_are_left(&mut self) -> bool {
+    pub(super) fn leave_hosts(&mut self) -> bool {
         let now = Instant::now();
         self.hosts.iter_mut().for_each(|host| host.leave(now));
         self.hosts.iter().all(Host::is_over)
     }
 
-    pub(super) fn hear_host(&mut self, h: usize) {
-        for news in self.hosts[h].turn(Instant::now()) {
-            self.take_news(h, news);
+    pub(super) fn read_host(&mut self, h: usize) {
+        for events in self.hosts[h].turn(Instant::now()) {
+            self.take_host_event(h, events);
         }
     }
 
-    pub(super) fn look_at_hosts(&mut self, now: Instant) {
+    pub(super) fn check_hosts(&mut self, now: Instant) {
         for h in 0..self.hosts.len() {
             // Where all ends, nobody connects again.
             if self.ending.is_some() && !self.hosts[h].is_there() {
                 self.hosts[h].leave(now);
             }
-            if let Some(news) = self.hosts[h].check(now, self.keeper.mark()) {
-                self.take_news(h, news);
+            if let Some(events) = self.hosts[h].check(now, self.custody.mark()) {
+                self.take_host_event(h, events);
             }
         }
     }
@@ -101,44 +101,44 @@ impl Supervisor<'_> {
         self.network_event(severity, code, text);
     }
 
-    fn take_news(&mut self, h: usize, news: News) {
-        match news {
-            News::There(begun) => self.host_there(h, &begun),
-            News::Unreachable(why) if self.hosts[h].was_there() => {
+    fn take_host_event(&mut self, h: usize, events: HostEvent) {
+        match events {
+            HostEvent::Connected(began) => self.host_there(h, &began),
+            HostEvent::Unreachable(why) if self.hosts[h].was_there() => {
                 if self.ending.is_none() {
                     let pause = self.hosts[h].next_attempt(Instant::now());
                     let text = format!("{why}; tried again in {:.0} s", pause.as_secs_f64());
                     self.host_event(h, Severity::Warning, "host-unreachable", &text);
                 }
             }
-            News::Unreachable(why) => {
+            HostEvent::Unreachable(why) => {
                 self.host_event(h, Severity::Error, "host-unreachable", &why);
                 let message = format!("host {}: {why}", self.hosts[h].plan.name);
-                self.stop(Ending::Failed(message), "a host cannot be used");
+                self.stop(StopReason::Failed(message), "a host cannot be used");
             }
-            News::Lost(why) => self.host_lost(h, &why),
-            News::Word(word) => self.take_word(h, word),
+            HostEvent::Lost(why) => self.host_lost(h, &why),
+            HostEvent::Message(message) => self.take_agent_message(h, message),
         }
     }
 
-    fn host_there(&mut self, h: usize, begun: &Begun) {
+    fn host_there(&mut self, h: usize, began: &AgentReady) {
         for i in self.units_on(h) {
             let component = self.hosts[h].component(&self.plan.components[i]);
-            self.units[i].component_there = Some(component);
+            self.units[i].remote_component = Some(component);
         }
-        if let Some(count) = begun.recovered {
+        if let Some(count) = began.recovered {
             let text = format!(
                 "an earlier run there had lost its agent and its guard; what it left was removed, {count} processes were killed"
             );
             self.host_event(h, Severity::Warning, "recovered", &text);
         }
-        let (files, bytes) = begun.copied;
+        let (files, bytes) = began.copied;
         let copied = match files {
             0 => "nothing had to be copied".to_owned(),
             1 => format!("1 file was copied, {:.1} MB", bytes as f64 / 1e6),
             _ => format!("{files} files were copied, {:.1} MB", bytes as f64 / 1e6),
         };
-        if begun.again {
+        if began.again {
             let text = format!("it is back; {copied}");
             self.host_event(h, Severity::Info, "host-back", &text);
         } else {
@@ -163,85 +163,85 @@ impl Supervisor<'_> {
         self.host_event(h, severity, "host-lost", why);
         for i in self.units_on(h) {
             let exit = Exit::without_status("its host was lost".to_owned());
-            self.distant_ended(i, exit);
+            self.remote_process_ended(i, exit);
         }
     }
 
     /// Lets the management of a component there be called as if it was here.
-    fn let_call(&mut self, h: usize, name: &str) {
-        let path = self.keeper.directory().socket(&process_name(name));
+    fn proxy_socket(&mut self, h: usize, name: &str) {
+        let path = self.custody.directory().socket(&process_name(name));
         if let Err(error) = self.hosts[h].listen(name, &path) {
             let text = format!("cannot listen at {}: {error}", path.display());
             self.network_event(Severity::Warning, "not-written", text);
         }
     }
 
-    fn distant_ended(&mut self, i: usize, exit: Exit) {
+    fn remote_process_ended(&mut self, i: usize, exit: Exit) {
         if let Some(h) = self.host_of[i] {
             self.hosts[h].close(self.units[i].name());
         }
-        if let Some(process) = self.units[i].distant() {
+        if let Some(process) = self.units[i].remote_process() {
             process.ended(exit);
             self.unit_ended(i);
         }
     }
 
-    fn take_word(&mut self, h: usize, word: Word) {
+    fn take_agent_message(&mut self, h: usize, message: AgentMessage) {
         let on = |name: &str| {
             let mut on = self.units_on(h);
             on.find(|i| self.units[*i].name() == name)
         };
-        match word {
-            Word::Started { name, pid } => {
-                if let Some(process) = on(&name).and_then(|i| self.units[i].distant()) {
+        match message {
+            AgentMessage::Started { name, pid } => {
+                if let Some(process) = on(&name).and_then(|i| self.units[i].remote_process()) {
                     process.pid = Some(pid);
-                    self.let_call(h, &name);
+                    self.proxy_socket(h, &name);
                 }
             }
-            Word::NotStarted { name, reason } => {
+            AgentMessage::NotStarted { name, reason } => {
                 if let Some(i) = on(&name) {
                     self.units[i].not_started();
                     self.not_started(i, &reason);
                 }
             }
-            Word::Said { name, line } => {
+            AgentMessage::Said { name, line } => {
                 if let Some(i) = on(&name) {
                     let line = line.map_or(Line::TooLong, Line::Text);
                     self.units[i].hear(line, self.report);
                 }
             }
-            Word::Closed(name) => {
+            AgentMessage::Closed(name) => {
                 if let Some(i) = on(&name) {
-                    if let Some(process) = self.units[i].distant() {
+                    if let Some(process) = self.units[i].remote_process() {
                         process.linked = false;
                     }
                     self.units[i].link_closed();
                 }
             }
-            Word::Printed { name, text } => {
+            AgentMessage::Printed { name, text } => {
                 if let Some(i) = on(&name) {
                     self.print(i, &text);
                 }
             }
-            Word::Ended { name, exit, left } => {
+            AgentMessage::Ended { name, exit, left } => {
                 if let Some(i) = on(&name) {
                     self.left_over(&name, left);
-                    self.distant_ended(i, exit);
+                    self.remote_process_ended(i, exit);
                 }
             }
-            Word::Note(text) => self.host_event(h, Severity::Warning, "host-note", &text),
-            Word::Gone { left } if left > 0 => {
+            AgentMessage::Note(text) => self.host_event(h, Severity::Warning, "host-note", &text),
+            AgentMessage::Gone { left } if left > 0 => {
                 let text = format!("killed {left} processes that components had left behind");
                 self.host_event(h, Severity::Warning, "left-over", &text);
             }
             // The others are of the beginning only, or are no business of the supervisor.
-            Word::Gone { .. }
-            | Word::Tell { .. }
-            | Word::Shut(_)
-            | Word::Wants(_)
-            | Word::There { .. }
-            | Word::Refused(_)
-            | Word::Beat => {}
+            AgentMessage::Gone { .. }
+            | AgentMessage::Tell { .. }
+            | AgentMessage::Shut(_)
+            | AgentMessage::Wants(_)
+            | AgentMessage::There { .. }
+            | AgentMessage::Refused(_)
+            | AgentMessage::Beat => {}
         }
     }
 

@@ -1,89 +1,89 @@
 //! The process behind a unit, on this machine or on another one: the one place where that makes a difference.
 
 use crate::client::lines::Line;
-use crate::process::launch::{Exit, Launched};
-use crate::remote::Distant;
+use crate::process::launch::{Exit, LocalProcess};
+use crate::remote::RemoteProcess;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 
 /// A process that runs.
 #[derive(Debug)]
-pub(crate) enum Body {
+pub(crate) enum ProcessHandle {
     /// On this machine: it is waited for by its descriptors.
-    Here(Launched),
+    Local(LocalProcess),
     /// On another one: an agent there tells of it.
-    There(Distant),
+    Remote(RemoteProcess),
 }
 
-impl Body {
+impl ProcessHandle {
     /// Becomes readable when the process ends.
     pub(crate) fn descriptor(&self) -> Option<&OwnedFd> {
         match self {
-            Self::Here(process) => Some(process.descriptor()),
-            Self::There(_) => None,
+            Self::Local(process) => Some(process.descriptor()),
+            Self::Remote(_) => None,
         }
     }
 
     /// What the component speaks over.
     pub(crate) fn link(&self) -> Option<&UnixStream> {
         match self {
-            Self::Here(process) => process.link(),
-            Self::There(_) => None,
+            Self::Local(process) => process.link(),
+            Self::Remote(_) => None,
         }
     }
 
     /// Whether the component can still speak.
     pub(crate) fn is_linked(&self) -> bool {
         match self {
-            Self::Here(process) => process.link().is_some(),
-            Self::There(process) => process.linked,
+            Self::Local(process) => process.link().is_some(),
+            Self::Remote(process) => process.linked,
         }
     }
 
     pub(crate) fn pid(&self) -> Option<i32> {
         match self {
-            Self::Here(process) => Some(process.pid()),
-            Self::There(process) => process.pid,
+            Self::Local(process) => Some(process.pid()),
+            Self::Remote(process) => process.pid,
         }
     }
 
     /// Takes one read from the link.
     pub(crate) fn read_link(&mut self) -> Vec<Line> {
         match self {
-            Self::Here(process) => process.read_link(),
-            Self::There(_) => Vec::new(),
+            Self::Local(process) => process.read_link(),
+            Self::Remote(_) => Vec::new(),
         }
     }
 
     /// What a process that has ended said last.
     pub(crate) fn last_words(&mut self) -> Vec<Line> {
         match self {
-            Self::Here(process) => process.last_words(),
-            Self::There(_) => Vec::new(),
+            Self::Local(process) => process.last_words(),
+            Self::Remote(_) => Vec::new(),
         }
     }
 
     /// Asks the process to end.
     pub(crate) fn terminate(&self) {
         match self {
-            Self::Here(process) => process.terminate(),
-            Self::There(process) => process.terminate(),
+            Self::Local(process) => process.terminate(),
+            Self::Remote(process) => process.terminate(),
         }
     }
 
     /// Ends the process and its group.
     pub(crate) fn kill(&self) {
         match self {
-            Self::Here(process) => process.kill(),
-            Self::There(process) => process.kill(),
+            Self::Local(process) => process.kill(),
+            Self::Remote(process) => process.kill(),
         }
     }
 
     /// The process has ended: how.
     pub(crate) fn reap(&mut self) -> Exit {
         match self {
-            Self::Here(process) => process.reap(),
-            Self::There(process) => process.exit(),
+            Self::Local(process) => process.reap(),
+            Self::Remote(process) => process.exit(),
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use super::hosts;
 use crate::client::status::{Status, digest};
-use crate::error::{Error, OrCannot, advice};
-use crate::guard::custody::{Guarding, Keeper};
+use crate::error::{Error, ErrorContext, advice};
+use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::log::events::{Event, Severity};
@@ -12,13 +12,13 @@ use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
 use crate::log::rotation::{self, Rotation};
 use crate::network::plan::Plan;
-use crate::process::orphans::Sweeps;
+use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
-use crate::remote::{Host, Part};
+use crate::remote::{Host, HostSource};
 use crate::supervisor::commands::{self, Commands, Verb};
 use crate::supervisor::control::{self, Call, Control, Request};
-use crate::supervisor::detach::Starter;
-use crate::supervisor::health::Rounds;
+use crate::supervisor::detach::Launcher;
+use crate::supervisor::health::MemoryRounds;
 use crate::supervisor::restart::Next;
 use crate::supervisor::unit::{Overdue, Unit, until};
 use crate::supervisor::up::{Options, Outcome};
@@ -33,7 +33,7 @@ const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 
 /// Why the network ends.
 #[derive(Debug)]
-pub(super) enum Ending {
+pub(super) enum StopReason {
     Asked,
     Failed(String),
 }
@@ -42,13 +42,13 @@ pub(super) enum Ending {
 #[derive(Clone, Copy, Debug)]
 enum Source {
     Signals,
-    Starter,
+    Launcher,
     Relay,
     Rotation,
     Listener,
     Client(u64),
     Guard,
-    Host(usize, Part),
+    Host(usize, HostSource),
     Link(usize),
     Process(usize),
 }
@@ -65,19 +65,19 @@ pub(crate) struct Supervisor<'p> {
     /// The other machines, and for each unit that runs on one of them, which.
     pub(super) hosts: Vec<Host>,
     pub(super) host_of: Vec<Option<usize>>,
-    pub(super) keeper: Keeper,
+    pub(super) custody: Custody,
     control: Control,
     commands: Commands,
     signals: Signals,
     relay: Option<Relay>,
     rotation: Rotation,
-    rounds: Rounds,
-    starter: Option<Starter>,
+    rounds: MemoryRounds,
+    launcher: Option<Launcher>,
     is_up: bool,
-    sweeps: Sweeps,
+    sweeps: OrphanSweeps,
     /// Units that failed after they were ready.
     failed: Vec<String>,
-    pub(super) ending: Option<Ending>,
+    pub(super) ending: Option<StopReason>,
 }
 
 impl<'p> Supervisor<'p> {
@@ -98,12 +98,12 @@ impl<'p> Supervisor<'p> {
             .collect();
         let (hosts, host_of) = hosts::of(plan, options, &log_directory);
         for (unit, host) in units.iter_mut().zip(&host_of) {
-            unit.away = host.map(|host| hosts[host].outbox.clone());
+            unit.outbox = host.map(|host| hosts[host].outbox.clone());
         }
         let written = units.iter().map(|unit| &unit.log);
         let of_hosts = hosts.iter().map(|host| &host.log);
         for path in written.chain([&guard_log, &supervisor_log]).chain(of_hosts) {
-            logs::clear(path).or_cannot(format!("write {}", path.display()))?;
+            logs::clear(path).context(format!("write {}", path.display()))?;
         }
         let relay = options
             .relay
@@ -112,21 +112,21 @@ impl<'p> Supervisor<'p> {
                 Relay::new(&log_directory, logs)
             })
             .transpose()
-            .or_cannot("follow the logs")?;
+            .context("follow the logs")?;
         let limit = options.log_limit.unwrap_or(rotation::LIMIT);
         let logs = units.iter().map(|unit| unit.log.clone());
         let logs = logs.chain([guard_log.clone(), supervisor_log]).collect();
-        let rotation = Rotation::new(&log_directory, logs, limit).or_cannot("watch the logs")?;
-        let signals = Signals::new().or_cannot("listen to signals")?;
+        let rotation = Rotation::new(&log_directory, logs, limit).context("watch the logs")?;
+        let signals = Signals::new().context("listen to signals")?;
         let guard_command = match &options.guard {
             Some(command) => command.clone(),
-            None => GuardCommand::own().or_cannot("find out which program this is")?,
+            None => GuardCommand::own().context("find out which program this is")?,
         };
-        let mut keeper = Keeper::new(&plan.network, lock, guard_command, guard_log)?;
-        let socket = keeper.directory().socket(control::NAME);
+        let mut custody = Custody::new(&plan.network, lock, guard_command, guard_log)?;
+        let socket = custody.directory().socket(control::NAME);
         let control =
-            Control::listen(&socket).or_cannot(format!("listen at {}", socket.display()))?;
-        keeper.start_guard()?;
+            Control::listen(&socket).context(format!("listen at {}", socket.display()))?;
+        custody.start_guard()?;
         let needs = plan.needs();
         Ok(Self {
             plan,
@@ -137,46 +137,46 @@ impl<'p> Supervisor<'p> {
             needs,
             hosts,
             host_of,
-            keeper,
+            custody,
             control,
             signals,
             relay,
             rotation,
-            rounds: Rounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
-            starter: None,
+            rounds: MemoryRounds::new(options.memory_pause.unwrap_or(MEMORY_PAUSE)),
+            launcher: None,
             is_up: false,
-            sweeps: Sweeps::default(),
+            sweeps: OrphanSweeps::default(),
             failed: Vec::new(),
             ending: None,
         })
     }
 
     /// With someone who waits for the word that it is up.
-    pub(crate) fn with(self, starter: Option<Starter>) -> Self {
-        Self { starter, ..self }
+    pub(crate) fn with(self, launcher: Option<Launcher>) -> Self {
+        Self { launcher, ..self }
     }
 
     /// Starts the units and keeps them until they end or are to end.
     pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
         self.announce_hosts();
         loop {
-            self.command();
-            while self.start_what_may() {}
-            self.command();
-            self.stop_what_may();
+            self.advance_commands();
+            while self.start_ready_units() {}
+            self.advance_commands();
+            self.stop_ready_units();
             self.note_up();
             let alive = self.units.iter().any(Unit::is_alive);
             // What a command has stopped can be started by another one.
             let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();
             let to_come = self.ending.is_none() && self.units.iter().any(may_come);
-            if !alive && !to_come && self.hosts_are_left() {
+            if !alive && !to_come && self.leave_hosts() {
                 return self.finish(cleanup);
             }
             self.control.tell(&self.report.journal());
             for source in self.wait() {
-                self.turn(source);
+                self.dispatch(source);
             }
-            self.look_at_the_clock();
+            self.check_deadlines();
         }
     }
 
@@ -190,7 +190,7 @@ impl<'p> Supervisor<'p> {
     }
 
     /// Says whether there was one: others may wait for one that could not be started.
-    fn start_what_may(&mut self) -> bool {
+    fn start_ready_units(&mut self) -> bool {
         let mut any = false;
         for i in 0..self.units.len() {
             let lets = |&j: &usize| self.units[j].lets_others_start();
@@ -205,14 +205,14 @@ impl<'p> Supervisor<'p> {
     }
 
     /// Goes on with what was asked for over the socket.
-    fn command(&mut self) {
+    fn advance_commands(&mut self) {
         let answers = if self.ending.is_none() {
             self.commands.advance(&mut self.units, &self.needs)
         } else {
             self.commands.end(&self.units)
         };
-        for (request, carried) in answers {
-            self.control.answer_carried(&request, &carried);
+        for (request, result) in answers {
+            self.control.answer_command(&request, &result);
         }
     }
 
@@ -236,10 +236,10 @@ impl<'p> Supervisor<'p> {
     fn start(&mut self, i: usize) {
         let unit = &mut self.units[i];
         unit.event(self.report, Severity::Info, "starting", "starting");
-        match unit.start(self.keeper.mark()) {
+        match unit.start(self.custody.mark()) {
             Ok(()) => {
-                if let Some(held) = unit.held() {
-                    let noted = self.keeper.started(held);
+                if let Some(process) = unit.registered() {
+                    let noted = self.custody.started(process);
                     self.account(noted);
                 }
             }
@@ -257,7 +257,7 @@ impl<'p> Supervisor<'p> {
         self.commands.failed(i, reason);
         unit.event(self.report, Severity::Error, "start-failed", text);
         let next = unit.follow(Duration::ZERO, true);
-        self.go_on(i, next, true);
+        self.follow_up(i, next, true);
     }
 
     /// The next `up` needs the account of processes only if supervisor and guard are both killed.
@@ -277,10 +277,10 @@ impl<'p> Supervisor<'p> {
         let text = unit.failure(reason);
         unit.event(self.report, Severity::Error, "start-failed", text.clone());
         let message = format!("{}: {text}", unit.name());
-        self.stop(Ending::Failed(message), "a component did not start");
+        self.stop(StopReason::Failed(message), "a component did not start");
     }
 
-    pub(super) fn stop(&mut self, ending: Ending, why: &str) {
+    pub(super) fn stop(&mut self, ending: StopReason, why: &str) {
         if self.ending.is_none() {
             self.ending = Some(ending);
             self.units.iter_mut().for_each(Unit::be_quiet);
@@ -289,7 +289,7 @@ impl<'p> Supervisor<'p> {
     }
 
     /// Dependents first: a unit is asked when all that need it have ended.
-    fn stop_what_may(&mut self) {
+    fn stop_ready_units(&mut self) {
         if self.ending.is_none() {
             return;
         }
@@ -306,8 +306,8 @@ impl<'p> Supervisor<'p> {
             self.is_up = true;
             let text = format!("network {} is up", self.plan.network);
             self.network_event(Severity::Info, "up", text);
-            if let Some(starter) = self.starter.take() {
-                starter.up();
+            if let Some(launcher) = self.launcher.take() {
+                launcher.up();
             }
         }
     }
@@ -326,8 +326,12 @@ impl<'p> Supervisor<'p> {
             self.control.listener().as_fd(),
             PollFlags::IN,
         );
-        if let Some(starter) = &self.starter {
-            add(Source::Starter, starter.descriptor().as_fd(), PollFlags::IN);
+        if let Some(launcher) = &self.launcher {
+            add(
+                Source::Launcher,
+                launcher.descriptor().as_fd(),
+                PollFlags::IN,
+            );
         }
         if let Some(watch) = self.relay.as_ref().and_then(Relay::descriptor) {
             add(Source::Relay, watch.as_fd(), PollFlags::IN);
@@ -335,7 +339,7 @@ impl<'p> Supervisor<'p> {
         if let Some(watch) = self.rotation.descriptor() {
             add(Source::Rotation, watch.as_fd(), PollFlags::IN);
         }
-        if let Some(guard) = self.keeper.descriptor() {
+        if let Some(guard) = self.custody.descriptor() {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
         for (h, host) in self.hosts.iter().enumerate() {
@@ -388,12 +392,12 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn turn(&mut self, source: Source) {
+    fn dispatch(&mut self, source: Source) {
         match source {
             Source::Signals => self.signalled(),
-            Source::Starter => {
-                self.starter = None;
-                self.stop(Ending::Asked, "whoever started this is gone");
+            Source::Launcher => {
+                self.launcher = None;
+                self.stop(StopReason::Asked, "whoever started this is gone");
             }
             Source::Relay => {
                 if let Some(relay) = &mut self.relay {
@@ -404,8 +408,8 @@ impl<'p> Supervisor<'p> {
             Source::Listener => self.control.accept(),
             Source::Client(number) => self.serve(number),
             Source::Guard => self.guard_ended(),
-            Source::Host(h, Part::Link) => self.hear_host(h),
-            Source::Host(h, Part::Socket(number)) => self.hosts[h].turn_socket(number),
+            Source::Host(h, HostSource::Link) => self.read_host(h),
+            Source::Host(h, HostSource::Socket(number)) => self.hosts[h].turn_socket(number),
             Source::Link(i) => self.units[i].read_link(self.report),
             Source::Process(i) => self.unit_ended(i),
         }
@@ -414,7 +418,7 @@ impl<'p> Supervisor<'p> {
     fn signalled(&mut self) {
         for _ in 0..self.signals.take() {
             if self.ending.is_none() {
-                self.stop(Ending::Asked, "interrupted; once more kills at once");
+                self.stop(StopReason::Asked, "interrupted; once more kills at once");
             } else {
                 self.network_event(Severity::Warning, "stopping", "interrupted again: killing");
                 self.units.iter_mut().for_each(Unit::kill);
@@ -436,7 +440,7 @@ impl<'p> Supervisor<'p> {
                 }
                 Call::Down => {
                     self.control.answer_down(&request);
-                    self.stop(Ending::Asked, "asked by `rcdeploy down`");
+                    self.stop(StopReason::Asked, "asked by `rcdeploy down`");
                 }
             }
         }
@@ -446,7 +450,7 @@ impl<'p> Supervisor<'p> {
         Status {
             network: self.plan.network.clone(),
             pid: std::process::id() as i32,
-            guard: self.keeper.guard(),
+            guard: self.custody.guard(),
             ddsl: self.plan.ddsl.clone(),
             digest: self.digest.clone(),
             changed: false,
@@ -455,11 +459,13 @@ impl<'p> Supervisor<'p> {
     }
 
     fn guard_ended(&mut self) {
-        match self.keeper.guard_ended() {
-            Some(Guarding::Again(text)) => {
+        match self.custody.guard_ended() {
+            Some(GuardChange::Restarted(text)) => {
                 self.network_event(Severity::Warning, "guard-ended", text);
             }
-            Some(Guarding::Lost(text)) => self.network_event(Severity::Error, "guard-lost", text),
+            Some(GuardChange::Lost(text)) => {
+                self.network_event(Severity::Error, "guard-lost", text)
+            }
             None => {}
         }
     }
@@ -470,14 +476,14 @@ impl<'p> Supervisor<'p> {
             return;
         };
         if self.host_of[i].is_none() {
-            let noted = self.keeper.ended(self.units[i].name());
+            let noted = self.custody.ended(self.units[i].name());
             self.account(noted);
         }
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
         // At the end of the network all are looked for at once; on another machine, its agent has looked.
         if goes_on && self.host_of[i].is_none() {
-            let mark = self.keeper.mark();
+            let mark = self.custody.mark();
             self.sweeps.begin(unit.name(), mark, unit.run());
         }
         if goes_on && unit.is_stopped() {
@@ -516,7 +522,7 @@ impl<'p> Supervisor<'p> {
         } else {
             Next::Nothing
         };
-        self.go_on(i, next, failed && (goes_on || !asked));
+        self.follow_up(i, next, failed && (goes_on || !asked));
     }
 
     /// Tells how many processes a component had left behind.
@@ -529,7 +535,7 @@ impl<'p> Supervisor<'p> {
     }
 
     /// Does what follows an end.
-    fn go_on(&mut self, i: usize, next: Next, failed: bool) {
+    fn follow_up(&mut self, i: usize, next: Next, failed: bool) {
         let unit = &self.units[i];
         match next {
             Next::Nothing if failed => self.failed.push(unit.name().to_owned()),
@@ -543,17 +549,17 @@ impl<'p> Supervisor<'p> {
                 unit.event(self.report, Severity::Error, "gave-up", text.clone());
                 let message = format!("{}: {text}", unit.name());
                 let why = "a component ended more often than it may";
-                self.stop(Ending::Failed(message), why);
+                self.stop(StopReason::Failed(message), why);
             }
         }
     }
 
-    fn look_at_the_clock(&mut self) {
+    fn check_deadlines(&mut self) {
         let now = Instant::now();
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
         }
-        self.look_at_hosts(now);
+        self.check_hosts(now);
         self.rotation.look(now, self.report);
         if self.rounds.is_due(now) {
             self.rotation.look_at_disk(self.report);
@@ -597,7 +603,7 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.finish(self.report);
         }
-        let (left, removed, lock) = self.keeper.finish(cleanup);
+        let (left, removed, lock) = self.custody.finish(cleanup);
         let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
         if left > 0 {
             let text = format!("killed {left} processes that components had left behind");
@@ -613,15 +619,15 @@ impl<'p> Supervisor<'p> {
         self.control.tell(&self.report.journal());
         self.report.flush();
         let outcome = match (self.ending.take(), &self.failed[..]) {
-            (Some(Ending::Failed(message)), _) => Outcome::Failed(message),
-            (Some(Ending::Asked), []) => Outcome::Stopped,
+            (Some(StopReason::Failed(message)), _) => Outcome::Failed(message),
+            (Some(StopReason::Asked), []) => Outcome::Stopped,
             (None, []) => Outcome::Done,
             (_, failed) => Outcome::Failed(format!("failed: {}", failed.join(", "))),
         };
-        if let Some(starter) = self.starter.take() {
+        if let Some(launcher) = self.launcher.take() {
             match outcome.message() {
-                Some(message) => starter.failed(&message),
-                None => starter.failed("it was stopped while it started"),
+                Some(message) => launcher.failed(&message),
+                None => launcher.failed("it was stopped while it started"),
             }
         }
         // Those who wait for the end may start the network anew: the lock goes before their connections.

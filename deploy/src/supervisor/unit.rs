@@ -2,18 +2,18 @@
 
 use crate::client::lines::Line;
 use crate::client::status::{ComponentStatus, State};
-use crate::guard::process_registry::HeldComponent;
+use crate::guard::process_registry::RegisteredProcess;
 use crate::log::events::{Event, Severity};
 use crate::log::logs;
 use crate::log::reporter::Reporter;
 use crate::network::plan::Component;
 use crate::process::identity::{KILL_LIMIT, Mark};
-use crate::process::launch::{Exit, Launched};
-use crate::remote::{self, Distant, Outbox};
-use crate::supervisor::health::{self, Watch};
+use crate::process::launch::{Exit, LocalProcess};
+use crate::remote::{self, Outbox, RemoteProcess};
+use crate::supervisor::health::{self, HealthMonitor};
 use crate::supervisor::link::{self, HEARTBEAT_LIMIT, Message};
 use crate::supervisor::parameter_changes::Changes;
-use crate::supervisor::process_handle::Body;
+use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
 use std::collections::BTreeMap;
 use std::os::fd::OwnedFd;
@@ -30,8 +30,8 @@ pub(crate) struct Unit {
     pub(crate) component: Component,
     pub(crate) log: PathBuf,
     /// The way to its host, where that is another machine, and its paths as they are there.
-    pub(crate) away: Option<Outbox>,
-    pub(crate) component_there: Option<Component>,
+    pub(crate) outbox: Option<Outbox>,
+    pub(crate) remote_component: Option<Component>,
     phase: Phase,
     /// Has it been ready since its last start? It stays so when it ends, and others that need it may start.
     ready: bool,
@@ -43,7 +43,7 @@ pub(crate) struct Unit {
     heard: Instant,
     garbage: bool,
     /// What goes wrong in this run.
-    watch: Watch,
+    health: HealthMonitor,
     restarts: Restarts,
     /// How often it was started, also by a command.
     runs: u32,
@@ -63,12 +63,12 @@ pub(crate) struct Unit {
 enum Phase {
     Waiting,
     Alive(Running),
-    Ended(End),
+    Ended(Termination),
 }
 
 #[derive(Debug)]
 struct Running {
-    body: Body,
+    handle: ProcessHandle,
     /// When it is told that its link is closed, unless it has ended by then: a process that is killed closes its files
     /// a moment before its end is known.
     closed: Option<Instant>,
@@ -87,7 +87,7 @@ enum Stop {
 
 /// How a component ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct End {
+pub(crate) struct Termination {
     /// It is as it should be.
     pub(crate) done: bool,
     /// `exit status: 1`, `signal 11 (SIGSEGV)`.
@@ -120,8 +120,8 @@ impl Unit {
             unkept: None,
             component,
             log,
-            away: None,
-            component_there: None,
+            outbox: None,
+            remote_component: None,
             phase: Phase::Waiting,
             ready: false,
             reported: None,
@@ -129,7 +129,7 @@ impl Unit {
             hung: false,
             heard: Instant::now(),
             garbage: false,
-            watch: Watch::default(),
+            health: HealthMonitor::default(),
         }
     }
 
@@ -212,38 +212,38 @@ impl Unit {
     }
 
     /// The process, for those that keep account of those of this machine.
-    pub(crate) fn held(&self) -> Option<HeldComponent> {
+    pub(crate) fn registered(&self) -> Option<RegisteredProcess> {
         match &self.phase {
             Phase::Alive(Running {
-                body: Body::Here(process),
+                handle: ProcessHandle::Local(process),
                 ..
-            }) => Some(process.held(&self.component)),
+            }) => Some(process.registered(&self.component)),
             _ => None,
         }
     }
 
     /// Becomes readable when the process ends.
     pub(crate) fn process(&self) -> Option<&OwnedFd> {
-        self.body().and_then(Body::descriptor)
+        self.handle().and_then(ProcessHandle::descriptor)
     }
 
     /// What the component speaks over.
     pub(crate) fn link(&self) -> Option<&UnixStream> {
-        self.body().and_then(Body::link)
+        self.handle().and_then(ProcessHandle::link)
     }
 
-    fn body(&self) -> Option<&Body> {
+    fn handle(&self) -> Option<&ProcessHandle> {
         match &self.phase {
-            Phase::Alive(running) => Some(&running.body),
+            Phase::Alive(running) => Some(&running.handle),
             _ => None,
         }
     }
 
     /// Its process on another machine.
-    pub(crate) fn distant(&mut self) -> Option<&mut Distant> {
+    pub(crate) fn remote_process(&mut self) -> Option<&mut RemoteProcess> {
         match &mut self.phase {
             Phase::Alive(Running {
-                body: Body::There(process),
+                handle: ProcessHandle::Remote(process),
                 ..
             }) => Some(process),
             _ => None,
@@ -260,8 +260,8 @@ impl Unit {
         self.runs += 1;
         let run = self.run();
         let greeting = self.changes.line();
-        let body = match &self.away {
-            None => Body::Here(Launched::start(
+        let handle = match &self.outbox {
+            None => ProcessHandle::Local(LocalProcess::start(
                 &self.component,
                 &run,
                 greeting.as_deref(),
@@ -269,8 +269,8 @@ impl Unit {
                 mark,
             )?),
             Some(outbox) => {
-                let component = self.component_there.as_ref().unwrap_or(&self.component);
-                Body::There(Distant::start(component, run, greeting, outbox))
+                let component = self.remote_component.as_ref().unwrap_or(&self.component);
+                ProcessHandle::Remote(RemoteProcess::start(component, run, greeting, outbox))
             }
         };
         let now = Instant::now();
@@ -280,9 +280,9 @@ impl Unit {
         self.unkept = self.changes.lost();
         self.hung = false;
         self.garbage = false;
-        self.watch = Watch::default();
+        self.health = HealthMonitor::default();
         self.phase = Phase::Alive(Running {
-            body,
+            handle,
             closed: None,
             started: now,
             stop: Stop::No,
@@ -300,8 +300,8 @@ impl Unit {
         let Phase::Alive(running) = &mut self.phase else {
             return;
         };
-        let lines = running.body.read_link();
-        if !running.body.is_linked() {
+        let lines = running.handle.read_link();
+        if !running.handle.is_linked() {
             self.link_closed();
         }
         for line in lines {
@@ -330,7 +330,7 @@ impl Unit {
 
     /// A component that closes its link while it runs cannot be watched.
     fn report_closed_link(&self, report: &Reporter) {
-        if self.body().is_some_and(|body| !body.is_linked()) && !self.is_asked_to_stop() {
+        if self.handle().is_some_and(|handle| !handle.is_linked()) && !self.is_asked_to_stop() {
             self.event(
                 report,
                 Severity::Warning,
@@ -387,7 +387,7 @@ impl Unit {
                 self.lost = std::mem::take(&mut beat.lost);
                 let age = beat.age;
                 if !self.is_asked_to_stop() {
-                    for (severity, code, text) in self.watch.beat(beat) {
+                    for (severity, code, text) in self.health.beat(beat) {
                         self.event(report, severity, code, text);
                     }
                 }
@@ -412,18 +412,18 @@ impl Unit {
 
     /// The network ends: what goes wrong from now on is no news.
     pub(crate) fn be_quiet(&mut self) {
-        self.watch.be_quiet();
+        self.health.be_quiet();
     }
 
     /// Looks how much memory the process has, `pause` after the last time.
     pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
         // The memory of another machine cannot be looked at from here.
-        let Some(Body::Here(process)) = self.body() else {
+        let Some(ProcessHandle::Local(process)) = self.handle() else {
             return;
         };
         if self.ready
             && let Some(bytes) = health::resident(process.pid())
-            && let Some((severity, code, text)) = self.watch.memory(bytes, pause)
+            && let Some((severity, code, text)) = self.health.memory(bytes, pause)
         {
             self.event(report, severity, code, text);
         }
@@ -448,7 +448,7 @@ impl Unit {
         if let Phase::Alive(running) = &mut self.phase
             && running.stop == Stop::No
         {
-            running.body.terminate();
+            running.handle.terminate();
             running.stop = Stop::Asked(Instant::now() + self.component.stop);
         }
     }
@@ -458,24 +458,24 @@ impl Unit {
         if let Phase::Alive(running) = &mut self.phase
             && !matches!(running.stop, Stop::Killed(_))
         {
-            running.body.kill();
+            running.handle.kill();
             running.stop = Stop::Killed(Instant::now() + KILL_LIMIT);
         }
     }
 
     /// The process has ended: takes its last words, kills what is left of its group, and reaps it.
-    pub(crate) fn end(&mut self, report: &Reporter) -> Option<End> {
+    pub(crate) fn end(&mut self, report: &Reporter) -> Option<Termination> {
         let Phase::Alive(running) = &mut self.phase else {
             return None;
         };
-        for line in running.body.last_words() {
+        for line in running.handle.last_words() {
             self.hear(line, report);
         }
         let Phase::Alive(running) = &mut self.phase else {
             return None;
         };
-        let exit: Exit = running.body.reap();
-        let end = End {
+        let exit: Exit = running.handle.reap();
+        let end = Termination {
             done: exit.is_done(running.stop != Stop::No),
             text: exit.text,
             ran: running.started.elapsed(),
@@ -497,7 +497,7 @@ impl Unit {
                 self.due = Some(now + pause);
             }
             Next::Nothing | Next::GiveUp(_) if self.is_waiting() => {
-                self.phase = Phase::Ended(End {
+                self.phase = Phase::Ended(Termination {
                     done: false,
                     text: "could not be started".to_owned(),
                     ran,
@@ -529,13 +529,13 @@ impl Unit {
 
     /// When it will have been silent for too long.
     fn silence(&self) -> Option<Instant> {
-        let linked = self.body().is_some_and(Body::is_linked);
+        let linked = self.handle().is_some_and(ProcessHandle::is_linked);
         (!self.hung && linked).then(|| self.heard + self.silence_limit())
     }
 
     /// How long it may be silent. What is on another machine is silent when that is, which is told first.
     fn silence_limit(&self) -> Duration {
-        match self.away {
+        match self.outbox {
             None => HEARTBEAT_LIMIT,
             Some(_) => HEARTBEAT_LIMIT + remote::HOST_LIMIT,
         }
@@ -568,7 +568,7 @@ impl Unit {
                 let text = format!("process {} does not even end by SIGKILL", self.pid_text());
                 self.event(report, Severity::Error, "not-killed", text.clone());
                 let ran = running.started.elapsed();
-                self.phase = Phase::Ended(End {
+                self.phase = Phase::Ended(Termination {
                     done: false,
                     text,
                     ran,
@@ -586,7 +586,7 @@ impl Unit {
     }
 
     fn pid_text(&self) -> String {
-        let pid = self.body().and_then(Body::pid);
+        let pid = self.handle().and_then(ProcessHandle::pid);
         pid.map_or_else(String::new, |pid| pid.to_string())
     }
 
@@ -615,7 +615,7 @@ impl Unit {
             name: self.name().to_owned(),
             state: self.state(),
             host: self.component.host.as_ref().map(|host| host.name.clone()),
-            pid: running.and_then(|r| r.body.pid()),
+            pid: running.and_then(|r| r.handle.pid()),
             uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
             ready: self.ready && running.is_some(),
             middleware: self.component.middleware.clone(),
@@ -627,7 +627,7 @@ impl Unit {
             ready_ms: self.component.ready.as_millis() as u64,
             stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
-            troubles: running.map_or_else(Vec::new, |_| self.watch.troubles()),
+            troubles: running.map_or_else(Vec::new, |_| self.health.troubles()),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
                 _ => None,

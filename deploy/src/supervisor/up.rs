@@ -7,9 +7,9 @@ use crate::guard::process_registry::{Recovered, recover_locked};
 use crate::log::events::{Event, Severity};
 use crate::log::reporter::{Format, Output, Reporter};
 use crate::network::plan::Plan;
-use crate::supervisor::detach::Starter;
+use crate::supervisor::detach::Launcher;
 use crate::supervisor::supervise::Supervisor;
-use crate::terminal::Beside;
+use crate::terminal::SideView;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io;
@@ -78,9 +78,9 @@ impl Outcome {
 /// has to bear being called when there is nothing to wipe. SIGINT, SIGTERM and SIGHUP stop the network; a second
 /// one kills it.
 pub fn up(plan: &Plan, options: &Options, cleanup: &dyn Fn()) -> Outcome {
-    let starter = match options.supervisor.then(Starter::inherited).transpose() {
-        Ok(starter) => starter,
-        Err(error) => return refused(error, "use the starter's socket"),
+    let launcher = match options.supervisor.then(Launcher::inherited).transpose() {
+        Ok(launcher) => launcher,
+        Err(error) => return refused(error, "use the launcher's socket"),
     };
     let output = if options.supervisor {
         Output::Log
@@ -94,20 +94,20 @@ pub fn up(plan: &Plan, options: &Options, cleanup: &dyn Fn()) -> Outcome {
     };
     let outcome = match prepare(plan, options, cleanup, &report) {
         Ok(ready) => {
-            let covered = || Beside::start(&plan.network, report.covered());
+            let covered = || SideView::start(&plan.network, report.covered());
             let view = RefCell::new(options.terminal.then(covered));
             let cleanup = || {
                 // What the clean-up says is to be read.
                 drop(view.take());
                 cleanup();
             };
-            ready.with(starter).run(&cleanup)
+            ready.with(launcher).run(&cleanup)
         }
         Err(error) => {
             let message = error.to_string();
             report.event(Event::network(Severity::Error, "refused", message.clone()));
-            if let Some(starter) = starter {
-                starter.failed(&message);
+            if let Some(launcher) = launcher {
+                launcher.failed(&message);
             }
             Outcome::Refused(error)
         }

@@ -2,15 +2,15 @@
 
 use super::model::{Command, Host};
 use super::peer::{Peer, Said};
-use super::session::{Asked, End, Session};
-use crate::error::{Error, OrCannot};
-use crate::supervisor::commands::{Carried, Verb};
+use super::session::{End, Pending, Session};
+use crate::error::{Error, ErrorContext};
+use crate::supervisor::commands::{CommandResult, Verb};
 use crate::supervisor::control;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 impl Session<'_> {
-    pub(super) fn obey(&mut self, command: Command) -> Result<(), Error> {
+    pub(super) fn perform(&mut self, command: Command) -> Result<(), Error> {
         match command {
             Command::Quit { interrupt } => match self.model.host {
                 Host::Top => self.end = Some(End::Left),
@@ -28,9 +28,9 @@ impl Session<'_> {
                     .say("it is stopping; ctrl+c kills at once", false),
             },
             Command::Redraw => {
-                self.screen.blank().or_cannot("draw on the terminal")?;
+                self.screen.blank().context("draw on the terminal")?;
             }
-            Command::Order { verb, name } => self.order(verb, &name),
+            Command::Control { verb, name } => self.control(verb, &name),
             Command::Emergency { names, active } => {
                 self.model.notice = None;
                 for name in &names {
@@ -61,13 +61,17 @@ impl Session<'_> {
     }
 
     /// Asks the supervisor, which answers when it is done, or knows that it cannot be.
-    fn order(&mut self, verb: Verb, name: &str) {
+    fn control(&mut self, verb: Verb, name: &str) {
         let text = format!("{} {name}", verb.word());
         self.model.say(format!("{text} …"), false);
         match Peer::connect(&self.directory.socket(control::NAME)) {
             Ok(mut peer) => {
-                peer.ask(Asked::Order(text), verb.word(), &json!({ "names": [name] }));
-                self.orders.push(peer);
+                peer.ask(
+                    Pending::Action(text),
+                    verb.word(),
+                    &json!({ "names": [name] }),
+                );
+                self.actions.push(peer);
             }
             Err(error) => self.model.say(format!("{text}: {error}"), true),
         }
@@ -80,21 +84,21 @@ impl Session<'_> {
                 if self.model.notice.is_none() {
                     self.model.say(format!("{text} …"), false);
                 }
-                peer.ask(Asked::Order(text), method, params);
+                peer.ask(Pending::Action(text), method, params);
             }
             None => self.model.say(format!("{name} does not answer"), true),
         }
     }
 
     /// An order was obeyed, or not.
-    pub(super) fn answered(&mut self, said: Said<Asked>) {
-        let Said::Answer(Asked::Order(text), answer) = said else {
+    pub(super) fn answered(&mut self, said: Said<Pending>) {
+        let Said::Answer(Pending::Action(text), answer) = said else {
             return;
         };
         let failed = answer.and_then(|done| {
             // Of a component, the answer is another one.
-            let carried = Carried::deserialize(done).unwrap_or_default();
-            let failed = carried.failed.into_iter().next();
+            let result = CommandResult::deserialize(done).unwrap_or_default();
+            let failed = result.failed.into_iter().next();
             failed.map_or(Ok(()), |f| Err(format!("{} {}", f.name, f.reason)))
         });
         match failed {

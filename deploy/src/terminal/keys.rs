@@ -101,9 +101,9 @@ impl Model {
             Key::Char('p') => self.turn_to_component(Page::Parameters),
             Key::Char('c') => self.turn_to_component(Page::Connections),
             Key::Tab | Key::BackTab => self.next_page(key == Key::Tab),
-            Key::Char('r') => return self.order(Verb::Restart),
-            Key::Char('x') => return self.order(Verb::Stop),
-            Key::Char('s') => return self.order(Verb::Start),
+            Key::Char('r') => return self.control(Verb::Restart),
+            Key::Char('x') => return self.control(Verb::Stop),
+            Key::Char('s') => return self.control(Verb::Start),
             Key::Char('e') => return self.emergency(false),
             Key::Char('E') => return self.emergency(true),
             Key::Char('w') if self.page == Page::Parameters => {
@@ -264,14 +264,18 @@ impl Model {
     }
 
     /// What stops something is asked first.
-    fn order(&mut self, verb: Verb) -> Option<Command> {
+    fn control(&mut self, verb: Verb) -> Option<Command> {
         let count = self.chosen().len();
         if count == 0 {
             return None;
         }
         let question = format!("{} {}?", verb.word(), self.what(count));
         let name = self.selected.clone();
-        self.asked(verb != Verb::Start, question, Command::Order { verb, name })
+        self.asked(
+            verb != Verb::Start,
+            question,
+            Command::Control { verb, name },
+        )
     }
 
     /// Into the emergency state at once; out of it when asked.

@@ -1,9 +1,9 @@
 //! The log that is shown, as it grows.
 
 use super::model::{LOG, Page};
-use super::session::{Asked, FRAME, Session};
+use super::session::{FRAME, Pending, Session};
 use crate::log::follower::Follower;
-use crate::log::logs::Watch;
+use crate::log::logs::DirectoryWatch;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use std::time::Instant;
 pub(super) struct Log {
     name: String,
     path: PathBuf,
-    pub(super) watch: Option<Watch>,
+    pub(super) watch: Option<DirectoryWatch>,
     follower: Option<Follower>,
     /// When to look again, where something was written.
     pub(super) due: Option<Instant>,
@@ -28,14 +28,16 @@ impl Session<'_> {
             if self.model.page == Page::Parameters && self.model.parameters.is_none() {
                 let name = self.model.selected.clone();
                 let asked = self.components.get(&name);
-                if asked.is_some_and(|p| !p.waiting().any(|a| matches!(a, Asked::Parameters))) {
+                if asked.is_some_and(|p| !p.waiting().any(|a| matches!(a, Pending::Parameters))) {
                     self.show_parameters(&name);
                 }
             }
             return;
         };
         if self.log.as_ref().is_none_or(|log| log.name != name) {
-            let watch = path.parent().and_then(|folder| Watch::new(folder).ok());
+            let watch = path
+                .parent()
+                .and_then(|folder| DirectoryWatch::new(folder).ok());
             let (name, due) = (name, Some(now));
             self.model.log.clear();
             self.log = Some(Log {

@@ -28,7 +28,7 @@ mod usage;
 
 pub use screen::usable;
 
-use crate::error::{Error, OrCannot};
+use crate::error::{Error, ErrorContext};
 use crate::network::plan::check_name;
 use crate::process::signals::Signals;
 use model::{Host, Model};
@@ -46,7 +46,7 @@ const END_LIMIT: Duration = Duration::from_secs(1);
 
 /// How a view was left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Left {
+pub enum ViewEnd {
     /// By the user; the network goes on.
     Running,
     /// Because the network is down.
@@ -56,39 +56,39 @@ pub enum Left {
 }
 
 /// Shows a network that is up until the user leaves, or until it is down.
-pub fn top(network: &str) -> Result<Left, Error> {
+pub fn top(network: &str) -> Result<ViewEnd, Error> {
     check_name("network", network)?;
     // What is wrong is said before the terminal is taken.
     crate::client::connection::status(network)?;
     // A view that is ended gives the terminal back.
-    let signals = Signals::new().or_cannot("listen to signals")?;
+    let signals = Signals::new().context("listen to signals")?;
     let end = show(Host::Top, network, signals.descriptor())?;
     Ok(match end {
-        End::Left => Left::Running,
-        End::Down => Left::Down,
-        End::Gone => Left::Gone,
+        End::Left => ViewEnd::Running,
+        End::Down => ViewEnd::Down,
+        End::Gone => ViewEnd::Gone,
     })
 }
 
 fn show(host: Host, network: &str, owner: BorrowedFd<'_>) -> Result<End, Error> {
-    let mut screen = Screen::take().or_cannot("set up the terminal")?;
+    let mut screen = Screen::take().context("set up the terminal")?;
     let model = Model::new(host, network, screen::colours());
     Session::new(&mut screen, model, owner)?.run()
 }
 
 /// The view of an `up`, on a thread of its own. When it is dropped, the terminal is as it was.
-pub(crate) struct Beside {
+pub(crate) struct SideView {
     /// Closed to end the view.
     alive: Option<UnixStream>,
     ended: Receiver<()>,
     covered: Arc<AtomicBool>,
 }
 
-impl Beside {
+impl SideView {
     /// Starts the view. `covered` is set as long as it is there.
     pub(crate) fn start(network: &str, covered: Arc<AtomicBool>) -> Self {
         let (end, ended) = mpsc::channel();
-        let mut beside = Self {
+        let mut view = Self {
             alive: None,
             ended,
             covered: Arc::clone(&covered),
@@ -96,35 +96,35 @@ impl Beside {
         let network = network.to_owned();
         covered.store(true, Ordering::Relaxed);
         let started = UnixStream::pair().and_then(|(ours, theirs)| {
-            beside.alive = Some(ours);
+            view.alive = Some(ours);
             let thread = std::thread::Builder::new().name("terminal".to_owned());
             thread.spawn(move || {
                 // Also when this thread panics.
-                let _uncovered = Uncover(covered, end);
+                let _uncovered = ResumeOutput(covered, end);
                 if let Err(error) = show(Host::Up, &network, theirs.as_fd()) {
-                    complain(error);
+                    print_error(error);
                 }
             })
         });
         if let Err(error) = started {
-            beside.covered.store(false, Ordering::Relaxed);
-            complain(Error::System {
+            view.covered.store(false, Ordering::Relaxed);
+            print_error(Error::System {
                 action: "start a thread".to_owned(),
                 source: error,
             });
         }
-        beside
+        view
     }
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "the end of an error")]
-fn complain(error: Error) {
-    crate::error::complain(format_args!(
+fn print_error(error: Error) {
+    crate::error::print_error(format_args!(
         "rcdeploy: the view has ended, the network goes on: {error}"
     ));
 }
 
-impl Drop for Beside {
+impl Drop for SideView {
     fn drop(&mut self) {
         drop(self.alive.take());
         if self.ended.recv_timeout(END_LIMIT) == Err(mpsc::RecvTimeoutError::Timeout) {
@@ -136,9 +136,9 @@ impl Drop for Beside {
 }
 
 /// Tells that the view is gone.
-struct Uncover(Arc<AtomicBool>, mpsc::Sender<()>);
+struct ResumeOutput(Arc<AtomicBool>, mpsc::Sender<()>);
 
-impl Drop for Uncover {
+impl Drop for ResumeOutput {
     fn drop(&mut self) {
         self.0.store(false, Ordering::Relaxed);
         // Nobody has to wait for it.

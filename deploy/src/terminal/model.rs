@@ -90,7 +90,7 @@ pub(crate) enum Command {
     /// Draws all anew, where something else has written on the terminal.
     Redraw,
     /// Has the supervisor start, stop or restart a component or a group.
-    Order { verb: Verb, name: String },
+    Control { verb: Verb, name: String },
     /// Lets these enter or leave the emergency state.
     Emergency { names: Vec<String>, active: bool },
     /// Changes a parameter.

@@ -8,8 +8,8 @@ use super::screen::Screen;
 use super::status_types::{Event, Report};
 use super::{render, screen, usage};
 use crate::client::status::Status;
-use crate::error::{Error, OrCannot};
-use crate::log::logs::Watch;
+use crate::error::{Error, ErrorContext};
+use crate::log::logs::DirectoryWatch;
 use crate::supervisor::control;
 use rc_middleware::RunDirectory;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -38,11 +38,11 @@ pub(crate) enum End {
 
 /// What was asked of the supervisor, of a component, or by an order.
 #[derive(Debug)]
-pub(super) enum Asked {
+pub(super) enum Pending {
     Status,
     Events,
     Parameters,
-    Order(String),
+    Action(String),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,7 @@ enum Source {
     Owner,
     Supervisor,
     Component(String),
-    Order(usize),
+    Action(usize),
     Log,
 }
 
@@ -68,10 +68,10 @@ pub(crate) struct Session<'s> {
     keys_due: Option<Instant>,
     /// Ends the view when something can be read from it.
     owner: BorrowedFd<'s>,
-    supervisor: Peer<Asked>,
-    pub(super) components: BTreeMap<String, Peer<Asked>>,
+    supervisor: Peer<Pending>,
+    pub(super) components: BTreeMap<String, Peer<Pending>>,
     /// Orders to the supervisor, each on a connection of its own, which is answered when it is done.
-    pub(super) orders: Vec<Peer<Asked>>,
+    pub(super) actions: Vec<Peer<Pending>>,
     pub(super) log: Option<Log>,
     pub(super) changed: bool,
     pub(super) end: Option<End>,
@@ -106,7 +106,7 @@ impl<'s> Session<'s> {
             owner,
             supervisor,
             components: BTreeMap::new(),
-            orders: Vec::new(),
+            actions: Vec::new(),
             log: None,
             changed: true,
             end: None,
@@ -116,8 +116,8 @@ impl<'s> Session<'s> {
     }
 
     fn greet(&mut self) {
-        self.supervisor.ask(Asked::Events, "events", &json!({}));
-        self.supervisor.ask(Asked::Status, "status", &json!({}));
+        self.supervisor.ask(Pending::Events, "events", &json!({}));
+        self.supervisor.ask(Pending::Status, "status", &json!({}));
     }
 
     /// Shows the network until something ends it.
@@ -165,7 +165,7 @@ impl<'s> Session<'s> {
             model.size = (area.width, area.height);
             render::draw(model, area, frame.buffer_mut());
         });
-        drawn.map(drop).or_cannot("draw on the terminal")
+        drawn.map(drop).context("draw on the terminal")
     }
 
     fn wait(&self, wake: Instant) -> Vec<Source> {
@@ -185,8 +185,8 @@ impl<'s> Session<'s> {
             let source = Source::Component(name.clone());
             all.push((source, peer.stream().as_fd(), peer.has_output()));
         }
-        for (at, peer) in self.orders.iter().enumerate() {
-            all.push((Source::Order(at), peer.stream().as_fd(), peer.has_output()));
+        for (at, peer) in self.actions.iter().enumerate() {
+            all.push((Source::Action(at), peer.stream().as_fd(), peer.has_output()));
         }
         let watch = self.log.as_ref().filter(|log| log.due.is_none());
         if let Some(watch) = watch.and_then(|log| log.watch.as_ref()) {
@@ -236,7 +236,7 @@ impl<'s> Session<'s> {
             Source::Keys => self.read_keys()?,
             Source::Gone => self.end = Some(End::Gone),
             Source::Terminal => {
-                self.screen.renew().or_cannot("set up the terminal")?;
+                self.screen.renew().context("set up the terminal")?;
                 self.changed = true;
             }
             Source::Owner => {
@@ -247,7 +247,8 @@ impl<'s> Session<'s> {
             }
             Source::Supervisor => {
                 let (said, there) = self.supervisor.turn();
-                said.into_iter().for_each(|said| self.supervisor_said(said));
+                said.into_iter()
+                    .for_each(|said| self.supervisor_message(said));
                 if !there {
                     self.supervisor_gone();
                 }
@@ -261,11 +262,11 @@ impl<'s> Session<'s> {
                     self.components.remove(name);
                 }
                 for said in said {
-                    self.component_said(name, said);
+                    self.component_message(name, said);
                 }
             }
-            Source::Order(at) => {
-                let Some(peer) = self.orders.get_mut(*at) else {
+            Source::Action(at) => {
+                let Some(peer) = self.actions.get_mut(*at) else {
                     return Ok(());
                 };
                 let (said, there) = peer.turn();
@@ -277,13 +278,13 @@ impl<'s> Session<'s> {
                     self.answered(said);
                 }
                 if done {
-                    self.orders.remove(*at);
+                    self.actions.remove(*at);
                 }
                 self.changed = true;
             }
             Source::Log => {
                 if let Some(log) = &mut self.log {
-                    log.watch.iter().for_each(Watch::drain);
+                    log.watch.iter().for_each(DirectoryWatch::drain);
                     // A flood is shown a few times a second.
                     log.due = Some(Instant::now() + FRAME);
                 }
@@ -301,7 +302,7 @@ impl<'s> Session<'s> {
             }
             Ok(count) => count,
             Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => 0,
-            Err(error) => return Err(error).or_cannot("read keys"),
+            Err(error) => return Err(error).context("read keys"),
         };
         for key in self.keys.push(&bytes[..count]) {
             self.press(key)?;
@@ -324,7 +325,7 @@ impl<'s> Session<'s> {
     fn press(&mut self, key: Key) -> Result<(), Error> {
         self.changed = true;
         match self.model.key(key) {
-            Some(command) => self.obey(command),
+            Some(command) => self.perform(command),
             None => Ok(()),
         }
     }
@@ -336,9 +337,9 @@ impl<'s> Session<'s> {
         if !self
             .supervisor
             .waiting()
-            .any(|a| matches!(a, Asked::Status))
+            .any(|a| matches!(a, Pending::Status))
         {
-            self.supervisor.ask(Asked::Status, "status", &json!({}));
+            self.supervisor.ask(Pending::Status, "status", &json!({}));
         }
         let model = &mut self.model;
         let running: Vec<(String, Option<i32>, bool)> = model
@@ -365,24 +366,24 @@ impl<'s> Session<'s> {
                 }
             }
             if let Some(peer) = self.components.get_mut(&name) {
-                if !peer.waiting().any(|a| matches!(a, Asked::Status)) {
-                    peer.ask(Asked::Status, "status", &json!({}));
+                if !peer.waiting().any(|a| matches!(a, Pending::Status)) {
+                    peer.ask(Pending::Status, "status", &json!({}));
                 }
                 if model.page == Page::Parameters
                     && model.selected == name
-                    && !peer.waiting().any(|a| matches!(a, Asked::Parameters))
+                    && !peer.waiting().any(|a| matches!(a, Pending::Parameters))
                 {
-                    peer.ask(Asked::Parameters, "parameters", &json!({}));
+                    peer.ask(Pending::Parameters, "parameters", &json!({}));
                 }
             }
         }
         model.tick(now);
     }
 
-    fn supervisor_said(&mut self, said: Said<Asked>) {
+    fn supervisor_message(&mut self, said: Said<Pending>) {
         self.changed = true;
         match said {
-            Said::Answer(Asked::Status, Ok(status)) => {
+            Said::Answer(Pending::Status, Ok(status)) => {
                 if let Ok(status) = Status::deserialize(status) {
                     let first = self.model.components.is_empty();
                     self.model.status(status);
@@ -397,9 +398,9 @@ impl<'s> Session<'s> {
                 let asked = self
                     .supervisor
                     .waiting()
-                    .any(|a| matches!(a, Asked::Status));
+                    .any(|a| matches!(a, Pending::Status));
                 if !asked && params["code"] != "log" {
-                    self.supervisor.ask(Asked::Status, "status", &json!({}));
+                    self.supervisor.ask(Pending::Status, "status", &json!({}));
                 }
                 if params["code"] == "down" {
                     self.end = Some(End::Down);
@@ -412,7 +413,7 @@ impl<'s> Session<'s> {
                 let text = format!("{} events were missed", params["events"]);
                 self.model.say(text, true);
             }
-            Said::Answer(Asked::Events, Err(reason)) => self.model.say(reason, true),
+            Said::Answer(Pending::Events, Err(reason)) => self.model.say(reason, true),
             _ => {}
         }
     }
@@ -429,16 +430,16 @@ impl<'s> Session<'s> {
         }
     }
 
-    fn component_said(&mut self, name: &str, said: Said<Asked>) {
+    fn component_message(&mut self, name: &str, said: Said<Pending>) {
         self.changed = true;
         match said {
-            Said::Answer(Asked::Status, Ok(report)) => {
+            Said::Answer(Pending::Status, Ok(report)) => {
                 if let Ok(report) = Report::deserialize(report) {
                     let now = self.start.elapsed();
                     self.model.report(name, report, now);
                 }
             }
-            Said::Answer(Asked::Parameters, answer) => {
+            Said::Answer(Pending::Parameters, answer) => {
                 let answer = answer.and_then(|known| {
                     serde_json::from_value(known).map_err(|error| error.to_string())
                 });
@@ -456,7 +457,7 @@ impl<'s> Session<'s> {
             && self.model.selected == name
             && let Some(peer) = self.components.get_mut(name)
         {
-            peer.ask(Asked::Parameters, "parameters", &json!({}));
+            peer.ask(Pending::Parameters, "parameters", &json!({}));
         }
     }
 }

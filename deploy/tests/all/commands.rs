@@ -2,7 +2,7 @@
 
 use crate::bench::{self, Bench, codes, component, text, well};
 use rc_deploy::State::{self, Running, Stopped};
-use rc_deploy::{Carried, Component, Policy, Restart};
+use rc_deploy::{CommandResult, Component, Policy, Restart};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
@@ -20,10 +20,10 @@ fn grouped() -> Vec<Component> {
     ]
 }
 
-fn carried(bench: &Bench, verb: &str, names: &[&str]) -> Carried {
+fn result(bench: &Bench, verb: &str, names: &[&str]) -> CommandResult {
     let output = bench.command(verb, names);
     assert!(output.status.success(), "{output:?}");
-    serde_json::from_slice(&output.stdout).expect("what was carried out")
+    serde_json::from_slice(&output.stdout).expect("the result of the command")
 }
 
 /// What happened since the journal had so many entries.
@@ -42,7 +42,7 @@ fn a_group_stops_backwards_and_starts_in_order() {
     let mut up = bench.start(grouped());
     up.await_event("up", None);
     let before = bench.journal().len();
-    let said = carried(&bench, "restart", &["a"]);
+    let said = result(&bench, "restart", &["a"]);
     assert_eq!(said.done, ["a.base", "a.arm.joint", "a.arm.grip"]);
     assert!(said.failed.is_empty(), "{said:?}");
     let happened = since(&bench, before);
@@ -53,14 +53,14 @@ fn a_group_stops_backwards_and_starts_in_order() {
     assert_eq!(happened, [expected.concat(), started.concat()].concat());
 
     // What is stopped stays so; what needs it runs on.
-    let said = carried(&bench, "stop", &["a.arm"]);
+    let said = result(&bench, "stop", &["a.arm"]);
     assert_eq!(said.done, ["a.arm.joint", "a.arm.grip"]);
     assert_eq!(
         states(&bench),
         [Running, Stopped, Stopped, Running, Running]
     );
     assert!(bench.status().to_string().contains("a.arm.grip   stopped"));
-    let said = carried(&bench, "start", &["a.arm.grip", "user"]);
+    let said = result(&bench, "start", &["a.arm.grip", "user"]);
     assert_eq!(said.done, ["a.arm.grip", "user"]);
     assert_eq!(
         states(&bench),
@@ -99,10 +99,10 @@ fn a_network_of_stopped_components_is_still_up() {
     };
     let mut up = bench.start(vec![always, component("b", "well", &["a"])]);
     up.await_event("up", None);
-    carried(&bench, "stop", &["b", "a"]);
+    result(&bench, "stop", &["b", "a"]);
     assert_eq!(states(&bench), [State::Stopped, State::Stopped]);
-    assert_eq!(carried(&bench, "stop", &["a"]).done, ["a"]);
-    assert_eq!(carried(&bench, "start", &["b"]).done, ["b"]);
+    assert_eq!(result(&bench, "stop", &["a"]).done, ["a"]);
+    assert_eq!(result(&bench, "start", &["b"]).done, ["b"]);
     assert_eq!(states(&bench), [State::Stopped, State::Running]);
     // Not one of these starts was by the policy.
     assert!(bench.status().components.iter().all(|c| c.restarts == 0));
@@ -124,7 +124,7 @@ fn a_start_that_fails_is_told_and_takes_nothing_with_it() {
         short,
     ]);
     up.await_event("up", None);
-    let said = carried(&bench, "restart", &["a", "b", "late"]);
+    let said = result(&bench, "restart", &["a", "b", "late"]);
     assert_eq!(said.done, ["b"]);
     let failed: Vec<&str> = said.failed.iter().map(|f| f.name.as_str()).collect();
     assert_eq!(failed, ["a", "late"]);
@@ -139,7 +139,7 @@ fn a_start_that_fails_is_told_and_takes_nothing_with_it() {
         states(&bench),
         [State::Failed, State::Running, State::Failed]
     );
-    let said = carried(&bench, "start", &["a", "late"]);
+    let said = result(&bench, "start", &["a", "late"]);
     assert_eq!(said.done, ["a", "late"]);
     up.signal(Signal::TERM);
     let (code, events) = up.end();
@@ -161,12 +161,12 @@ fn who_waits_for_what_has_failed_is_told_so() {
     };
     let mut up = bench.start(vec![tried, component("b", "well", &["a"])]);
     up.await_event("up", None);
-    let said = carried(&bench, "restart", &["a", "b"]);
+    let said = result(&bench, "restart", &["a", "b"]);
     assert_eq!(said.done, [""; 0]);
     assert_eq!(said.failed[1].reason, "waits for a");
     assert_eq!(states(&bench), [State::Waiting, State::Waiting]);
     // A command does not wait for the pause of the policy.
-    assert_eq!(carried(&bench, "start", &["a", "b"]).done, ["a", "b"]);
+    assert_eq!(result(&bench, "start", &["a", "b"]).done, ["a", "b"]);
     up.signal(Signal::TERM);
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();
@@ -199,7 +199,7 @@ fn a_later_command_and_the_end_of_the_network_come_first() {
     let mut first = ask(&bench, &restart);
     up.await_event("stopped", Some("a"));
     up.await_event("starting", Some("a"));
-    assert_eq!(carried(&bench, "stop", &["a", "b"]).done, ["a", "b"]);
+    assert_eq!(result(&bench, "stop", &["a", "b"]).done, ["a", "b"]);
     let said = answer(&mut first);
     assert_eq!(
         said["result"]["failed"][0]["reason"], "`stop` was asked for meanwhile",

@@ -90,7 +90,7 @@ fn main() -> ExitCode {
                 _ => Verb::Restart,
             };
             rc_deploy::client::connection::command(argument(1), verb, &arguments[2..])
-                .map(|carried| println!("{}", serde_json::to_string(&carried).expect("json")))
+                .map(|result| println!("{}", serde_json::to_string(&result).expect("json")))
         }
         "recover" => {
             let directory = rc_middleware::RunDirectory::of(argument(1));

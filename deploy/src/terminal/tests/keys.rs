@@ -33,7 +33,7 @@ fn groups_are_folded_and_hold_what_is_in_them() {
     );
     // A group is ordered about as a whole.
     assert_eq!(keys(&mut model, "r"), None);
-    assert_eq!(keys(&mut model, "y"), Some(order(Verb::Restart, "left")));
+    assert_eq!(keys(&mut model, "y"), Some(control(Verb::Restart, "left")));
     press(&mut model, Key::Right);
     press(&mut model, Key::Down);
     assert_eq!(model.selected, "left.arm");
@@ -54,8 +54,8 @@ fn what_hurts_is_asked_and_what_is_urgent_is_not() {
     assert_eq!(keys(&mut model, "n"), None);
     assert_eq!(model.prompt, None);
     let names = |names: &[&str]| names.iter().map(|&n| n.to_owned()).collect::<Vec<String>>();
-    assert_eq!(keys(&mut model, "xy"), Some(order(Verb::Stop, "simulator")));
-    assert_eq!(keys(&mut model, "s"), Some(order(Verb::Start, "simulator")));
+    assert_eq!(keys(&mut model, "xy"), Some(control(Verb::Stop, "simulator")));
+    assert_eq!(keys(&mut model, "s"), Some(control(Verb::Start, "simulator")));
     let enter = Command::Emergency {
         names: names(&["simulator"]),
         active: true,

@@ -164,9 +164,9 @@ fn press(model: &mut Model, key: Key) -> Option<Command> {
     model.key(key)
 }
 
-fn order(verb: Verb, name: &str) -> Command {
+fn control(verb: Verb, name: &str) -> Command {
     let name = name.to_owned();
-    Command::Order { verb, name }
+    Command::Control { verb, name }
 }
 
 fn keys(model: &mut Model, keys: &str) -> Option<Command> {
