@@ -54,8 +54,14 @@ fn what_hurts_is_asked_and_what_is_urgent_is_not() {
     assert_eq!(keys(&mut model, "n"), None);
     assert_eq!(model.prompt, None);
     let names = |names: &[&str]| names.iter().map(|&n| n.to_owned()).collect::<Vec<String>>();
-    assert_eq!(keys(&mut model, "xy"), Some(control(Verb::Stop, "simulator")));
-    assert_eq!(keys(&mut model, "s"), Some(control(Verb::Start, "simulator")));
+    assert_eq!(
+        keys(&mut model, "xy"),
+        Some(control(Verb::Stop, "simulator"))
+    );
+    assert_eq!(
+        keys(&mut model, "s"),
+        Some(control(Verb::Start, "simulator"))
+    );
     let enter = Command::Emergency {
         names: names(&["simulator"]),
         active: true,
