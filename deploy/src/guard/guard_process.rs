@@ -279,7 +279,7 @@ fn listen(supervisor: &UnixStream) -> LinkEnd {
             match (serde_json::from_str(&text), &mut registry) {
                 (Ok(Report::Network { mark }), _) => registry = Some(ProcessRegistry::new(mark)),
                 (Ok(Report::Started(component)), Some(registry)) => {
-                    registry.components.push(component)
+                    registry.components.push(component);
                 }
                 (Ok(Report::Ended { pid }), Some(registry)) => {
                     registry.components.retain(|c| c.process.pid != pid);

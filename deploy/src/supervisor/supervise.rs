@@ -464,7 +464,7 @@ impl<'p> Supervisor<'p> {
                 self.network_event(Severity::Warning, "guard-ended", text);
             }
             Some(GuardChange::Lost(text)) => {
-                self.network_event(Severity::Error, "guard-lost", text)
+                self.network_event(Severity::Error, "guard-lost", text);
             }
             None => {}
         }
