@@ -93,7 +93,6 @@ pub fn camel(name: &str) -> String {
 const TYPES: [&str; 16] = [
     "Box",
     "CallError",
-    "Caller",
     "Cdr",
     "DecodeError",
     "Default",
@@ -105,6 +104,7 @@ const TYPES: [&str; 16] = [
     "Result",
     "SendError",
     "String",
+    "TypedClient",
     "Vec",
     "Writer",
 ];

@@ -66,7 +66,7 @@ pub enum Profile {
 
 /// An operation in the words of a middleware that has types of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Foreign {
+pub struct ExternalType {
     /// The slot that it is of.
     pub slot: String,
     /// Its name in the IDSL.
@@ -87,7 +87,7 @@ pub struct Endpoint {
     /// How.
     pub qos: Qos,
     /// Its operations, where the component was generated for a middleware that has types of its own; else empty.
-    pub foreign: Vec<Foreign>,
+    pub external_types: Vec<ExternalType>,
 }
 
 /// Opens ports on one middleware, for one component.
@@ -134,13 +134,13 @@ pub trait Publisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError>;
 
     /// Whether values can be written in place here.
-    fn lends(&self) -> bool {
+    fn can_loan(&self) -> bool {
         false
     }
 
     /// Memory of `length` bytes, aligned to 16, in which a value is written before it is sent. Its content is what
     /// was in it. Fails where nothing is lent.
-    fn loan(&mut self, length: usize) -> Result<Box<dyn Lent + '_>, SendError> {
+    fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
         let reason = format!("this middleware lends no memory; {length} bytes were wanted");
         Err(SendError::Backend {
             address: String::new(),
@@ -153,7 +153,7 @@ pub trait Publisher {
 }
 
 /// Memory that a publisher has lent.
-pub trait Lent {
+pub trait LoanedSample {
     /// The memory.
     fn memory(&self) -> &[u8];
 

@@ -1,6 +1,6 @@
 //! The network that a process belongs to, and the folder where its processes find each other.
 
-use crate::{Interrupt, Settings};
+use crate::{Settings, WakeEvent};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ pub struct Environment {
     /// The folder of the network's sockets and service files.
     pub directory: RunDirectory,
     /// Ends waiting calls when the component stops.
-    pub interrupt: Interrupt,
+    pub wake_event: WakeEvent,
     /// What its configuration and its network say of the middlewares.
     pub settings: Settings,
 }

@@ -275,7 +275,7 @@ pub struct Loan<'a, T: InPlace> {
 }
 
 pub(crate) enum Memory<'a, T> {
-    Shared(Box<dyn crate::backend::Lent + 'a>),
+    Shared(Box<dyn crate::backend::LoanedSample + 'a>),
     Copied(Box<T>, &'a mut dyn crate::backend::Publisher),
 }
 

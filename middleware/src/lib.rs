@@ -21,18 +21,18 @@ pub mod environment;
 pub mod error;
 pub mod gaps;
 pub mod in_place;
-pub mod interrupt;
 pub mod parameters;
 pub mod qos;
 pub mod rpc;
 pub mod settings;
 pub mod typed;
 pub mod wait;
+pub mod wake_event;
 
 pub use address::Address;
 pub use backend::{
-    Backend, Client, Encoding, Endpoint, Foreign, Header, Lent, Profile, Publisher, Reply, Server,
-    Subscriber, TypeIdentity,
+    Backend, Client, Encoding, Endpoint, ExternalType, Header, LoanedSample, Profile, Publisher,
+    Reply, Server, Subscriber, TypeIdentity,
 };
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use counter::Counter;
@@ -40,7 +40,7 @@ pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
 pub use gaps::{Gaps, Unread};
 pub use in_place::InPlace;
-pub use interrupt::Interrupt;
 pub use qos::{Durability, Qos, Reliability};
 pub use settings::Settings;
 pub use wait::wait;
+pub use wake_event::WakeEvent;

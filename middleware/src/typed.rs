@@ -21,12 +21,12 @@ pub struct Operation {
     pub two_way: bool,
     /// What an answer may be where the operation throws, in the order of [`Profile::Ros`]: its exceptions, as it names
     /// them, and then its result. Empty where it throws nothing.
-    pub answers: &'static [Alternative],
+    pub replies: &'static [ReplyVariant],
 }
 
 /// One of the things that an answer may be. A result of several parts is several, all with the case 0.
 #[derive(Clone, Copy, Debug)]
-pub struct Alternative {
+pub struct ReplyVariant {
     /// 0 for the result, else the hash of the exception.
     pub case: i32,
     /// Writes its default.
@@ -35,7 +35,7 @@ pub struct Alternative {
     pub skip: fn(&mut Reader<'_>) -> Result<(), DecodeError>,
 }
 
-impl Alternative {
+impl ReplyVariant {
     /// The exception `T`, or, with 0, a part of the result.
     pub const fn of<T: Cdr + Default>(case: i32) -> Self {
         Self {
@@ -46,29 +46,29 @@ impl Alternative {
     }
 }
 
-impl PartialEq for Alternative {
+impl PartialEq for ReplyVariant {
     fn eq(&self, other: &Self) -> bool {
         self.case == other.case
     }
 }
 
-impl Eq for Alternative {}
+impl Eq for ReplyVariant {}
 
 /// The code of an answer in [`Profile::Ros`]: 0 for the result, else the number of the exception, from 1.
-fn code(answers: &[Alternative], case: i32) -> i32 {
-    let at = answers.iter().position(|a| a.case == case && case != 0);
+fn code(replies: &[ReplyVariant], case: i32) -> i32 {
+    let at = replies.iter().position(|a| a.case == case && case != 0);
     at.map_or(0, |at| i32::try_from(at + 1).unwrap_or(i32::MAX))
 }
 
 /// The sending end of a topic.
-pub struct Topic {
+pub struct TypedPublisher {
     port: Box<dyn Publisher>,
     operation: Operation,
     writer: Writer,
     sent: Counter,
 }
 
-impl Topic {
+impl TypedPublisher {
     /// Sends the values of `operation` through `port`.
     pub fn new(port: Box<dyn Publisher>, operation: Operation) -> Self {
         Self {
@@ -110,7 +110,7 @@ impl Topic {
             sent: &self.sent,
             writer: &mut self.writer,
         };
-        if !self.port.lends() {
+        if !self.port.can_loan() {
             let memory = Memory::Copied(in_place::boxed()?, &mut *self.port);
             return Ok(Loan { memory, send });
         }
@@ -170,19 +170,19 @@ fn unsendable(error: DecodeError) -> EncodeError {
 }
 
 /// The calling end of a connection.
-pub struct Caller {
+pub struct TypedClient {
     port: Box<dyn Client>,
     writer: Writer,
     reply: Vec<u8>,
     id: RequestId,
     operation: i32,
     type_hash: u64,
-    answers: &'static [Alternative],
+    replies: &'static [ReplyVariant],
     timeout: Duration,
-    made: Counter,
+    sent: Counter,
 }
 
-impl Caller {
+impl TypedClient {
     /// Calls through `port`; an answer that takes longer than `timeout` is a `CallError::Deadline`.
     pub fn new(port: Box<dyn Client>, timeout: Duration) -> Self {
         let id = RequestId {
@@ -196,15 +196,15 @@ impl Caller {
             id,
             operation: 0,
             type_hash: 0,
-            answers: &[],
+            replies: &[],
             timeout,
-            made: Counter::default(),
+            sent: Counter::default(),
         }
     }
 
     /// How many calls and commands it has begun.
-    pub fn made(&self) -> &Counter {
-        &self.made
+    pub fn sent(&self) -> &Counter {
+        &self.sent
     }
 
     /// How long a call may take.
@@ -224,11 +224,11 @@ impl Caller {
 
     /// Begins a call of `operation`; its parameters are put into the writer, then it is sent or called.
     pub fn begin(&mut self, operation: &Operation) -> &mut Writer {
-        self.id.sequence = self.made.next();
+        self.id.sequence = self.sent.next();
         self.writer.clear();
         self.operation = operation.id;
         self.type_hash = operation.type_hash;
-        self.answers = operation.answers;
+        self.replies = operation.replies;
         rpc::begin_request(&mut self.writer, self.id, operation.id);
         rpc::begin_body(&mut self.writer, self.port.profile());
         &mut self.writer
@@ -283,7 +283,7 @@ impl Caller {
             operation: self.operation,
             type_hash: self.type_hash,
             profile: self.port.profile(),
-            answers: self.answers,
+            replies: self.replies,
         }
     }
 
@@ -304,7 +304,7 @@ struct Asked {
     operation: i32,
     type_hash: u64,
     profile: Profile,
-    answers: &'static [Alternative],
+    replies: &'static [ReplyVariant],
 }
 
 /// Opens the envelope of a reply.
@@ -323,7 +323,7 @@ fn open(body: &[u8], header: Header, asked: Asked) -> Result<(i32, Reader<'_>), 
             }
             if asked.profile == Profile::Ros {
                 rpc::open_body(&mut reader, asked.profile);
-                let case = open_answer(&mut reader, asked.answers)?;
+                let case = open_answer(&mut reader, asked.replies)?;
                 return Ok((case, reader));
             }
             Ok((case, reader))
@@ -332,13 +332,13 @@ fn open(body: &[u8], header: Header, asked: Asked) -> Result<(i32, Reader<'_>), 
 }
 
 /// Goes to what an answer in [`Profile::Ros`] is, and says which of the `answers` that is.
-fn open_answer(reader: &mut Reader<'_>, answers: &[Alternative]) -> Result<i32, DecodeError> {
-    if answers.is_empty() {
+fn open_answer(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
+    if replies.is_empty() {
         return Ok(0);
     }
     let found: i32 = reader.get()?;
-    for answer in answers.iter().filter(|answer| answer.case != 0) {
-        if code(answers, answer.case) == found {
+    for answer in replies.iter().filter(|answer| answer.case != 0) {
+        if code(replies, answer.case) == found {
             return Ok(answer.case);
         }
         (answer.skip)(reader)?;
@@ -366,9 +366,9 @@ pub struct Request<'a> {
     id: RequestId,
     type_hash: u64,
     two_way: bool,
-    answers: &'static [Alternative],
+    replies: &'static [ReplyVariant],
     /// What comes behind the part of the answer that is being written.
-    rest: &'static [Alternative],
+    rest: &'static [ReplyVariant],
     writer: Writer,
     reply: &'a mut dyn Reply,
     placed: Option<Result<(), EncodeError>>,
@@ -391,7 +391,7 @@ impl<'a> Request<'a> {
             id,
             type_hash: header.type_hash,
             two_way: true,
-            answers: &[],
+            replies: &[],
             rest: &[],
             writer,
             reply,
@@ -407,7 +407,7 @@ impl<'a> Request<'a> {
         read: impl FnOnce(&mut Reader<'a>) -> Result<T, DecodeError>,
     ) -> Result<T, HandlerError> {
         self.two_way = operation.two_way;
-        self.answers = operation.answers;
+        self.replies = operation.replies;
         let what = operation.name;
         if self.type_hash != 0 && self.type_hash != operation.type_hash {
             let (theirs, ours) = (self.type_hash, operation.type_hash);
@@ -436,17 +436,17 @@ impl<'a> Request<'a> {
     fn begin_answer(&mut self, case: i32) {
         rpc::begin_body(&mut self.writer, Profile::Ros);
         self.rest = &[];
-        let answers = self.answers;
-        if answers.is_empty() {
+        let replies = self.replies;
+        if replies.is_empty() {
             return;
         }
-        self.writer.put(&code(answers, case));
-        let here = answers.iter().position(|answer| answer.case == case);
-        for answer in &answers[..here.unwrap_or(answers.len())] {
+        self.writer.put(&code(replies, case));
+        let here = replies.iter().position(|answer| answer.case == case);
+        for answer in &replies[..here.unwrap_or(replies.len())] {
             (answer.put)(&mut self.writer);
         }
         if let Some(at) = here.filter(|_| case != 0) {
-            self.rest = &answers[at + 1..];
+            self.rest = &replies[at + 1..];
         }
     }
 

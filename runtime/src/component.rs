@@ -52,7 +52,7 @@ pub struct Slot {
     /// Its operations, in the order of the IDSL.
     pub operations: &'static [Operation],
     /// What their types are called by a middleware that has types of its own; else empty.
-    pub foreign: &'static [&'static str],
+    pub external_types: &'static [&'static str],
 }
 
 /// The four ends of connections.

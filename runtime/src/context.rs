@@ -53,11 +53,11 @@ impl Core {
     /// Asks this component to end in order: the present call returns, then `finalize` runs.
     pub fn stop(&mut self, reason: &str) {
         tracing::info!("stopping: {reason}");
-        self.shared.interrupt.stop();
+        self.shared.wake_event.stop();
     }
 
     /// Whether a stop was asked for; long work in a handler may look at it.
     pub fn is_stopping(&self) -> bool {
-        self.shared.interrupt.is_stopping()
+        self.shared.wake_event.is_stopping()
     }
 }

@@ -29,7 +29,7 @@ const COMPLAINT_PAUSE: Duration = Duration::from_secs(1);
 const PEERS_PAUSE: Duration = Duration::from_secs(1);
 
 const TIMER: u64 = u64::MAX;
-const INTERRUPT: u64 = u64::MAX - 1;
+const WAKE_EVENT: u64 = u64::MAX - 1;
 
 pub(crate) struct EventLoop<'a> {
     component: &'a mut dyn Component,
@@ -113,7 +113,7 @@ impl<'a> EventLoop<'a> {
             )
         };
         watch(timer.as_fd(), TIMER)?;
-        watch(shared.interrupt.as_fd(), INTERRUPT)?;
+        watch(shared.wake_event.as_fd(), WAKE_EVENT)?;
         for (at, (_, receiver)) in receivers.iter().enumerate() {
             match receiver {
                 Receiver::Server(port) => watch(port.descriptor(), at as u64)?,
@@ -163,7 +163,7 @@ impl<'a> EventLoop<'a> {
         self.arm(Duration::from_nanos(1))
             .map_err(|e| format!("the timer cannot be set: {e}"))?;
         self.enter(State::Running);
-        while !self.shared.interrupt.is_stopping() && self.fatal.is_none() {
+        while !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
             let due = self
                 .wait()
                 .map_err(|e| format!("waiting for events failed: {e}"))?;
@@ -173,7 +173,7 @@ impl<'a> EventLoop<'a> {
             self.commands();
             self.handlers(now);
             self.listen();
-            if due && !self.shared.interrupt.is_stopping() && self.fatal.is_none() {
+            if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
             self.new_period();
@@ -232,7 +232,7 @@ impl<'a> EventLoop<'a> {
         for event in events {
             match event.data.u64() {
                 TIMER => due = self.tick(),
-                INTERRUPT => self.shared.interrupt.clear(),
+                WAKE_EVENT => self.shared.wake_event.clear(),
                 at => {
                     if let Some(port) = self.ports.get_mut(at as usize) {
                         port.wake(true);
@@ -300,12 +300,12 @@ impl<'a> EventLoop<'a> {
         while left > 0 && self.ports.iter().any(|p| p.ready) {
             for step in 0..count {
                 let at = (self.first_port + step) % count;
-                if left > 0 && self.ports[at].ready && !self.shared.interrupt.is_stopping() {
+                if left > 0 && self.ports[at].ready && !self.shared.wake_event.is_stopping() {
                     start = self.handle(at, start);
                     left = left.saturating_sub(1);
                 }
             }
-            if self.shared.interrupt.is_stopping() {
+            if self.shared.wake_event.is_stopping() {
                 return;
             }
         }

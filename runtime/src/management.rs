@@ -327,7 +327,7 @@ impl Server {
             print_error(&format!("{name}: ended at once by a second signal\n"));
             std::process::exit(3);
         }
-        self.shared.interrupt.stop();
+        self.shared.wake_event.stop();
     }
 
     /// The supervisor has said something, or is gone.
@@ -338,7 +338,7 @@ impl Server {
         self.restore = input.restore.or(self.restore.take());
         if input.closed {
             self.link = None;
-            self.shared.interrupt.stop();
+            self.shared.wake_event.stop();
         }
     }
 
@@ -498,7 +498,7 @@ impl ComponentInfo {
                 None => Err(wrong("`emergency` takes {\"active\": true|false}")),
             },
             Some("stop") => {
-                shared.interrupt.stop();
+                shared.wake_event.stop();
                 Ok(json!({}))
             }
             _ => Err(Refusal::new(

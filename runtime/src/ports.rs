@@ -3,9 +3,9 @@
 use crate::component::{Description, Role, Slot};
 use crate::settings;
 use rc_middleware::parameters::ParameterService;
-use rc_middleware::typed::{Caller, Topic};
+use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, Foreign, OpenError, Server, Settings,
+    Address, Backend, Counter, Endpoint, Environment, ExternalType, OpenError, Server, Settings,
     Subscriber, TypeIdentity,
 };
 use std::cell::RefCell;
@@ -60,21 +60,21 @@ impl Ports {
     }
 
     /// The sending end of one operation of a published slot.
-    pub fn topic(&self, slot: usize, operation: usize) -> Result<Topic, OpenError> {
+    pub fn publisher(&self, slot: usize, operation: usize) -> Result<TypedPublisher, OpenError> {
         let port = self
             .backend(slot)?
             .publisher(&self.topic_endpoint(slot, operation))?;
-        let topic = Topic::new(port, self.description.slots[slot].operations[operation]);
+        let topic = TypedPublisher::new(port, self.description.slots[slot].operations[operation]);
         self.count(slot, topic.sent());
         Ok(topic)
     }
 
     /// The calling end of a required slot.
-    pub fn caller(&self, slot: usize) -> Result<Caller, OpenError> {
+    pub fn client(&self, slot: usize) -> Result<TypedClient, OpenError> {
         let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;
-        let caller = Caller::new(port, self.description.slots[slot].qos.timeout);
-        self.count(slot, caller.made());
-        Ok(caller)
+        let client = TypedClient::new(port, self.description.slots[slot].qos.timeout);
+        self.count(slot, client.sent());
+        Ok(client)
     }
 
     /// The receiving ends of all slots, each with the number of its slot.
@@ -171,7 +171,7 @@ impl Ports {
             address: self.addresses[slot].clone(),
             types,
             qos: *qos,
-            foreign: self.description.slots[slot].foreign().collect(),
+            external_types: self.description.slots[slot].external_types().collect(),
         }
     }
 
@@ -182,7 +182,7 @@ impl Ports {
             ..
         } = &self.description.slots[slot];
         let qos = settings::topic(&self.description.slots[slot], operation, &self.settings);
-        let foreign = self.description.slots[slot].foreign().nth(operation);
+        let external = self.description.slots[slot].external_types().nth(operation);
         let operation = &operations[operation];
         let types = TypeIdentity {
             name: format!("{type_name}/{}", operation.name),
@@ -192,16 +192,16 @@ impl Ports {
             address: self.addresses[slot].join(operation.name),
             types,
             qos,
-            foreign: foreign.into_iter().collect(),
+            external_types: external.into_iter().collect(),
         }
     }
 }
 
 impl Slot {
     /// Its operations as a middleware with types of its own knows them.
-    fn foreign(&self) -> impl Iterator<Item = Foreign> {
-        let operations = self.operations.iter().zip(self.foreign);
-        operations.map(|(operation, type_name)| Foreign {
+    fn external_types(&self) -> impl Iterator<Item = ExternalType> {
+        let operations = self.operations.iter().zip(self.external_types);
+        operations.map(|(operation, type_name)| ExternalType {
             slot: self.name.to_owned(),
             operation: operation.name.to_owned(),
             id: operation.id,

@@ -12,7 +12,7 @@ use crate::probe;
 use crate::settings::settings;
 use crate::status::Shared;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_middleware::{Address, Environment, Interrupt, OpenError, RunDirectory};
+use rc_middleware::{Address, Environment, OpenError, RunDirectory, WakeEvent};
 use rc_pdsl::config::{self, Configuration, Live, Values};
 use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
@@ -91,11 +91,18 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
             print(&format!("{}: {}\n", arguments.name, found.text()));
             return ExitCode::from(found.code());
         }
-        Task::Run(arguments) => Interrupt::new()
+        Task::Run(arguments) => WakeEvent::new()
             .map_err(|e| system("an event", &e))
-            .and_then(|interrupt| {
-                let run =
-                    || run_component(description, start, &arguments, interrupt, &Hosting::Process);
+            .and_then(|wake_event| {
+                let run = || {
+                    run_component(
+                        description,
+                        start,
+                        &arguments,
+                        wake_event,
+                        &Hosting::Process,
+                    )
+                };
                 std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).unwrap_or_else(|_| {
                     Err(StartError::System("the component panicked".to_owned()))
                 })
@@ -132,14 +139,14 @@ fn system(what: &str, error: &std::io::Error) -> StartError {
 /// A component that runs on a thread of this process, for tests.
 #[derive(Debug)]
 pub struct Embedded {
-    interrupt: Interrupt,
+    wake_event: WakeEvent,
     thread: std::thread::JoinHandle<Result<(), StartError>>,
 }
 
 impl Embedded {
     /// Asks it to end.
     pub fn stop(&self) {
-        self.interrupt.stop();
+        self.wake_event.stop();
     }
 
     /// Whether it has ended.
@@ -172,8 +179,8 @@ pub fn embed<C: Component + 'static>(
             "{args:?} is not the command line of a run"
         )));
     };
-    let interrupt = Interrupt::new().map_err(|e| system("an event", &e))?;
-    let clone = interrupt.clone();
+    let wake_event = WakeEvent::new().map_err(|e| system("an event", &e))?;
+    let clone = wake_event.clone();
     let (running, runs) = std::sync::mpsc::sync_channel(1);
     let thread = std::thread::Builder::new().name(arguments.name.clone());
     let thread = thread
@@ -187,7 +194,7 @@ pub fn embed<C: Component + 'static>(
             )
         })
         .map_err(|e| system("a thread", &e))?;
-    let embedded = Embedded { interrupt, thread };
+    let embedded = Embedded { wake_event, thread };
     match runs.recv_timeout(EMBEDDED_START_LIMIT) {
         Ok(()) => Ok(embedded),
         Err(RecvTimeoutError::Disconnected) => Err(match embedded.join() {
@@ -215,7 +222,7 @@ fn run_component<C: Component>(
     description: &'static Description,
     start: Start<C>,
     arguments: &Arguments,
-    interrupt: Interrupt,
+    wake_event: WakeEvent,
     hosting: &Hosting,
 ) -> Result<(), StartError> {
     let loaded = load(description, arguments)?;
@@ -232,7 +239,7 @@ fn run_component<C: Component>(
     let directory = RunDirectory::open(&arguments.network)
         .map_err(|e| StartError::System(format!("the run directory cannot be made: {e}")))?;
     let shared = Arc::new(Shared::new(
-        interrupt.clone(),
+        wake_event.clone(),
         period,
         description.slots.len(),
     ));
@@ -240,7 +247,7 @@ fn run_component<C: Component>(
         network: arguments.network.clone(),
         instance: arguments.name.clone(),
         directory,
-        interrupt,
+        wake_event,
         settings,
     };
     let management = Management::start(
@@ -259,7 +266,7 @@ fn run_component<C: Component>(
     let core = Core::new(&arguments.name, &arguments.network, shared.clone());
     let mut component = match start(core, &ports, &configuration.parameters) {
         // A stop that came while the worker was being initialised is no failure of the worker.
-        Err(StartError::Worker(_)) if environment.interrupt.is_stopping() => return Ok(()),
+        Err(StartError::Worker(_)) if environment.wake_event.is_stopping() => return Ok(()),
         other => other?,
     };
     shared.status().sent = ports.sent();

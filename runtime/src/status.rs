@@ -3,7 +3,7 @@
 use crate::component::Slot;
 use crate::parameters::Proposal;
 use hdrhistogram::Histogram;
-use rc_middleware::{Counter, Interrupt};
+use rc_middleware::{Counter, WakeEvent};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -46,7 +46,7 @@ pub(crate) enum Command {
 /// What the worker thread and the management thread share.
 #[derive(Debug)]
 pub(crate) struct Shared {
-    pub(crate) interrupt: Interrupt,
+    pub(crate) wake_event: WakeEvent,
     pub(crate) status: Mutex<Status>,
     pub(crate) commands: Mutex<Vec<Command>>,
     born: Instant,
@@ -54,9 +54,9 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    pub(crate) fn new(interrupt: Interrupt, period: Duration, slots: usize) -> Self {
+    pub(crate) fn new(wake_event: WakeEvent, period: Duration, slots: usize) -> Self {
         Self {
-            interrupt,
+            wake_event,
             status: Mutex::new(Status::new(period, slots)),
             commands: Mutex::new(Vec::new()),
             born: Instant::now(),
@@ -73,7 +73,7 @@ impl Shared {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .push(command);
-        self.interrupt.wake();
+        self.wake_event.wake();
     }
 
     pub(crate) fn take_commands(&self) -> Vec<Command> {

@@ -8,7 +8,7 @@
 
 use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
 use rc_ddsc::{Domain, Event, Listener, Participant, Qos, Reader, Sample, Topic, Writer};
-use rc_middleware::{Environment, Interrupt, RunDirectory, Settings};
+use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 use std::collections::VecDeque;
 use std::os::fd::OwnedFd;
@@ -138,7 +138,7 @@ impl Part {
             network: "bench".to_owned(),
             instance: "peer".to_owned(),
             directory: RunDirectory::of("bench"),
-            interrupt: Interrupt::new()?,
+            wake_event: WakeEvent::new()?,
             settings: Settings::default(),
         };
         for (key, value) in [("domain", domain), ("interfaces", "lo")] {

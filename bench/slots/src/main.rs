@@ -3,10 +3,10 @@
 //! `bench_slots publishers|subscribers|servers|clients COUNT NETWORK`. See `bench_protocol::slots` for what is said.
 
 use bench_protocol::slots::{Failure, Role, SIZE, each, hold};
-use rc_middleware::typed::{Caller, Operation, Request, Topic};
+use rc_middleware::typed::{Operation, Request, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Interrupt, Qos, RunDirectory, Server, Settings,
-    Subscriber, TypeIdentity,
+    Address, Backend, Endpoint, Environment, Qos, RunDirectory, Server, Settings, Subscriber,
+    TypeIdentity, WakeEvent,
 };
 use std::process::ExitCode;
 
@@ -15,14 +15,14 @@ const OPERATION: Operation = Operation {
     id: 1,
     type_hash: 1,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 enum Ports {
-    Publishers(Vec<Topic>),
+    Publishers(Vec<TypedPublisher>),
     Subscribers(Vec<Box<dyn Subscriber>>),
     Servers(Vec<Box<dyn Server>>),
-    Clients(Vec<Caller>),
+    Clients(Vec<TypedClient>),
 }
 
 fn main() -> ExitCode {
@@ -48,7 +48,7 @@ fn run(role: &str, count: &str, network: &str) -> Result<(), Failure> {
         network: network.to_owned(),
         instance: role.to_string(),
         directory: RunDirectory::open(network)?,
-        interrupt: Interrupt::new()?,
+        wake_event: WakeEvent::new()?,
         settings: Settings::default(),
     };
     let backend = rc_iceoryx2::connect(&environment)?;
@@ -65,7 +65,7 @@ fn open(backend: &dyn Backend, role: Role, count: usize, network: &str) -> Resul
                 name: "RcBench::Slot".to_owned(),
                 hash: OPERATION.type_hash,
             },
-            foreign: Vec::new(),
+            external_types: Vec::new(),
             qos,
         })
     };
@@ -74,7 +74,7 @@ fn open(backend: &dyn Backend, role: Role, count: usize, network: &str) -> Resul
         Role::Publishers => Ports::Publishers(
             all.map(|at| {
                 let port = backend.publisher(&endpoint(at, Qos::PUBLISHER)?)?;
-                Ok(Topic::new(port, OPERATION))
+                Ok(TypedPublisher::new(port, OPERATION))
             })
             .collect::<Result<_, Failure>>()?,
         ),
@@ -89,7 +89,7 @@ fn open(backend: &dyn Backend, role: Role, count: usize, network: &str) -> Resul
         Role::Clients => Ports::Clients(
             all.map(|at| {
                 let port = backend.client(&endpoint(at, Qos::CALL)?)?;
-                Ok(Caller::new(port, Qos::CALL.timeout))
+                Ok(TypedClient::new(port, Qos::CALL.timeout))
             })
             .collect::<Result<_, Failure>>()?,
         ),

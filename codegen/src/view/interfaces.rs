@@ -191,10 +191,10 @@ fn interface(component: &Component, id: InterfaceId, found: &mut Diagnostics) ->
             .collect()
     };
     let typed = listed(&[
-        ("Alternative", throws),
-        ("Caller", required),
         ("Operation", true),
-        ("Topic", published),
+        ("ReplyVariant", throws),
+        ("TypedClient", required),
+        ("TypedPublisher", published),
         ("expect_result", required && queries),
     ]);
     let middleware = listed(&[
@@ -670,7 +670,7 @@ fn operation(
 /// What an answer of an operation that throws may be, as an array.
 fn answers(library: &Library, id: InterfaceId, operation: &Operation) -> String {
     let of = |ty: &str, case: String| {
-        let head = format!("Alternative::of::<{ty}>");
+        let head = format!("ReplyVariant::of::<{ty}>");
         let item = layout::call(8, &head, &[case], ",");
         item.trim_end_matches(',').to_owned()
     };

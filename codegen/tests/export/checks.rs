@@ -6,8 +6,8 @@ use exported_generated::{
     WorkerError,
 };
 use rc_runtime::middleware::{
-    Address, Endpoint, Environment, Header, Interrupt, Qos, Reply, RunDirectory, Settings,
-    TypeIdentity, wait,
+    Address, Endpoint, Environment, Header, Qos, Reply, RunDirectory, Settings, TypeIdentity,
+    WakeEvent, wait,
 };
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -152,7 +152,7 @@ fn endpoint(address: String, name: &str, hash: u64) -> Endpoint {
             hash,
         },
         qos: Qos::CALL,
-        foreign: Vec::new(),
+        external_types: Vec::new(),
     }
 }
 
@@ -200,7 +200,7 @@ fn both_sides_write_the_same_bytes() {
         network: network.clone(),
         instance: "stranger".to_owned(),
         directory: directory.clone(),
-        interrupt: Interrupt::new().expect("an interrupt"),
+        wake_event: WakeEvent::new().expect("a wake event"),
         settings: Settings::default(),
     };
     let backend = rc_local::connect(&environment).expect("a backend");

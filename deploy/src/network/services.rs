@@ -11,8 +11,8 @@ use rc_ddsl::model::Host;
 use rc_iceoryx2::Holder;
 use rc_idsl::canonical::{interface_hash, operation_hash};
 use rc_middleware::{
-    Address, Durability, Endpoint, Environment, Interrupt, Qos, RunDirectory, Settings,
-    TypeIdentity,
+    Address, Durability, Endpoint, Environment, Qos, RunDirectory, Settings, TypeIdentity,
+    WakeEvent,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ pub fn hold(network: &str, services: &str) -> Option<Holder> {
         directory: RunDirectory::open(network)
             .inspect_err(|e| print_error(e))
             .ok()?,
-        interrupt: Interrupt::new().inspect_err(|e| print_error(e)).ok()?,
+        wake_event: WakeEvent::new().inspect_err(|e| print_error(e)).ok()?,
         settings: Settings::default(),
     };
     let mut holder = Holder::new(&environment)
@@ -136,7 +136,7 @@ pub fn hold(network: &str, services: &str) -> Option<Holder> {
                 durability,
                 ..Qos::PUBLISHER
             },
-            foreign: Vec::new(),
+            external_types: Vec::new(),
         };
         let held = if service.topic {
             holder.hold_topic(&endpoint)

@@ -3,7 +3,7 @@
 use crate::bench::{Bench, codes, component, well};
 use rc_deploy::Component;
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Interrupt, Qos, RunDirectory, Settings, TypeIdentity,
+    Address, Backend, Endpoint, Environment, Qos, RunDirectory, Settings, TypeIdentity, WakeEvent,
 };
 use rustix::process::Signal;
 use std::path::Path;
@@ -101,7 +101,7 @@ fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
         directory: RunDirectory::open(&network).expect("a run directory"),
         network,
         instance: "stranger".to_owned(),
-        interrupt: Interrupt::new().expect("an interrupt"),
+        wake_event: WakeEvent::new().expect("a wake event"),
         settings: Settings::default(),
     };
     let settings = &mut environment.settings;
@@ -118,7 +118,7 @@ fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
             reliability: rc_middleware::qos::Reliability::BestEffort,
             ..Qos::PUBLISHER
         },
-        foreign: Vec::new(),
+        external_types: Vec::new(),
     });
     let message = up.await_event("mismatch", Some("herald"));
     assert!(

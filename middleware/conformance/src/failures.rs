@@ -4,7 +4,7 @@ use crate::Subject;
 use crate::calls::{ask, echo};
 use crate::network::{LIMIT, Network, StopOnDrop, endpoint, header, serve, serve_until, until};
 use rc_middleware::qos::REQUEST_QUEUE;
-use rc_middleware::{CallError, Header, Interrupt, wait};
+use rc_middleware::{CallError, Header, WakeEvent, wait};
 use rustix::time::{ClockId, clock_gettime};
 use std::os::fd::AsFd;
 use std::sync::Mutex;
@@ -36,7 +36,7 @@ pub fn without_a_server_a_call_fails_at_once(subject: &dyn Subject) {
 pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     std::thread::scope(|scope| {
         let (ready, is_ready) = channel();
         let (go, may_go) = channel();
@@ -159,7 +159,7 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
         let start = Instant::now();
         serve(&mut *server, 1, &|_, _, _| {
             // The call waits now, and its answer does not come before it has ended.
-            environment.interrupt.stop();
+            environment.wake_event.stop();
             let result = end.recv_timeout(LIMIT).expect("a result");
             assert_eq!(result, Err(CallError::Stopping));
         });
@@ -182,7 +182,7 @@ pub fn a_wake_up_ends_no_call_and_stays(subject: &dyn Subject) {
     let address = endpoint("default/Motor");
     let environment = network.environment("client");
     let woken = |header: Header, request: &[u8], reply: &mut Vec<u8>| {
-        environment.interrupt.wake();
+        environment.wake_event.wake();
         echo(header, request, reply);
     };
     network.serving(&address, woken, || {
@@ -192,7 +192,7 @@ pub fn a_wake_up_ends_no_call_and_stays(subject: &dyn Subject) {
             assert_eq!(ask(&mut *client, b"query"), b"query!");
         }
     });
-    let readable = wait(&[environment.interrupt.as_fd()], Duration::ZERO);
+    let readable = wait(&[environment.wake_event.as_fd()], Duration::ZERO);
     assert_eq!(readable, 1, "the wake-up is still there");
 }
 

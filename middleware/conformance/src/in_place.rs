@@ -3,7 +3,7 @@
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
 use rc_middleware::in_place::{self, FromBytes, Immutable, InPlace, IntoBytes, KnownLayout};
-use rc_middleware::typed::{Alternative, Caller, Operation, Request, Topic};
+use rc_middleware::typed::{Operation, ReplyVariant, Request, TypedClient, TypedPublisher};
 use rc_middleware::{
     CallError, DecodeError, EncodeError, Header, Reader, SendError, Subscriber, wait,
 };
@@ -70,7 +70,10 @@ const SCAN: Operation = Operation {
     id: 21,
     type_hash: 7,
     two_way: true,
-    answers: &[Alternative::of::<i32>(BAD), Alternative::of::<Vec<i16>>(0)],
+    replies: &[
+        ReplyVariant::of::<i32>(BAD),
+        ReplyVariant::of::<Vec<i16>>(0),
+    ],
 };
 
 /// Takes one value, however it was sent.
@@ -101,7 +104,7 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
         .map(|_| backend.subscriber(&address).expect("a subscriber"))
         .collect();
     let port = backend.publisher(&address).expect("a publisher");
-    let mut topic = Topic::new(port, SCAN);
+    let mut topic = TypedPublisher::new(port, SCAN);
     for length in [0, 1, 1000, 1_000_000, 3] {
         let beams: Vec<i16> = (0..length).map(|at| at as i16).collect();
         let mut scan = topic.loan::<ScanInPlace>().expect("a loan");
@@ -175,8 +178,8 @@ pub fn answers_may_be_in_place(subject: &dyn Subject) {
     network.serving_bare(&address, answer, || {
         let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
-        let mut caller = Caller::new(port, LIMIT);
-        let begin = |caller: &mut Caller, length: i32, placed: bool| {
+        let mut caller = TypedClient::new(port, LIMIT);
+        let begin = |caller: &mut TypedClient, length: i32, placed: bool| {
             let writer = caller.begin(&SCAN);
             writer.put(&length);
             writer.put(&placed);

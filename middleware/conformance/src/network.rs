@@ -3,8 +3,8 @@
 use crate::Subject;
 use crate::envelope::Enveloping;
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Foreign, Header, Interrupt, Qos, Reply, RunDirectory,
-    Server, Settings, Subscriber, TypeIdentity, wait,
+    Address, Backend, Endpoint, Environment, ExternalType, Header, Qos, Reply, RunDirectory,
+    Server, Settings, Subscriber, TypeIdentity, WakeEvent, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -47,7 +47,7 @@ impl<'a> Network<'a> {
             network: self.name.clone(),
             instance: instance.to_owned(),
             directory: self.directory.clone(),
-            interrupt: Interrupt::new().expect("an interrupt"),
+            wake_event: WakeEvent::new().expect("a wake event"),
             settings: Settings::default(),
         }
     }
@@ -100,7 +100,7 @@ fn serving_on<R>(
     answer: impl Fn(Header, &[u8], &mut dyn Reply) + Sync,
     body: impl FnOnce() -> R,
 ) -> R {
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     std::thread::scope(|scope| {
         let (ready, is_ready) = channel();
         let (stop, answer) = (&stop, &answer);
@@ -130,7 +130,7 @@ impl Drop for Network<'_> {
 }
 
 /// Stops what waits for an interrupt, also when a test fails.
-pub struct StopOnDrop<'a>(pub &'a Interrupt);
+pub struct StopOnDrop<'a>(pub &'a WakeEvent);
 
 impl Drop for StopOnDrop<'_> {
     fn drop(&mut self) {
@@ -141,8 +141,8 @@ impl Drop for StopOnDrop<'_> {
 /// The operations of these tests, each with its number.
 const OPERATIONS: [(&str, i32); 4] = [("any", 5), ("divide", 11), ("note", 12), ("scan", 21)];
 
-fn foreign((operation, id): (&str, i32)) -> Foreign {
-    Foreign {
+fn external((operation, id): (&str, i32)) -> ExternalType {
+    ExternalType {
         slot: "Test".to_owned(),
         operation: operation.to_owned(),
         id,
@@ -159,7 +159,7 @@ pub fn endpoint(address: &str) -> Endpoint {
             hash: 7,
         },
         qos: Qos::PUBLISHER,
-        foreign: OPERATIONS.map(foreign).to_vec(),
+        external_types: OPERATIONS.map(external).to_vec(),
     }
 }
 
@@ -181,7 +181,7 @@ pub fn header(sequence: u64) -> Header {
 }
 
 /// Serves until `stop` stops, and then what is still there.
-pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_>) {
+pub fn serve_until(server: &mut dyn Server, stop: &WakeEvent, answer: &Answer<'_>) {
     serve_replies_until(server, stop, &|header, request, reply| {
         answer(header, request, reply.body());
     });
@@ -189,7 +189,7 @@ pub fn serve_until(server: &mut dyn Server, stop: &Interrupt, answer: &Answer<'_
 
 fn serve_replies_until(
     server: &mut dyn Server,
-    stop: &Interrupt,
+    stop: &WakeEvent,
     answer: &dyn Fn(Header, &[u8], &mut dyn Reply),
 ) {
     let mut woken = false;

@@ -2,7 +2,7 @@
 
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
-use rc_middleware::typed::{Alternative, Caller, Operation, Request, Topic};
+use rc_middleware::typed::{Operation, ReplyVariant, Request, TypedClient, TypedPublisher};
 use rc_middleware::{CallError, Cdr, Header, Reader, Reply};
 
 /// `int32 divide(int32 a, int32 b)`, which throws where b is 0.
@@ -11,7 +11,7 @@ const DIVIDE: Operation = Operation {
     id: 11,
     type_hash: 7,
     two_way: true,
-    answers: &[Alternative::of::<i32>(BY_ZERO), Alternative::of::<i32>(0)],
+    replies: &[ReplyVariant::of::<i32>(BY_ZERO), ReplyVariant::of::<i32>(0)],
 };
 /// The same, from an IDSL that differs.
 const OTHER_DIVIDE: Operation = Operation {
@@ -24,7 +24,7 @@ const NOTE: Operation = Operation {
     id: 12,
     type_hash: 9,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 /// The hash of the exception.
 const BY_ZERO: i32 = 13;
@@ -36,7 +36,7 @@ pub fn topics_carry_values(subject: &dyn Subject) {
     let backend = network.join_bare("both");
     let mut subscriber = backend.subscriber(&address).expect("a subscriber");
     let port = backend.publisher(&address).expect("a publisher");
-    let mut topic = Topic::new(port, DIVIDE);
+    let mut topic = TypedPublisher::new(port, DIVIDE);
     for number in 1..=3_i32 {
         topic.begin().put(&number);
         topic.publish().expect("to publish");
@@ -76,7 +76,7 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
     network.serving_bare(&address, answer, || {
         let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
-        let mut caller = Caller::new(port, LIMIT);
+        let mut caller = TypedClient::new(port, LIMIT);
         caller.begin(&NOTE).put(&"begin".to_owned());
         caller.send().expect("to be sent");
         let mut divide = |operation: &Operation, a: i32, b: i32| {

@@ -201,8 +201,8 @@ impl Client for DdsClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
-        let interrupt = self.requests.session.environment.interrupt.clone();
-        if interrupt.is_stopping() {
+        let wake_event = self.requests.session.environment.wake_event.clone();
+        if wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
         let (id, server) = self.submit(header, request)?;
@@ -220,7 +220,7 @@ impl Client for DdsClient {
                 let last = self.answer(id, take);
                 return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
             }
-            if interrupt.is_stopping() {
+            if wake_event.is_stopping() {
                 return Err(CallError::Stopping);
             }
             let elapsed = start.elapsed();
@@ -235,7 +235,7 @@ impl Client for DdsClient {
                 continue;
             }
             // The wake-up of somebody else stays where it is, and is not waited for again.
-            let descriptors = [signal.as_fd(), interrupt.as_fd()];
+            let descriptors = [signal.as_fd(), wake_event.as_fd()];
             let waited = if interrupted { 1 } else { 2 };
             let left = limit.saturating_sub(elapsed);
             interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;

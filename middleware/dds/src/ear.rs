@@ -1,7 +1,7 @@
 //! What an end of ours knows of the other ends, and what it has heard.
 
 use rc_ddsc::{End, Guid, Reader, Sample, Writer};
-use rc_middleware::{Interrupt, TypeIdentity};
+use rc_middleware::{TypeIdentity, WakeEvent};
 use rc_network::{Hello, Posted, Promise, Role, Seldom, lock};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
@@ -99,7 +99,7 @@ pub(crate) struct Ear {
     pub(crate) promise: Promise,
     pub(crate) deadline: Option<Duration>,
     /// Rings when something was heard or the other ends have changed.
-    pub(crate) signal: Interrupt,
+    pub(crate) signal: WakeEvent,
     inbox: Arc<dyn Inbox>,
     entity: Mutex<Attachment>,
     attached: Condvar,
@@ -147,7 +147,7 @@ impl Ear {
         types: TypeIdentity,
         sends: bool,
         qos: &rc_ddsc::Qos<'_>,
-        signal: Interrupt,
+        signal: WakeEvent,
         inbox: Arc<dyn Inbox>,
     ) -> Self {
         Self {

@@ -2,7 +2,7 @@
 
 use crate::qos::topic_qos;
 use crate::session::{Port, Session, Wanted};
-use rc_middleware::{Endpoint, Header, Interrupt, OpenError, Publisher, SendError};
+use rc_middleware::{Endpoint, Header, OpenError, Publisher, SendError, WakeEvent};
 use rc_network::{Role, stamp};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -28,8 +28,8 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsPubl
     Ok(DdsPublisher { port, address })
 }
 
-pub(crate) fn signal(address: &str) -> Result<Interrupt, OpenError> {
-    Interrupt::new().map_err(|error| OpenError::Backend {
+pub(crate) fn signal(address: &str) -> Result<WakeEvent, OpenError> {
+    WakeEvent::new().map_err(|error| OpenError::Backend {
         address: address.to_owned(),
         reason: error.to_string(),
     })

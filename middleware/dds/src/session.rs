@@ -6,7 +6,7 @@ use crate::qos;
 use crate::report;
 use crate::udp;
 use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
-use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
+use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
 use rc_network::{Board, Hello, Mismatches, Role, lock};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -82,7 +82,7 @@ pub(crate) struct Wanted<'a> {
     pub(crate) types: &'a TypeIdentity,
     pub(crate) sends: bool,
     pub(crate) qos: Qos<'static>,
-    pub(crate) signal: Interrupt,
+    pub(crate) signal: WakeEvent,
     pub(crate) inbox: Arc<dyn Inbox>,
 }
 
@@ -302,7 +302,7 @@ impl Session {
 
     /// Gives those on other machines a moment, once, until `found`.
     pub(crate) fn grace(&self, ear: &Ear, found: impl Fn() -> bool) {
-        while !found() && self.start.elapsed() < GRACE && !self.environment.interrupt.is_stopping()
+        while !found() && self.start.elapsed() < GRACE && !self.environment.wake_event.is_stopping()
         {
             ear.wait(LOOK);
         }

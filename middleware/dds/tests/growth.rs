@@ -3,8 +3,8 @@
 use rc_middleware::backend::now;
 use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::{
-    Address, Endpoint, Environment, Header, Interrupt, Qos, Reader, RunDirectory, Settings,
-    TypeIdentity, Writer, wait,
+    Address, Endpoint, Environment, Header, Qos, Reader, RunDirectory, Settings, TypeIdentity,
+    WakeEvent, Writer, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::mpsc::channel;
@@ -25,7 +25,7 @@ fn environment(instance: &str) -> Environment {
         directory: RunDirectory::open(&network).expect("a run directory"),
         network,
         instance: instance.to_owned(),
-        interrupt: Interrupt::new().expect("an interrupt"),
+        wake_event: WakeEvent::new().expect("a wake event"),
         settings,
     }
 }
@@ -48,9 +48,9 @@ fn answered_calls_leave_nothing_behind() {
             hash: 7,
         },
         qos: Qos::CALL,
-        foreign: Vec::new(),
+        external_types: Vec::new(),
     };
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     let here = environment("client");
     std::thread::scope(|scope| {
         let (ready, is_ready) = channel();

@@ -1,6 +1,6 @@
 //! A port of the domain that another program has.
 
-use rc_middleware::{Environment, Interrupt, RunDirectory, Settings};
+use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use std::net::UdpSocket;
 
 #[test]
@@ -14,7 +14,7 @@ fn a_port_that_another_program_has_is_named() {
             directory: RunDirectory::open(&network).expect("a run directory"),
             network: network.clone(),
             instance: "only".to_owned(),
-            interrupt: Interrupt::new().expect("an interrupt"),
+            wake_event: WakeEvent::new().expect("a wake event"),
             settings,
         }
     };

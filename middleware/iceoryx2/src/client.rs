@@ -45,8 +45,8 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
     let guid = port.id().value().to_be_bytes();
     let own = names::client(address, guid);
     let listener = Listener::open(session, &own, EventPorts::Client, None)?;
-    let interrupt = session.environment.interrupt.as_fd();
-    let wait_set = WaitSet::new(listener.descriptor(), interrupt)
+    let wake_event = session.environment.wake_event.as_fd();
+    let wait_set = WaitSet::new(listener.descriptor(), wake_event)
         .map_err(|error| refusal(address.as_str())(error.to_string()))?;
     Ok(SharedClient {
         address: address.to_string(),
@@ -195,7 +195,7 @@ impl SharedClient {
     ) -> Result<bool, CallError> {
         let start = Instant::now();
         let limit = limit.min(self.spin);
-        while start.elapsed() < limit && !self.session.environment.interrupt.is_stopping() {
+        while start.elapsed() < limit && !self.session.environment.wake_event.is_stopping() {
             if self.take(pending, take)? {
                 return Ok(true);
             }
@@ -253,7 +253,7 @@ impl Client for SharedClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
-        let stopping = || self.session.environment.interrupt.is_stopping();
+        let stopping = || self.session.environment.wake_event.is_stopping();
         if stopping() {
             return Err(CallError::Stopping);
         }

@@ -9,7 +9,7 @@ use crate::notifier::{Listener, Notifier};
 use crate::service::{EventPorts, PublisherPort};
 use crate::session::Session;
 use iceoryx2::port::update_connections::UpdateConnections;
-use rc_middleware::{Endpoint, Interrupt, OpenError, wait};
+use rc_middleware::{Endpoint, OpenError, WakeEvent, wait};
 use std::os::fd::AsFd;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -20,7 +20,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// The thread of one publisher. Ends when this value is dropped.
 pub(crate) struct LateJoinerThread {
-    end: Interrupt,
+    end: WakeEvent,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -39,7 +39,7 @@ impl LateJoinerThread {
         let listener = Listener::open(session, &late, EventPorts::LateJoiners, None)?;
         let topic = names::topic(&endpoint.address);
         let notifier = Notifier::open(session, &topic, EventPorts::Topic, Some(&endpoint.types))?;
-        let end = Interrupt::new().map_err(failed)?;
+        let end = WakeEvent::new().map_err(failed)?;
         let ended = end.clone();
         let thread = std::thread::Builder::new()
             .name("iceoryx2-late".to_owned())

@@ -11,7 +11,7 @@ use crate::service::{
 use crate::session::Session;
 use iceoryx2::prelude::AllocationStrategy;
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::{Durability, Endpoint, Header, Lent, OpenError, Publisher, SendError};
+use rc_middleware::{Durability, Endpoint, Header, LoanedSample, OpenError, Publisher, SendError};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -104,11 +104,11 @@ impl Publisher for SharedPublisher {
         self.sent(sample.write_from_slice(body).send())
     }
 
-    fn lends(&self) -> bool {
+    fn can_loan(&self) -> bool {
         true
     }
 
-    fn loan(&mut self, length: usize) -> Result<Box<dyn Lent + '_>, SendError> {
+    fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
         let sample = self
             .port
             .loan_slice_uninit(length)
@@ -130,7 +130,7 @@ struct SharedLoan<'a> {
     sample: Sample,
 }
 
-impl Lent for SharedLoan<'_> {
+impl LoanedSample for SharedLoan<'_> {
     fn memory(&self) -> &[u8] {
         self.sample.payload()
     }

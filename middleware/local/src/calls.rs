@@ -3,8 +3,8 @@
 use crate::hub::{self, lock};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::{
-    CallError, Client, Endpoint, Environment, Header, Interrupt, OpenError, ReceiveError, Reply,
-    Server, wait,
+    CallError, Client, Endpoint, Environment, Header, OpenError, ReceiveError, Reply, Server,
+    WakeEvent, wait,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -26,7 +26,7 @@ pub(crate) struct State {
 struct Registration {
     port: u64,
     holder: String,
-    signal: Interrupt,
+    signal: WakeEvent,
 }
 
 /// What one client has sent and the server has not taken yet.
@@ -46,7 +46,7 @@ struct Request {
 /// The server's side of a call that waits. A ticket that is dropped without an answer says so.
 struct Ticket {
     slot: Arc<Mutex<Answer>>,
-    signal: Interrupt,
+    signal: WakeEvent,
 }
 
 #[derive(Default)]
@@ -88,7 +88,7 @@ pub(crate) fn client(
     });
     Ok(LocalClient {
         address: endpoint.address.to_string(),
-        interrupt: environment.interrupt.clone(),
+        wake_event: environment.wake_event.clone(),
         state,
         port,
         signal,
@@ -122,10 +122,10 @@ pub(crate) fn server(
 /// The calling end of a connection.
 pub(crate) struct LocalClient {
     address: String,
-    interrupt: Interrupt,
+    wake_event: WakeEvent,
     state: Arc<Mutex<State>>,
     port: u64,
-    signal: Interrupt,
+    signal: WakeEvent,
 }
 
 impl LocalClient {
@@ -193,7 +193,7 @@ impl Client for LocalClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
-        if self.interrupt.is_stopping() {
+        if self.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
         let slot = Arc::new(Mutex::new(Answer::default()));
@@ -216,7 +216,7 @@ impl Client for LocalClient {
                 Answer::Never => return Err(self.silence(asked)),
                 Answer::Awaited => {}
             }
-            if self.interrupt.is_stopping() {
+            if self.wake_event.is_stopping() {
                 return Err(CallError::Stopping);
             }
             let left = limit.saturating_sub(start.elapsed());
@@ -227,7 +227,7 @@ impl Client for LocalClient {
                 });
             }
             // The wake-up of somebody else stays where it is, and is not waited for again.
-            let descriptors = [self.signal.as_fd(), self.interrupt.as_fd()];
+            let descriptors = [self.signal.as_fd(), self.wake_event.as_fd()];
             let waited = if interrupted { 1 } else { 2 };
             interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
         }
@@ -251,7 +251,7 @@ impl Drop for LocalClient {
 /// The answering end of a connection.
 pub(crate) struct LocalServer {
     state: Arc<Mutex<State>>,
-    signal: Interrupt,
+    signal: WakeEvent,
 }
 
 impl State {

@@ -1,7 +1,7 @@
 //! The table in which the ends of this process find each other.
 
 use crate::{calls, topic};
-use rc_middleware::{Address, Endpoint, Environment, Interrupt, OpenError, TypeIdentity};
+use rc_middleware::{Address, Endpoint, Environment, OpenError, TypeIdentity, WakeEvent};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
@@ -65,8 +65,8 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// A descriptor to wake an end with.
-pub(crate) fn signal(endpoint: &Endpoint) -> Result<Interrupt, OpenError> {
-    Interrupt::new().map_err(|error| OpenError::Backend {
+pub(crate) fn signal(endpoint: &Endpoint) -> Result<WakeEvent, OpenError> {
+    WakeEvent::new().map_err(|error| OpenError::Backend {
         address: endpoint.address.to_string(),
         reason: format!("no descriptor for it: {error}"),
     })

@@ -2,8 +2,8 @@
 
 use crate::hub::{self, lock};
 use rc_middleware::{
-    Durability, Endpoint, Environment, Header, Interrupt, OpenError, Publisher, ReceiveError,
-    SendError, Subscriber,
+    Durability, Endpoint, Environment, Header, OpenError, Publisher, ReceiveError, SendError,
+    Subscriber, WakeEvent,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -20,13 +20,13 @@ pub(crate) struct State {
 struct Queue {
     values: Mutex<VecDeque<Value>>,
     depth: usize,
-    signal: Interrupt,
+    signal: WakeEvent,
 }
 
 type Value = (Header, Arc<[u8]>);
 
 impl Queue {
-    fn new(depth: usize, signal: Interrupt) -> Arc<Self> {
+    fn new(depth: usize, signal: WakeEvent) -> Arc<Self> {
         Arc::new(Self {
             values: Mutex::default(),
             depth,

@@ -6,7 +6,7 @@ use crate::names;
 use crate::qos;
 use crate::session::{Port, Session, Wanted};
 use crate::wire::{CYCLONE_HEADER, Sample};
-use rc_middleware::{Endpoint, Interrupt, OpenError};
+use rc_middleware::{Endpoint, OpenError, WakeEvent};
 use rc_network::{Guid, Role};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -25,14 +25,14 @@ pub(crate) fn services(
     session: &Rc<Session>,
     endpoint: &Endpoint,
     role: Role,
-    signal: &Interrupt,
+    signal: &WakeEvent,
     inbox: &Arc<dyn Inbox>,
 ) -> Result<Vec<Service>, OpenError> {
     let address = endpoint.address.to_string();
     let group = Group::default();
     let mut wanted = Vec::new();
-    for (place, foreign) in endpoint.foreign.iter().enumerate() {
-        let [request, reply] = names::service(endpoint, foreign, session.rules())?;
+    for (place, external) in endpoint.external_types.iter().enumerate() {
+        let [request, reply] = names::service(endpoint, external, session.rules())?;
         let asks = role == Role::Client;
         // The end of replies comes first, so that whoever finds that of requests soon finds it, too.
         for (topic, sends) in [(reply, !asks), (request, asks)] {
@@ -51,10 +51,10 @@ pub(crate) fn services(
         }
     }
     let mut ports = session.ports(wanted)?.into_iter();
-    let services = endpoint.foreign.iter().map_while(|foreign| {
+    let services = endpoint.external_types.iter().map_while(|external| {
         let (replies, requests) = (ports.next()?, ports.next()?);
         Some(Service {
-            id: foreign.id,
+            id: external.id,
             requests,
             replies,
         })

@@ -8,7 +8,7 @@ use crate::wire::{Body, Member, Sample};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, Outcome, RequestId};
 use rc_middleware::{
-    CallError, Cdr, Client, Endpoint, Header, Interrupt, OpenError, Profile, Reader, Writer, wait,
+    CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, Reader, WakeEvent, Writer, wait,
 };
 use rc_network::{Guid, Role, Seldom, lock, stamp};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -119,7 +119,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClie
         answers,
         mapping,
         signal,
-        interrupt: session.environment.interrupt.clone(),
+        wake_event: session.environment.wake_event.clone(),
         spin: endpoint.qos.spin,
         sent: 0,
         under_way: BTreeMap::new(),
@@ -142,8 +142,8 @@ pub(crate) struct RosClient {
     services: Vec<Service>,
     answers: Arc<Answers>,
     mapping: Mapping,
-    signal: Interrupt,
-    interrupt: Interrupt,
+    signal: WakeEvent,
+    wake_event: WakeEvent,
     spin: Duration,
     /// How many requests there were, for the mapping that numbers them itself.
     sent: i64,
@@ -373,8 +373,8 @@ impl Client for RosClient {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
         let start = Instant::now();
-        let interrupt = self.interrupt.clone();
-        if interrupt.is_stopping() {
+        let wake_event = self.wake_event.clone();
+        if wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
         let (at, number, server) = self.submit(header, request)?;
@@ -392,7 +392,7 @@ impl Client for RosClient {
                 let last = self.answer((at, number), take);
                 return last.unwrap_or_else(|| Err(CallError::ServerDied(self.address.clone())));
             }
-            if interrupt.is_stopping() {
+            if wake_event.is_stopping() {
                 return Err(CallError::Stopping);
             }
             let elapsed = start.elapsed();
@@ -407,7 +407,7 @@ impl Client for RosClient {
                 continue;
             }
             // The wake-up of somebody else stays where it is, and is not waited for again.
-            let descriptors = [signal.as_fd(), interrupt.as_fd()];
+            let descriptors = [signal.as_fd(), wake_event.as_fd()];
             let waited = if interrupted { 1 } else { 2 };
             let left = limit.saturating_sub(elapsed);
             interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;

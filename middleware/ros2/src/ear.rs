@@ -1,7 +1,7 @@
 //! What an end of ours knows of the other ends, and what it has heard.
 
 use crate::wire::{Copying, Member, Reader, Sample, Spare, Writer, member};
-use rc_middleware::{Interrupt, TypeIdentity};
+use rc_middleware::{TypeIdentity, WakeEvent};
 use rc_network::{Board, Guid, Hello, Posted, Promise, Role, Seldom, lock};
 use rustdds::mio1;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -78,7 +78,7 @@ impl Inbox for () {
 #[derive(Clone)]
 pub(crate) enum Listener {
     /// Who owns the end, and takes it.
-    Owner(Interrupt),
+    Owner(WakeEvent),
     /// The thread that listens, which puts it into the inbox.
     Watcher(Arc<mio1::Waker>),
 }
@@ -157,7 +157,7 @@ pub(crate) struct Ear {
     /// When it was opened, in nanoseconds since 1970.
     opened: i64,
     /// Rings when something has come or the other ends have changed.
-    pub(crate) signal: Interrupt,
+    pub(crate) signal: WakeEvent,
     listener: Listener,
     inbox: Arc<dyn Inbox>,
     group: Group,
@@ -219,7 +219,7 @@ pub(crate) struct Listening {
     pub(crate) connection: u32,
     pub(crate) sends: bool,
     pub(crate) promise: Promise,
-    pub(crate) signal: Interrupt,
+    pub(crate) signal: WakeEvent,
     pub(crate) listener: Listener,
     pub(crate) inbox: Arc<dyn Inbox>,
     pub(crate) group: Group,

@@ -1,6 +1,6 @@
 //! What addresses and types are called in ROS 2, and below it in DDS.
 
-use rc_middleware::{Endpoint, Foreign, OpenError};
+use rc_middleware::{Endpoint, ExternalType, OpenError};
 use rc_settings::ros::{self, Rule};
 use ros2_client::{MessageTypeName, NodeName, ServiceTypeName};
 
@@ -9,12 +9,12 @@ pub(crate) type Topic = (String, String);
 
 /// The topic of a publisher or subscriber; its address has the operation.
 pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Topic, OpenError> {
-    let foreign = endpoint
-        .foreign
+    let external = endpoint
+        .external_types
         .first()
         .ok_or_else(|| not_generated(endpoint))?;
-    let name = renamed(endpoint.address.as_str(), foreign, rules);
-    let (package, own) = parts(endpoint, foreign)?;
+    let name = renamed(endpoint.address.as_str(), external, rules);
+    let (package, own) = parts(endpoint, external)?;
     let type_name = MessageTypeName::new(package, own).dds_msg_type();
     Ok((format!("rt{name}"), type_name))
 }
@@ -22,12 +22,12 @@ pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Topic, OpenEr
 /// The topics of requests and of replies of an operation of a client or server.
 pub(crate) fn service(
     endpoint: &Endpoint,
-    foreign: &Foreign,
+    external: &ExternalType,
     rules: &[Rule],
 ) -> Result<[Topic; 2], OpenError> {
-    let usual = format!("{}/{}", endpoint.address, foreign.operation);
-    let name = renamed(&usual, foreign, rules);
-    let (package, own) = parts(endpoint, foreign)?;
+    let usual = format!("{}/{}", endpoint.address, external.operation);
+    let name = renamed(&usual, external, rules);
+    let (package, own) = parts(endpoint, external)?;
     let types = ServiceTypeName::new(package, own);
     let dds = |part: &str| {
         format!(
@@ -51,19 +51,22 @@ fn not_generated(endpoint: &Endpoint) -> OpenError {
 }
 
 /// The package and the name of a type.
-fn parts<'a>(endpoint: &Endpoint, foreign: &'a Foreign) -> Result<(&'a str, &'a str), OpenError> {
-    let mut parts = foreign.type_name.split('/');
+fn parts<'a>(
+    endpoint: &Endpoint,
+    external: &'a ExternalType,
+) -> Result<(&'a str, &'a str), OpenError> {
+    let mut parts = external.type_name.split('/');
     match (parts.next(), parts.next(), parts.next(), parts.next()) {
         (Some(package), Some("msg" | "srv"), Some(name), None) => Ok((package, name)),
         _ => Err(OpenError::Backend {
             address: endpoint.address.to_string(),
-            reason: format!("`{}` is no type of ROS 2", foreign.type_name),
+            reason: format!("`{}` is no type of ROS 2", external.type_name),
         }),
     }
 }
 
-fn renamed(address: &str, foreign: &Foreign, rules: &[Rule]) -> String {
-    ros::operation(address, &foreign.slot, &foreign.operation, rules)
+fn renamed(address: &str, external: &ExternalType, rules: &[Rule]) -> String {
+    ros::operation(address, &external.slot, &external.operation, rules)
 }
 
 /// The node of a component.
@@ -84,7 +87,7 @@ mod tests {
                 hash: 1,
             },
             qos: Qos::CALL,
-            foreign: vec![Foreign {
+            external_types: vec![ExternalType {
                 slot: "Laser1".to_owned(),
                 operation: "getLaserData".to_owned(),
                 id: 1,
@@ -96,7 +99,7 @@ mod tests {
     #[test]
     fn a_service_has_two_topics() {
         let end = endpoint("default/Laser", "robocomp_laser_msgs/srv/LaserGetLaserData");
-        let topics = service(&end, &end.foreign[0], &[]).expect("a service");
+        let topics = service(&end, &end.external_types[0], &[]).expect("a service");
         assert_eq!(
             topics,
             [

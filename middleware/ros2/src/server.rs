@@ -8,7 +8,7 @@ use crate::shared::Shared;
 use crate::wire::{Body, Sample};
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{
-    Endpoint, Header, Interrupt, OpenError, Profile, Reader, ReceiveError, Reply, Server, Writer,
+    Endpoint, Header, OpenError, Profile, Reader, ReceiveError, Reply, Server, WakeEvent, Writer,
 };
 use rc_network::{Guid, Requests, Role, Seldom, Waiting, lock, stamp};
 use std::collections::VecDeque;
@@ -105,7 +105,7 @@ pub(crate) struct RosServer {
     address: String,
     services: Vec<Service>,
     queue: Arc<Queue>,
-    signal: Interrupt,
+    signal: WakeEvent,
     mapping: Mapping,
     reply: Vec<u8>,
     seldom: Seldom,

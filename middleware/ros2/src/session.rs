@@ -7,7 +7,7 @@ use crate::qos::Ends;
 use crate::shared::Shared;
 use crate::watcher::Watcher;
 use crate::wire::{self, Body, Reader, Writer};
-use rc_middleware::{Environment, Interrupt, OpenError, TypeIdentity};
+use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
 use rc_network::{Board, Guid, Hello, Promise, Role};
 use rc_settings::ros::Rule;
 use rustdds::rpc::SampleIdentity;
@@ -77,7 +77,7 @@ pub(crate) struct Wanted<'a> {
     pub(crate) types: &'a TypeIdentity,
     pub(crate) sends: bool,
     pub(crate) qos: Ends,
-    pub(crate) signal: Interrupt,
+    pub(crate) signal: WakeEvent,
     /// Whether what comes is put into the inbox by the thread that listens, and not by who owns the end.
     pub(crate) is_watched: bool,
     pub(crate) inbox: Arc<dyn Inbox>,
@@ -350,7 +350,7 @@ impl Session {
 
     /// Gives those on other machines a moment, once, until `found`.
     pub(crate) fn grace(&self, ear: &Ear, found: impl Fn() -> bool) {
-        while !found() && self.start.elapsed() < GRACE && !self.environment.interrupt.is_stopping()
+        while !found() && self.start.elapsed() < GRACE && !self.environment.wake_event.is_stopping()
         {
             ear.wait(LOOK);
         }
@@ -510,8 +510,8 @@ pub(crate) fn write(
 }
 
 /// What wakes an end.
-pub(crate) fn signal(address: &str) -> Result<Interrupt, OpenError> {
-    Interrupt::new().map_err(|error| OpenError::Backend {
+pub(crate) fn signal(address: &str) -> Result<WakeEvent, OpenError> {
+    WakeEvent::new().map_err(|error| OpenError::Backend {
         address: address.to_owned(),
         reason: error.to_string(),
     })

@@ -1,7 +1,7 @@
 //! An end that does not fit is refused, or told to who watches the component when it comes later and from elsewhere.
 
 use rc_middleware::qos::Reliability;
-use rc_middleware::{Backend, Endpoint, Environment, Interrupt, Qos, RunDirectory, Settings};
+use rc_middleware::{Backend, Endpoint, Environment, Qos, RunDirectory, Settings, WakeEvent};
 use std::time::{Duration, Instant};
 
 /// No test waits longer for anything.
@@ -21,7 +21,7 @@ fn environment(machine: &str) -> (Environment, RunDirectory) {
         network,
         instance: machine.to_owned(),
         directory: directory.clone(),
-        interrupt: Interrupt::new().expect("an interrupt"),
+        wake_event: WakeEvent::new().expect("a wake event"),
         settings: Settings::default(),
     };
     let domain = vec!["13".to_owned()];
@@ -59,8 +59,8 @@ fn who_has_another_type_is_told_of_once_and_not_heard() {
     let mut wrong = right.clone();
     // Nothing is known of its types but their name in DDS.
     wrong.types.hash = 0;
-    for foreign in &mut wrong.foreign {
-        "std_msgs/msg/String".clone_into(&mut foreign.type_name);
+    for external in &mut wrong.external_types {
+        "std_msgs/msg/String".clone_into(&mut external.type_name);
     }
     let mut wrong = there.publisher(&wrong).expect("an end");
     let told = told(&*here);

@@ -6,8 +6,8 @@ mod python;
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{
-    Address, Backend, Cdr, Client, Endpoint, Environment, Foreign, Header, Interrupt, OpenError,
-    Profile, Qos, Reader, RunDirectory, Settings, TypeIdentity, Writer,
+    Address, Backend, Cdr, Client, Endpoint, Environment, ExternalType, Header, OpenError, Profile,
+    Qos, Reader, RunDirectory, Settings, TypeIdentity, WakeEvent, Writer,
 };
 use rc_runtime::{
     Component, Core, Description, ParamChange, Ports, StartError, Values, WorkerError, embed,
@@ -91,7 +91,7 @@ impl Asker {
             network: network.to_owned(),
             instance: "asker".to_owned(),
             directory: RunDirectory::open(network).expect("a folder"),
-            interrupt: Interrupt::new().expect("an event"),
+            wake_event: WakeEvent::new().expect("an event"),
             settings,
         };
         let backend = rc_ros2::connect(&environment)?;
@@ -109,7 +109,7 @@ impl Asker {
                 hash: 1,
             },
             qos: Qos::CALL,
-            foreign: vec![Foreign {
+            external_types: vec![ExternalType {
                 slot: "parameters".to_owned(),
                 operation: name.to_owned(),
                 id: 1,
@@ -297,7 +297,7 @@ fn a_component_hears_of_parameters() {
             depth: 10,
             ..Qos::PUBLISHER
         },
-        foreign: vec![Foreign {
+        external_types: vec![ExternalType {
             slot: "Events".to_owned(),
             operation: "told".to_owned(),
             id: 1,

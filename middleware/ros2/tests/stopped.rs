@@ -1,7 +1,7 @@
 //! Processes that are stopped, resumed and killed: this very program, started once more as another component.
 
 use rc_conformance::network::{endpoint, until};
-use rc_middleware::{Backend, Environment, Interrupt, RunDirectory, Settings};
+use rc_middleware::{Backend, Environment, RunDirectory, Settings, WakeEvent};
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -39,7 +39,7 @@ impl Net {
             network: self.name.clone(),
             instance: instance.to_owned(),
             directory: self.directory.clone(),
-            interrupt: Interrupt::new().expect("an interrupt"),
+            wake_event: WakeEvent::new().expect("a wake event"),
             settings: Settings::default(),
         };
         let mut set = |key, value: &str| environment.settings.set("ros2", key, vec![value.into()]);

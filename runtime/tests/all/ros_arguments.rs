@@ -18,7 +18,7 @@ const fn operation(name: &'static str, id: i32) -> Operation {
         id,
         type_hash: 1,
         two_way: false,
-        answers: &[],
+        replies: &[],
     }
 }
 
@@ -40,7 +40,7 @@ const fn topic(name: &'static str, role: Role, operations: &'static [Operation],
         backend: "ros2",
         qos,
         operations,
-        foreign: &[],
+        external_types: &[],
     }
 }
 
@@ -142,7 +142,7 @@ struct Worker(Core);
 impl Worker {
     fn start(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         for operation in 0..2 {
-            drop(ports.topic(0, operation)?);
+            drop(ports.publisher(0, operation)?);
         }
         let seen = (values.float("rate"), values.text("device"));
         let mut all = PARAMETERS.lock().expect("the parameters");

@@ -1,9 +1,9 @@
 //! `wake spin`: a slot that stays awake after a message answers, and sleeps when its time is over.
 
 use rc_middleware::qos::Qos;
-use rc_middleware::typed::{Caller, HandlerError, Operation, Request};
+use rc_middleware::typed::{HandlerError, Operation, Request, TypedClient};
 use rc_middleware::{
-    Address, Endpoint, Environment, Interrupt, Reader, RunDirectory, Settings, TypeIdentity,
+    Address, Endpoint, Environment, Reader, RunDirectory, Settings, TypeIdentity, WakeEvent,
 };
 use rc_runtime::{
     Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
@@ -21,7 +21,7 @@ const DOUBLE: Operation = Operation {
     id: 5,
     type_hash: 6,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 static DESCRIPTION: Description = Description {
@@ -43,7 +43,7 @@ static DESCRIPTION: Description = Description {
             ..Qos::CALL
         },
         operations: &[DOUBLE],
-        foreign: &[],
+        external_types: &[],
     }],
     backends: &[("local", rc_local::connect)],
     note: b"",
@@ -121,7 +121,7 @@ fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
         network: network.clone(),
         instance: "caller".to_owned(),
         directory: RunDirectory::of(&network),
-        interrupt: Interrupt::new().expect("an interrupt"),
+        wake_event: WakeEvent::new().expect("a wake event"),
         settings: Settings::default(),
     });
     let backend = backend.expect("the network");
@@ -132,9 +132,9 @@ fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
             hash: 7,
         },
         qos: Qos::CALL,
-        foreign: Vec::new(),
+        external_types: Vec::new(),
     };
-    let mut caller = Caller::new(backend.client(&endpoint).expect("a client"), LIMIT);
+    let mut caller = TypedClient::new(backend.client(&endpoint).expect("a client"), LIMIT);
     for number in 0..100 {
         caller.begin(&DOUBLE).put(&number);
         let (case, mut reader) = caller.call().expect("an answer");

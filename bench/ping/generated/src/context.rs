@@ -24,8 +24,8 @@ impl Context {
         let _ = values;
         Ok(Self {
             core,
-            echo: EchoClient::new(ports.caller(0)?),
-            awake: EchoClient::new(ports.caller(1)?),
+            echo: EchoClient::new(ports.client(0)?),
+            awake: EchoClient::new(ports.client(1)?),
             sample: SamplePublisher::new(ports, 2)?,
             pictures: PicturesPublisher::new(ports, 3)?,
         })

@@ -18,7 +18,7 @@ const SLOT_ECHO: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::echo::OPERATIONS,
-    foreign: backend::TYPES_ECHO,
+    external_types: backend::TYPES_ECHO,
 };
 
 const SLOT_AWAKE: Slot = Slot {
@@ -33,7 +33,7 @@ const SLOT_AWAKE: Slot = Slot {
         ..Qos::CALL
     },
     operations: interfaces::echo::OPERATIONS,
-    foreign: backend::TYPES_AWAKE,
+    external_types: backend::TYPES_AWAKE,
 };
 
 const SLOT_SAMPLE: Slot = Slot {
@@ -45,7 +45,7 @@ const SLOT_SAMPLE: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::SUBSCRIBER,
     operations: interfaces::sample::OPERATIONS,
-    foreign: backend::TYPES_SAMPLE,
+    external_types: backend::TYPES_SAMPLE,
 };
 
 const SLOT_PICTURES: Slot = Slot {
@@ -57,7 +57,7 @@ const SLOT_PICTURES: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::SUBSCRIBER,
     operations: interfaces::pictures::OPERATIONS,
-    foreign: backend::TYPES_PICTURES,
+    external_types: backend::TYPES_PICTURES,
 };
 
 /// This component.

@@ -18,7 +18,7 @@ const SLOT_ECHO: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::echo::OPERATIONS,
-    foreign: backend::TYPES_ECHO,
+    external_types: backend::TYPES_ECHO,
 };
 
 const SLOT_TICKS: Slot = Slot {
@@ -34,7 +34,7 @@ const SLOT_TICKS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::ticks::OPERATIONS,
-    foreign: backend::TYPES_TICKS,
+    external_types: backend::TYPES_TICKS,
 };
 
 const SLOT_IMAGES: Slot = Slot {
@@ -49,7 +49,7 @@ const SLOT_IMAGES: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::images::OPERATIONS,
-    foreign: backend::TYPES_IMAGES,
+    external_types: backend::TYPES_IMAGES,
 };
 
 /// This component.

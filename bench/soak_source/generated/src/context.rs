@@ -22,7 +22,7 @@ impl Context {
         let _ = values;
         Ok(Self {
             core,
-            echo: EchoClient::new(ports.caller(0)?),
+            echo: EchoClient::new(ports.client(0)?),
             ticks: TicksPublisher::new(ports, 1)?,
             images: ImagesPublisher::new(ports, 2)?,
         })

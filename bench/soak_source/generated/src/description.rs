@@ -17,7 +17,7 @@ const SLOT_ECHO: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::echo::OPERATIONS,
-    foreign: backend::TYPES_ECHO,
+    external_types: backend::TYPES_ECHO,
 };
 
 const SLOT_TICKS: Slot = Slot {
@@ -32,7 +32,7 @@ const SLOT_TICKS: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::ticks::OPERATIONS,
-    foreign: backend::TYPES_TICKS,
+    external_types: backend::TYPES_TICKS,
 };
 
 const SLOT_IMAGES: Slot = Slot {
@@ -44,7 +44,7 @@ const SLOT_IMAGES: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
     operations: interfaces::images::OPERATIONS,
-    foreign: backend::TYPES_IMAGES,
+    external_types: backend::TYPES_IMAGES,
 };
 
 /// This component.

@@ -23,8 +23,8 @@ impl Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            laser: LaserClient::new(ports.caller(0)?),
-            differential_robot: DifferentialRobotClient::new(ports.caller(1)?),
+            laser: LaserClient::new(ports.client(0)?),
+            differential_robot: DifferentialRobotClient::new(ports.client(1)?),
         })
     }
 

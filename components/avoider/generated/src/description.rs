@@ -18,7 +18,7 @@ const SLOT_LASER: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::laser::OPERATIONS,
-    foreign: backend::TYPES_LASER,
+    external_types: backend::TYPES_LASER,
 };
 
 const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
@@ -30,7 +30,7 @@ const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::differential_robot::OPERATIONS,
-    foreign: backend::TYPES_DIFFERENTIAL_ROBOT,
+    external_types: backend::TYPES_DIFFERENTIAL_ROBOT,
 };
 
 /// This component.

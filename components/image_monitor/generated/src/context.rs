@@ -18,7 +18,7 @@ impl Context {
         let _ = values;
         Ok(Self {
             core,
-            camera: CameraClient::new(ports.caller(0)?),
+            camera: CameraClient::new(ports.client(0)?),
         })
     }
 

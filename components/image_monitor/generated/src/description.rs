@@ -17,7 +17,7 @@ const SLOT_CAMERA: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::camera::OPERATIONS,
-    foreign: backend::TYPES_CAMERA,
+    external_types: backend::TYPES_CAMERA,
 };
 
 const SLOT_CAMERA_PUB: Slot = Slot {
@@ -29,7 +29,7 @@ const SLOT_CAMERA_PUB: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::SUBSCRIBER,
     operations: interfaces::camera_pub::OPERATIONS,
-    foreign: backend::TYPES_CAMERA_PUB,
+    external_types: backend::TYPES_CAMERA_PUB,
 };
 
 /// This component.

@@ -21,7 +21,7 @@ impl Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            joint_motor: JointMotorClient::new(ports.caller(0)?),
+            joint_motor: JointMotorClient::new(ports.client(0)?),
         })
     }
 

@@ -18,7 +18,7 @@ const SLOT_JOINT_MOTOR: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::joint_motor::OPERATIONS,
-    foreign: backend::TYPES_JOINT_MOTOR,
+    external_types: backend::TYPES_JOINT_MOTOR,
 };
 
 /// This component.

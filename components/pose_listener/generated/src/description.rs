@@ -22,7 +22,7 @@ const SLOT_ROS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
-    foreign: backend::TYPES_ROS,
+    external_types: backend::TYPES_ROS,
 };
 
 /// This component.

@@ -25,7 +25,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
-    foreign: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
+    external_types: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
 };
 
 /// This component.

@@ -22,7 +22,7 @@ const SLOT_ROBOT: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
-    foreign: backend::TYPES_ROBOT,
+    external_types: backend::TYPES_ROBOT,
 };
 
 const SLOT_ROS: Slot = Slot {
@@ -38,7 +38,7 @@ const SLOT_ROS: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
-    foreign: backend::TYPES_ROS,
+    external_types: backend::TYPES_ROS,
 };
 
 /// This component.

@@ -19,7 +19,7 @@ const SLOT_LASER: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::laser::OPERATIONS,
-    foreign: backend::TYPES_LASER,
+    external_types: backend::TYPES_LASER,
 };
 
 const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
@@ -31,7 +31,7 @@ const SLOT_DIFFERENTIAL_ROBOT: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::differential_robot::OPERATIONS,
-    foreign: backend::TYPES_DIFFERENTIAL_ROBOT,
+    external_types: backend::TYPES_DIFFERENTIAL_ROBOT,
 };
 
 const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
@@ -48,7 +48,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::full_pose_estimation_pub::OPERATIONS,
-    foreign: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
+    external_types: backend::TYPES_FULL_POSE_ESTIMATION_PUB,
 };
 
 /// This component.

@@ -21,7 +21,7 @@ impl Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            speech: SpeechClient::new(ports.caller(0)?),
+            speech: SpeechClient::new(ports.client(0)?),
         })
     }
 

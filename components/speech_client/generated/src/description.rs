@@ -18,7 +18,7 @@ const SLOT_SPEECH: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::speech::OPERATIONS,
-    foreign: backend::TYPES_SPEECH,
+    external_types: backend::TYPES_SPEECH,
 };
 
 /// This component.

@@ -2,10 +2,10 @@
 
 use crate::network::dds::{Domain, Over};
 use crate::network::site::Site;
-use rc_middleware::typed::{Caller, Operation};
+use rc_middleware::typed::{Operation, TypedClient};
 use rc_middleware::{
-    Address, Backend, CallError, Endpoint, Environment, Foreign, Interrupt, Qos, Settings,
-    TypeIdentity,
+    Address, Backend, CallError, Endpoint, Environment, ExternalType, Qos, Settings, TypeIdentity,
+    WakeEvent,
 };
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ const ENVOY: &str =
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
 pub(crate) struct Asker {
-    caller: Caller,
+    caller: TypedClient,
     _backend: Box<dyn Backend>,
 }
 
@@ -37,7 +37,7 @@ impl Asker {
             id,
             type_hash: 0,
             two_way,
-            answers: &[],
+            replies: &[],
         }
     }
 
@@ -60,7 +60,7 @@ impl Asker {
             network: domain.site.network.clone(),
             instance: name.to_owned(),
             directory: domain.site.directory(),
-            interrupt: Interrupt::new().expect("an interrupt"),
+            wake_event: WakeEvent::new().expect("a wake event"),
             settings,
         };
         let (backend, slot, description) = match domain.over {
@@ -80,9 +80,9 @@ impl Asker {
                 hash: u64::from_str_radix(&hash[..16], 16).expect("a hash"),
             },
             qos: Qos::CALL,
-            foreign: types
+            external_types: types
                 .iter()
-                .map(|(operation, type_name)| Foreign {
+                .map(|(operation, type_name)| ExternalType {
                     slot: slot.to_owned(),
                     operation: operation.name.to_owned(),
                     id: operation.id,
@@ -93,7 +93,7 @@ impl Asker {
         let client = backend.client(&endpoint).expect("a client");
         Site::until("the component is found", || client.peers() == 1);
         Self {
-            caller: Caller::new(client, PATIENCE),
+            caller: TypedClient::new(client, PATIENCE),
             _backend: backend,
         }
     }

@@ -3,8 +3,8 @@
 use rc_middleware::backend::now;
 use rc_middleware::qos::Reliability;
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Header, Interrupt, OpenError, Qos, RunDirectory,
-    SendError, Subscriber, TypeIdentity, wait,
+    Address, Backend, Endpoint, Environment, Header, OpenError, Qos, RunDirectory, SendError,
+    Subscriber, TypeIdentity, WakeEvent, wait,
 };
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ impl Network {
             network,
             instance: "test".to_owned(),
             directory,
-            interrupt: Interrupt::new().expect("an interrupt"),
+            wake_event: WakeEvent::new().expect("a wake event"),
             settings: rc_middleware::Settings::default(),
         };
         let settings = &mut environment.settings;
@@ -58,7 +58,7 @@ fn topic(qos: Qos) -> Endpoint {
             hash: 7,
         },
         qos,
-        foreign: Vec::new(),
+        external_types: Vec::new(),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::processes::{Network, Process, ask, map};
 use rc_conformance::network::{
     LIMIT, StopOnDrop, endpoint, header, receive, receive_all, serve_until, until,
 };
-use rc_middleware::{CallError, Interrupt, OpenError, wait};
+use rc_middleware::{CallError, OpenError, WakeEvent, wait};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
 use std::os::unix::fs::MetadataExt;
@@ -275,7 +275,7 @@ fn killed_subscribers_and_clients_are_forgotten() {
     let mut publisher = backend
         .publisher(&endpoint("default/Laser/scan"))
         .expect("a publisher");
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     std::thread::scope(|scope| {
         let (network, stop) = (&network, &stop);
         scope.spawn(move || {

@@ -2,13 +2,13 @@
 
 use crate::processes::{Network, ask};
 use rc_conformance::network::{StopOnDrop, endpoint, receive, serve_until, until};
-use rc_middleware::Interrupt;
+use rc_middleware::WakeEvent;
 
 /// A receiver maps a piece of shared memory when it receives the first value in it, and it is gone when the sender is.
 #[test]
 fn what_is_sent_before_leaving_arrives() {
     let network = Network::new("lv");
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     let orders = std::sync::atomic::AtomicUsize::new(0);
     std::thread::scope(|scope| {
         let (network, stop, orders) = (&network, &stop, &orders);

@@ -1,7 +1,7 @@
 //! Where bodies lie in shared memory, and how much of it is used.
 
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
-use rc_middleware::{Backend, Environment, Interrupt, RunDirectory, Settings};
+use rc_middleware::{Backend, Environment, RunDirectory, Settings, WakeEvent};
 use std::os::unix::fs::MetadataExt;
 
 /// A network of this process; wiped when it goes.
@@ -28,7 +28,7 @@ fn join(directory: &RunDirectory) -> Box<dyn Backend> {
         network: "memory".to_owned(),
         instance: "both".to_owned(),
         directory: directory.clone(),
-        interrupt: Interrupt::new().expect("an interrupt"),
+        wake_event: WakeEvent::new().expect("a wake event"),
         settings: Settings::default(),
     };
     rc_iceoryx2::connect(&environment).expect("the network")
@@ -74,7 +74,7 @@ fn what_is_unused_in_place_does_not_exist() {
         .collect();
     let mut publisher = backend.publisher(&at).expect("a publisher");
     let before = network.used();
-    assert!(publisher.lends());
+    assert!(publisher.can_loan());
     for sequence in 1..100 {
         let mut loan = publisher.loan(SIZE).expect("a loan");
         assert_eq!(loan.memory().as_ptr().addr() % 16, 0);
@@ -123,7 +123,7 @@ fn memory_is_used_for_what_is_under_way() {
     );
     drop((publisher, subscriber));
 
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     let before = network.used();
     std::thread::scope(|scope| {
         let (stop, directory, at) = (&stop, &network.0, &at);

@@ -4,8 +4,8 @@
 use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until, until};
 use rc_middleware::qos::Durability;
 use rc_middleware::{
-    Backend, CallError, Client, Endpoint, Environment, Header, Interrupt, Reply, RunDirectory,
-    Settings, wait,
+    Backend, CallError, Client, Endpoint, Environment, Header, Reply, RunDirectory, Settings,
+    WakeEvent, wait,
 };
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, setrlimit};
 use std::io::{BufRead, BufReader};
@@ -44,7 +44,7 @@ impl Network {
             network: self.0.clone(),
             instance: instance.to_owned(),
             directory: RunDirectory::open(&self.0).expect("a run directory"),
-            interrupt: Interrupt::new().expect("an interrupt"),
+            wake_event: WakeEvent::new().expect("a wake event"),
             settings: Settings::default(),
         }
     }
@@ -190,7 +190,7 @@ pub(crate) fn play(role: &str, network: &Network) {
     let backend = network.join(role);
     limit_files(From::Joined);
     let motor = endpoint("default/Motor");
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     match role {
         "server" => {
             let mut server = backend.server(&motor).expect("a server");

@@ -6,7 +6,7 @@ use rc_conformance::network::{
     LIMIT, StopOnDrop, endpoint, header, receive, receive_all, sequences, serve_until, until,
 };
 use rc_middleware::qos::REQUEST_QUEUE;
-use rc_middleware::{CallError, Client, Gaps, Interrupt, wait};
+use rc_middleware::{CallError, Client, Gaps, WakeEvent, wait};
 use rustix::process::Signal;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -46,7 +46,7 @@ pub(crate) fn play(role: &str, network: &Network) {
             let mut server = backend.server(&motor).expect("a server");
             let commands = std::cell::Cell::new(0_u8);
             println!("ready");
-            let forever = Interrupt::new().expect("an interrupt");
+            let forever = WakeEvent::new().expect("a wake event");
             serve_until(&mut *server, &forever, &|_, request, reply| {
                 if request == b"command" {
                     commands.set(commands.get() + 1);
@@ -166,7 +166,7 @@ fn a_stopped_server_ends_calls_by_their_deadline_and_goes_on() {
 #[test]
 fn a_stopped_client_holds_no_server_up() {
     let network = Network::new("sc");
-    let stop = Interrupt::new().expect("an interrupt");
+    let stop = WakeEvent::new().expect("a wake event");
     let motor = endpoint("default/Motor");
     std::thread::scope(|scope| {
         let (ready, is_ready) = channel();

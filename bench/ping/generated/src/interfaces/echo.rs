@@ -3,7 +3,7 @@
 //!
 //! Gives back what it gets.
 
-use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Operation, TypedClient, expect_result};
 use rc_runtime::middleware::{CallError, cdr};
 
 /// `echo`
@@ -12,7 +12,7 @@ pub(crate) const ECHO: Operation = Operation {
     id: -669077045,
     type_hash: 0x0dcda19f7bc6c682,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -20,28 +20,28 @@ pub(crate) const OPERATIONS: &[Operation] = &[ECHO];
 
 /// The calling end of `Echo`.
 pub struct EchoClient {
-    caller: Caller,
+    client: TypedClient,
 }
 
 impl EchoClient {
-    pub(crate) fn new(caller: Caller) -> Self {
-        Self { caller }
+    pub(crate) fn new(client: TypedClient) -> Self {
+        Self { client }
     }
 
     /// How long a call may take.
     pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-        self.caller.set_timeout(timeout);
+        self.client.set_timeout(timeout);
     }
 
     /// Whether a server is there.
     pub fn is_connected(&self) -> bool {
-        self.caller.peers() > 0
+        self.client.peers() > 0
     }
 
     pub fn echo(&mut self, data: &[u8]) -> Result<Vec<u8>, CallError> {
-        let writer = self.caller.begin(&ECHO);
+        let writer = self.client.begin(&ECHO);
         cdr::sequence(data, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let result: Vec<u8> = reader.get()?;
         Ok(result)

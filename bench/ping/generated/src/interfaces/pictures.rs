@@ -5,7 +5,7 @@
 
 use crate::types::rc_bench;
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError, in_place};
 
 /// `picture`
@@ -14,7 +14,7 @@ pub(crate) const PICTURE: Operation = Operation {
     id: 1425823316,
     type_hash: 0x3c6e22ebb6bf2104,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -22,13 +22,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[PICTURE];
 
 /// The sending end of `Pictures`, one topic an operation.
 pub struct PicturesPublisher {
-    picture: Topic,
+    picture: TypedPublisher,
 }
 
 impl PicturesPublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            picture: ports.topic(slot, 0)?,
+            picture: ports.publisher(slot, 0)?,
         })
     }
 

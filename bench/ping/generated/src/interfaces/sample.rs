@@ -4,7 +4,7 @@
 //! Values that carry the time of their sending.
 
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError, cdr};
 
 /// `sample`
@@ -13,7 +13,7 @@ pub(crate) const SAMPLE: Operation = Operation {
     id: -1074163874,
     type_hash: 0xfd2cbc8cbf4fdcb5,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -21,13 +21,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[SAMPLE];
 
 /// The sending end of `Sample`, one topic an operation.
 pub struct SamplePublisher {
-    sample: Topic,
+    sample: TypedPublisher,
 }
 
 impl SamplePublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            sample: ports.topic(slot, 0)?,
+            sample: ports.publisher(slot, 0)?,
         })
     }
 

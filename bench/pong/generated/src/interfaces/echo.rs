@@ -12,7 +12,7 @@ pub(crate) const ECHO: Operation = Operation {
     id: -669077045,
     type_hash: 0x0dcda19f7bc6c682,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -11,7 +11,7 @@ pub(crate) const PICTURE: Operation = Operation {
     id: 1425823316,
     type_hash: 0x3c6e22ebb6bf2104,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

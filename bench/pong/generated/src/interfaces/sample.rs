@@ -12,7 +12,7 @@ pub(crate) const SAMPLE: Operation = Operation {
     id: -1074163874,
     type_hash: 0xfd2cbc8cbf4fdcb5,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -11,7 +11,7 @@ pub(crate) const IMAGE: Operation = Operation {
     id: 576356472,
     type_hash: 0x7e671b9871fa7944,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -12,7 +12,7 @@ pub(crate) const TICK: Operation = Operation {
     id: 1975576037,
     type_hash: 0xf1c309a1cab5850b,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

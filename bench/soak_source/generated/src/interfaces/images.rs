@@ -5,7 +5,7 @@
 
 use crate::types::rc_soak;
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError, in_place};
 
 /// `image`
@@ -14,7 +14,7 @@ pub(crate) const IMAGE: Operation = Operation {
     id: 576356472,
     type_hash: 0x7e671b9871fa7944,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -22,13 +22,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[IMAGE];
 
 /// The sending end of `Images`, one topic an operation.
 pub struct ImagesPublisher {
-    image: Topic,
+    image: TypedPublisher,
 }
 
 impl ImagesPublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            image: ports.topic(slot, 0)?,
+            image: ports.publisher(slot, 0)?,
         })
     }
 

@@ -4,7 +4,7 @@
 //! Small values in quick succession.
 
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError};
 
 /// `tick`
@@ -13,7 +13,7 @@ pub(crate) const TICK: Operation = Operation {
     id: 1975576037,
     type_hash: 0xf1c309a1cab5850b,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -21,13 +21,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[TICK];
 
 /// The sending end of `Ticks`, one topic an operation.
 pub struct TicksPublisher {
-    tick: Topic,
+    tick: TypedPublisher,
 }
 
 impl TicksPublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            tick: ports.topic(slot, 0)?,
+            tick: ports.publisher(slot, 0)?,
         })
     }
 

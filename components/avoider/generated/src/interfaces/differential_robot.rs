@@ -6,7 +6,7 @@
 
 use crate::types::robo_comp_differential_robot;
 use crate::types::robo_comp_generic_base;
-use rc_runtime::middleware::typed::{Alternative, Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Operation, ReplyVariant, TypedClient, expect_result};
 use rc_runtime::middleware::{CallError, DecodeError};
 
 /// `getBaseState`
@@ -15,11 +15,11 @@ pub(crate) const GET_BASE_STATE: Operation = Operation {
     id: 1652238603,
     type_hash: 0x7fb65cee8ac42b04,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_generic_base::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_generic_base::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
-        Alternative::of::<robo_comp_generic_base::TBaseState>(0),
+        ReplyVariant::of::<robo_comp_generic_base::TBaseState>(0),
     ],
 };
 
@@ -29,13 +29,13 @@ pub(crate) const GET_BASE_POSE: Operation = Operation {
     id: 1764853400,
     type_hash: 0x22e81f5648ef3638,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_generic_base::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_generic_base::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
-        Alternative::of::<i32>(0),
-        Alternative::of::<i32>(0),
-        Alternative::of::<f32>(0),
+        ReplyVariant::of::<i32>(0),
+        ReplyVariant::of::<i32>(0),
+        ReplyVariant::of::<f32>(0),
     ],
 };
 
@@ -45,7 +45,7 @@ pub(crate) const GET_MECH_PARAMS: Operation = Operation {
     id: 1094106188,
     type_hash: 0x8b562d9b6ea758ed,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `setSpeedBase`
@@ -54,7 +54,7 @@ pub(crate) const SET_SPEED_BASE: Operation = Operation {
     id: 813783100,
     type_hash: 0xa402e8c2e63c6d3f,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `stopBase`
@@ -63,7 +63,7 @@ pub(crate) const STOP_BASE: Operation = Operation {
     id: 1982418655,
     type_hash: 0x0cce038f4d7aee28,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `resetOdometer`
@@ -72,7 +72,7 @@ pub(crate) const RESET_ODOMETER: Operation = Operation {
     id: 1723657111,
     type_hash: 0x94826cdc9adc89d4,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `setOdometer`
@@ -81,7 +81,7 @@ pub(crate) const SET_ODOMETER: Operation = Operation {
     id: -2082011004,
     type_hash: 0xecfa26b2d69af9f8,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `setOdometerPose`
@@ -90,7 +90,7 @@ pub(crate) const SET_ODOMETER_POSE: Operation = Operation {
     id: -163556198,
     type_hash: 0x59b1980be6f94abd,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `correctOdometer`
@@ -99,7 +99,7 @@ pub(crate) const CORRECT_ODOMETER: Operation = Operation {
     id: -595828834,
     type_hash: 0x390b47dab13646fd,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -199,31 +199,31 @@ impl From<DecodeError> for GetBasePoseError {
 
 /// The calling end of `DifferentialRobot`.
 pub struct DifferentialRobotClient {
-    caller: Caller,
+    client: TypedClient,
 }
 
 impl DifferentialRobotClient {
-    pub(crate) fn new(caller: Caller) -> Self {
-        Self { caller }
+    pub(crate) fn new(client: TypedClient) -> Self {
+        Self { client }
     }
 
     /// How long a call may take.
     pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-        self.caller.set_timeout(timeout);
+        self.client.set_timeout(timeout);
     }
 
     /// Whether a server is there.
     pub fn is_connected(&self) -> bool {
-        self.caller.peers() > 0
+        self.client.peers() > 0
     }
 
     /// The whole state at once.
     pub fn get_base_state(
         &mut self,
     ) -> Result<robo_comp_generic_base::TBaseState, GetBaseStateError> {
-        let writer = self.caller.begin(&GET_BASE_STATE);
+        let writer = self.client.begin(&GET_BASE_STATE);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == HARDWARE_FAILED_EXCEPTION {
             let error: robo_comp_generic_base::HardwareFailedException = reader.get()?;
             return Err(error.into());
@@ -239,9 +239,9 @@ impl DifferentialRobotClient {
     /// - `z`: in mm
     /// - `alpha`: in rad
     pub fn get_base_pose(&mut self) -> Result<GetBasePoseAnswer, GetBasePoseError> {
-        let writer = self.caller.begin(&GET_BASE_POSE);
+        let writer = self.client.begin(&GET_BASE_POSE);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == HARDWARE_FAILED_EXCEPTION {
             let error: robo_comp_generic_base::HardwareFailedException = reader.get()?;
             return Err(error.into());
@@ -257,9 +257,9 @@ impl DifferentialRobotClient {
     pub fn get_mech_params(
         &mut self,
     ) -> Result<robo_comp_differential_robot::TMechParams, CallError> {
-        let writer = self.caller.begin(&GET_MECH_PARAMS);
+        let writer = self.client.begin(&GET_MECH_PARAMS);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let result: robo_comp_differential_robot::TMechParams = reader.get()?;
         Ok(result)
@@ -270,24 +270,24 @@ impl DifferentialRobotClient {
     /// - `adv`: in mm/s
     /// - `rot`: in rad/s
     pub fn set_speed_base(&mut self, adv: f32, rot: f32) -> Result<(), CallError> {
-        let writer = self.caller.begin(&SET_SPEED_BASE);
+        let writer = self.client.begin(&SET_SPEED_BASE);
         writer.put(&adv);
         writer.put(&rot);
-        self.caller.send()
+        self.client.send()
     }
 
     /// Ends every motion.
     pub fn stop_base(&mut self) -> Result<(), CallError> {
-        let writer = self.caller.begin(&STOP_BASE);
+        let writer = self.client.begin(&STOP_BASE);
         writer.put(&0_u8);
-        self.caller.send()
+        self.client.send()
     }
 
     /// Calls the place where the base stands the origin.
     pub fn reset_odometer(&mut self) -> Result<(), CallError> {
-        let writer = self.caller.begin(&RESET_ODOMETER);
+        let writer = self.client.begin(&RESET_ODOMETER);
         writer.put(&0_u8);
-        self.caller.send()
+        self.client.send()
     }
 
     /// Takes positions and headings, the corrected ones too, from a state.
@@ -295,9 +295,9 @@ impl DifferentialRobotClient {
         &mut self,
         state: &robo_comp_generic_base::TBaseState,
     ) -> Result<(), CallError> {
-        let writer = self.caller.begin(&SET_ODOMETER);
+        let writer = self.client.begin(&SET_ODOMETER);
         writer.put(state);
-        self.caller.send()
+        self.client.send()
     }
 
     /// Says where the base stands, by the wheels.
@@ -306,11 +306,11 @@ impl DifferentialRobotClient {
     /// - `z`: in mm
     /// - `alpha`: in rad
     pub fn set_odometer_pose(&mut self, x: i32, z: i32, alpha: f32) -> Result<(), CallError> {
-        let writer = self.caller.begin(&SET_ODOMETER_POSE);
+        let writer = self.client.begin(&SET_ODOMETER_POSE);
         writer.put(&x);
         writer.put(&z);
         writer.put(&alpha);
-        self.caller.send()
+        self.client.send()
     }
 
     /// Says where the base really stands; what the wheels counted stays as it is.
@@ -319,10 +319,10 @@ impl DifferentialRobotClient {
     /// - `z`: in mm
     /// - `alpha`: in rad
     pub fn correct_odometer(&mut self, x: i32, z: i32, alpha: f32) -> Result<(), CallError> {
-        let writer = self.caller.begin(&CORRECT_ODOMETER);
+        let writer = self.client.begin(&CORRECT_ODOMETER);
         writer.put(&x);
         writer.put(&z);
         writer.put(&alpha);
-        self.caller.send()
+        self.client.send()
     }
 }

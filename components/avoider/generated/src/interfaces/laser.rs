@@ -6,7 +6,7 @@
 use crate::types::robo_comp_generic_base;
 use crate::types::robo_comp_laser;
 use rc_runtime::middleware::CallError;
-use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Operation, TypedClient, expect_result};
 
 /// `getLaserData`
 pub(crate) const GET_LASER_DATA: Operation = Operation {
@@ -14,7 +14,7 @@ pub(crate) const GET_LASER_DATA: Operation = Operation {
     id: -1813133903,
     type_hash: 0x94aaf70d43c7deec,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `getLaserAndBStateData`
@@ -23,7 +23,7 @@ pub(crate) const GET_LASER_AND_B_STATE_DATA: Operation = Operation {
     id: 84382437,
     type_hash: 0x6c4954ac5c18af2c,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `getLaserConfData`
@@ -32,7 +32,7 @@ pub(crate) const GET_LASER_CONF_DATA: Operation = Operation {
     id: 1941542868,
     type_hash: 0x33d972a9fa76c3fb,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -50,28 +50,28 @@ pub type GetLaserAndBStateDataAnswer = (
 
 /// The calling end of `Laser`.
 pub struct LaserClient {
-    caller: Caller,
+    client: TypedClient,
 }
 
 impl LaserClient {
-    pub(crate) fn new(caller: Caller) -> Self {
-        Self { caller }
+    pub(crate) fn new(client: TypedClient) -> Self {
+        Self { client }
     }
 
     /// How long a call may take.
     pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-        self.caller.set_timeout(timeout);
+        self.client.set_timeout(timeout);
     }
 
     /// Whether a server is there.
     pub fn is_connected(&self) -> bool {
-        self.caller.peers() > 0
+        self.client.peers() > 0
     }
 
     pub fn get_laser_data(&mut self) -> Result<robo_comp_laser::TLaserData, CallError> {
-        let writer = self.caller.begin(&GET_LASER_DATA);
+        let writer = self.client.begin(&GET_LASER_DATA);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let result: robo_comp_laser::TLaserData = reader.get()?;
         Ok(result)
@@ -79,9 +79,9 @@ impl LaserClient {
 
     /// A scan, and where the base stood when it was taken.
     pub fn get_laser_and_b_state_data(&mut self) -> Result<GetLaserAndBStateDataAnswer, CallError> {
-        let writer = self.caller.begin(&GET_LASER_AND_B_STATE_DATA);
+        let writer = self.client.begin(&GET_LASER_AND_B_STATE_DATA);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let b_state: robo_comp_generic_base::TBaseState = reader.get()?;
         let result: robo_comp_laser::TLaserData = reader.get()?;
@@ -89,9 +89,9 @@ impl LaserClient {
     }
 
     pub fn get_laser_conf_data(&mut self) -> Result<robo_comp_laser::LaserConfData, CallError> {
-        let writer = self.caller.begin(&GET_LASER_CONF_DATA);
+        let writer = self.client.begin(&GET_LASER_CONF_DATA);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let result: robo_comp_laser::LaserConfData = reader.get()?;
         Ok(result)

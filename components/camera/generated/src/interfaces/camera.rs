@@ -12,7 +12,7 @@ pub(crate) const GET_IMAGE: Operation = Operation {
     id: -1513590890,
     type_hash: 0x1b233cf736c0ed21,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -5,7 +5,7 @@
 
 use crate::types::robo_comp_camera;
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError, in_place};
 
 /// `newImage`
@@ -14,7 +14,7 @@ pub(crate) const NEW_IMAGE: Operation = Operation {
     id: 218034519,
     type_hash: 0xdb32c5ed51b4d351,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `newCloud`
@@ -23,7 +23,7 @@ pub(crate) const NEW_CLOUD: Operation = Operation {
     id: 2024493359,
     type_hash: 0x80293d921b1ebdf2,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -31,15 +31,15 @@ pub(crate) const OPERATIONS: &[Operation] = &[NEW_IMAGE, NEW_CLOUD];
 
 /// The sending end of `CameraPub`, one topic an operation.
 pub struct CameraPubPublisher {
-    new_image: Topic,
-    new_cloud: Topic,
+    new_image: TypedPublisher,
+    new_cloud: TypedPublisher,
 }
 
 impl CameraPubPublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            new_image: ports.topic(slot, 0)?,
-            new_cloud: ports.topic(slot, 1)?,
+            new_image: ports.publisher(slot, 0)?,
+            new_cloud: ports.publisher(slot, 1)?,
         })
     }
 

@@ -5,7 +5,7 @@
 
 use crate::types::robo_comp_camera;
 use rc_runtime::middleware::CallError;
-use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Operation, TypedClient, expect_result};
 
 /// `getImage`
 pub(crate) const GET_IMAGE: Operation = Operation {
@@ -13,7 +13,7 @@ pub(crate) const GET_IMAGE: Operation = Operation {
     id: -1513590890,
     type_hash: 0x1b233cf736c0ed21,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -21,28 +21,28 @@ pub(crate) const OPERATIONS: &[Operation] = &[GET_IMAGE];
 
 /// The calling end of `Camera`.
 pub struct CameraClient {
-    caller: Caller,
+    client: TypedClient,
 }
 
 impl CameraClient {
-    pub(crate) fn new(caller: Caller) -> Self {
-        Self { caller }
+    pub(crate) fn new(client: TypedClient) -> Self {
+        Self { client }
     }
 
     /// How long a call may take.
     pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-        self.caller.set_timeout(timeout);
+        self.client.set_timeout(timeout);
     }
 
     /// Whether a server is there.
     pub fn is_connected(&self) -> bool {
-        self.caller.peers() > 0
+        self.client.peers() > 0
     }
 
     pub fn get_image(&mut self) -> Result<robo_comp_camera::Image, CallError> {
-        let writer = self.caller.begin(&GET_IMAGE);
+        let writer = self.client.begin(&GET_IMAGE);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let result = reader.value::<robo_comp_camera::ImageInPlace>()?;
         Ok(result)
@@ -53,9 +53,9 @@ impl CameraClient {
         &mut self,
         read: impl FnOnce(&robo_comp_camera::ImageInPlace) -> T,
     ) -> Result<T, CallError> {
-        let writer = self.caller.begin(&GET_IMAGE);
+        let writer = self.client.begin(&GET_IMAGE);
         writer.put(&0_u8);
-        self.caller.call_in_place(|case, reader| {
+        self.client.call_in_place(|case, reader| {
             expect_result(case)?;
             let answer = reader.in_place::<robo_comp_camera::ImageInPlace>()?;
             Ok(read(&answer))

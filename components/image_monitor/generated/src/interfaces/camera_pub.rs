@@ -11,7 +11,7 @@ pub(crate) const NEW_IMAGE: Operation = Operation {
     id: 218034519,
     type_hash: 0xdb32c5ed51b4d351,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `newCloud`
@@ -20,7 +20,7 @@ pub(crate) const NEW_CLOUD: Operation = Operation {
     id: 2024493359,
     type_hash: 0x80293d921b1ebdf2,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -5,7 +5,7 @@
 //! was accepted, the state tells when it is reached.
 
 use crate::types::robo_comp_joint_motor;
-use rc_runtime::middleware::typed::{Alternative, Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Operation, ReplyVariant, TypedClient, expect_result};
 use rc_runtime::middleware::{CallError, DecodeError, cdr};
 
 /// `setPosition`
@@ -14,9 +14,9 @@ pub(crate) const SET_POSITION: Operation = Operation {
     id: -800444418,
     type_hash: 0xe09c460aa8a79918,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -28,9 +28,9 @@ pub(crate) const SET_VELOCITY: Operation = Operation {
     id: -1167115710,
     type_hash: 0x50e98f1000de6e6a,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -42,9 +42,9 @@ pub(crate) const SET_ZERO_POS: Operation = Operation {
     id: 170082632,
     type_hash: 0xebdf8f10f7897494,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -56,9 +56,9 @@ pub(crate) const SET_SYNC_POSITION: Operation = Operation {
     id: -676275672,
     type_hash: 0x4b8558d20a917c8a,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -70,9 +70,9 @@ pub(crate) const SET_SYNC_VELOCITY: Operation = Operation {
     id: -390934193,
     type_hash: 0xab995bcf6fc2e2c2,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -84,9 +84,9 @@ pub(crate) const SET_SYNC_ZERO_POS: Operation = Operation {
     id: 1340080263,
     type_hash: 0xd1cdef51753be283,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -98,9 +98,9 @@ pub(crate) const GET_MOTOR_PARAMS: Operation = Operation {
     id: -1266026689,
     type_hash: 0x8b1333a0d502f92d,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorParams>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorParams>(0),
     ],
 };
 
@@ -110,9 +110,9 @@ pub(crate) const GET_MOTOR_STATE: Operation = Operation {
     id: 272966398,
     type_hash: 0x663e2b8e510481cf,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorState>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorState>(0),
     ],
 };
 
@@ -122,9 +122,9 @@ pub(crate) const GET_MOTOR_STATE_MAP: Operation = Operation {
     id: -1372387326,
     type_hash: 0x3660e5db85dd2771,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorStateMap>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorStateMap>(0),
     ],
 };
 
@@ -134,9 +134,9 @@ pub(crate) const GET_ALL_MOTOR_STATE: Operation = Operation {
     id: -1828834478,
     type_hash: 0x9bbd0a55c471c9c8,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorStateMap>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorStateMap>(0),
     ],
 };
 
@@ -146,7 +146,7 @@ pub(crate) const GET_ALL_MOTOR_PARAMS: Operation = Operation {
     id: 1210762503,
     type_hash: 0x5e89995c0581884a,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `getBusParams`
@@ -155,7 +155,7 @@ pub(crate) const GET_BUS_PARAMS: Operation = Operation {
     id: 2021444905,
     type_hash: 0xd2acba91a96e27f2,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -616,22 +616,22 @@ impl From<DecodeError> for GetAllMotorStateError {
 
 /// The calling end of `JointMotor`.
 pub struct JointMotorClient {
-    caller: Caller,
+    client: TypedClient,
 }
 
 impl JointMotorClient {
-    pub(crate) fn new(caller: Caller) -> Self {
-        Self { caller }
+    pub(crate) fn new(client: TypedClient) -> Self {
+        Self { client }
     }
 
     /// How long a call may take.
     pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-        self.caller.set_timeout(timeout);
+        self.client.set_timeout(timeout);
     }
 
     /// Whether a server is there.
     pub fn is_connected(&self) -> bool {
-        self.caller.peers() > 0
+        self.client.peers() > 0
     }
 
     /// The motor goes to this position and stays there.
@@ -639,9 +639,9 @@ impl JointMotorClient {
         &mut self,
         goal: &robo_comp_joint_motor::MotorGoalPosition,
     ) -> Result<(), SetPositionError> {
-        let writer = self.caller.begin(&SET_POSITION);
+        let writer = self.client.begin(&SET_POSITION);
         writer.put(goal);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -659,9 +659,9 @@ impl JointMotorClient {
         &mut self,
         goal: &robo_comp_joint_motor::MotorGoalVelocity,
     ) -> Result<(), SetVelocityError> {
-        let writer = self.caller.begin(&SET_VELOCITY);
+        let writer = self.client.begin(&SET_VELOCITY);
         writer.put(goal);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -676,9 +676,9 @@ impl JointMotorClient {
 
     /// Sends a motor to its zero position.
     pub fn set_zero_pos(&mut self, name: &str) -> Result<(), SetZeroPosError> {
-        let writer = self.caller.begin(&SET_ZERO_POS);
+        let writer = self.client.begin(&SET_ZERO_POS);
         cdr::text(name, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -696,9 +696,9 @@ impl JointMotorClient {
         &mut self,
         list_goals: &[robo_comp_joint_motor::MotorGoalPosition],
     ) -> Result<(), SetSyncPositionError> {
-        let writer = self.caller.begin(&SET_SYNC_POSITION);
+        let writer = self.client.begin(&SET_SYNC_POSITION);
         cdr::sequence(list_goals, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -716,9 +716,9 @@ impl JointMotorClient {
         &mut self,
         list_goals: &[robo_comp_joint_motor::MotorGoalVelocity],
     ) -> Result<(), SetSyncVelocityError> {
-        let writer = self.caller.begin(&SET_SYNC_VELOCITY);
+        let writer = self.client.begin(&SET_SYNC_VELOCITY);
         cdr::sequence(list_goals, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -733,9 +733,9 @@ impl JointMotorClient {
 
     /// Sends every motor to its zero position.
     pub fn set_sync_zero_pos(&mut self) -> Result<(), SetSyncZeroPosError> {
-        let writer = self.caller.begin(&SET_SYNC_ZERO_POS);
+        let writer = self.client.begin(&SET_SYNC_ZERO_POS);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -752,9 +752,9 @@ impl JointMotorClient {
         &mut self,
         motor: &str,
     ) -> Result<robo_comp_joint_motor::MotorParams, GetMotorParamsError> {
-        let writer = self.caller.begin(&GET_MOTOR_PARAMS);
+        let writer = self.client.begin(&GET_MOTOR_PARAMS);
         cdr::text(motor, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -768,9 +768,9 @@ impl JointMotorClient {
         &mut self,
         motor: &str,
     ) -> Result<robo_comp_joint_motor::MotorState, GetMotorStateError> {
-        let writer = self.caller.begin(&GET_MOTOR_STATE);
+        let writer = self.client.begin(&GET_MOTOR_STATE);
         cdr::text(motor, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -785,9 +785,9 @@ impl JointMotorClient {
         &mut self,
         m_list: &[String],
     ) -> Result<robo_comp_joint_motor::MotorStateMap, GetMotorStateMapError> {
-        let writer = self.caller.begin(&GET_MOTOR_STATE_MAP);
+        let writer = self.client.begin(&GET_MOTOR_STATE_MAP);
         cdr::sequence(m_list, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -801,9 +801,9 @@ impl JointMotorClient {
     pub fn get_all_motor_state(
         &mut self,
     ) -> Result<robo_comp_joint_motor::MotorStateMap, GetAllMotorStateError> {
-        let writer = self.caller.begin(&GET_ALL_MOTOR_STATE);
+        let writer = self.client.begin(&GET_ALL_MOTOR_STATE);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == UNKNOWN_MOTOR_EXCEPTION {
             let error: robo_comp_joint_motor::UnknownMotorException = reader.get()?;
             return Err(error.into());
@@ -816,18 +816,18 @@ impl JointMotorClient {
     pub fn get_all_motor_params(
         &mut self,
     ) -> Result<robo_comp_joint_motor::MotorParamsList, CallError> {
-        let writer = self.caller.begin(&GET_ALL_MOTOR_PARAMS);
+        let writer = self.client.begin(&GET_ALL_MOTOR_PARAMS);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let result: robo_comp_joint_motor::MotorParamsList = reader.get()?;
         Ok(result)
     }
 
     pub fn get_bus_params(&mut self) -> Result<robo_comp_joint_motor::BusParams, CallError> {
-        let writer = self.caller.begin(&GET_BUS_PARAMS);
+        let writer = self.client.begin(&GET_BUS_PARAMS);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let result: robo_comp_joint_motor::BusParams = reader.get()?;
         Ok(result)

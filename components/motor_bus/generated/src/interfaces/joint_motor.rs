@@ -5,7 +5,7 @@
 //! was accepted, the state tells when it is reached.
 
 use crate::types::robo_comp_joint_motor;
-use rc_runtime::middleware::typed::{Alternative, Operation};
+use rc_runtime::middleware::typed::{Operation, ReplyVariant};
 use rc_runtime::middleware::{CallError, DecodeError, Reader};
 
 /// `setPosition`
@@ -14,9 +14,9 @@ pub(crate) const SET_POSITION: Operation = Operation {
     id: -800444418,
     type_hash: 0xe09c460aa8a79918,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -28,9 +28,9 @@ pub(crate) const SET_VELOCITY: Operation = Operation {
     id: -1167115710,
     type_hash: 0x50e98f1000de6e6a,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -42,9 +42,9 @@ pub(crate) const SET_ZERO_POS: Operation = Operation {
     id: 170082632,
     type_hash: 0xebdf8f10f7897494,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -56,9 +56,9 @@ pub(crate) const SET_SYNC_POSITION: Operation = Operation {
     id: -676275672,
     type_hash: 0x4b8558d20a917c8a,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -70,9 +70,9 @@ pub(crate) const SET_SYNC_VELOCITY: Operation = Operation {
     id: -390934193,
     type_hash: 0xab995bcf6fc2e2c2,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -84,9 +84,9 @@ pub(crate) const SET_SYNC_ZERO_POS: Operation = Operation {
     id: 1340080263,
     type_hash: 0xd1cdef51753be283,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
     ],
@@ -98,9 +98,9 @@ pub(crate) const GET_MOTOR_PARAMS: Operation = Operation {
     id: -1266026689,
     type_hash: 0x8b1333a0d502f92d,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorParams>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorParams>(0),
     ],
 };
 
@@ -110,9 +110,9 @@ pub(crate) const GET_MOTOR_STATE: Operation = Operation {
     id: 272966398,
     type_hash: 0x663e2b8e510481cf,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorState>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorState>(0),
     ],
 };
 
@@ -122,9 +122,9 @@ pub(crate) const GET_MOTOR_STATE_MAP: Operation = Operation {
     id: -1372387326,
     type_hash: 0x3660e5db85dd2771,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorStateMap>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorStateMap>(0),
     ],
 };
 
@@ -134,9 +134,9 @@ pub(crate) const GET_ALL_MOTOR_STATE: Operation = Operation {
     id: -1828834478,
     type_hash: 0x9bbd0a55c471c9c8,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-        Alternative::of::<robo_comp_joint_motor::MotorStateMap>(0),
+    replies: &[
+        ReplyVariant::of::<robo_comp_joint_motor::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+        ReplyVariant::of::<robo_comp_joint_motor::MotorStateMap>(0),
     ],
 };
 
@@ -146,7 +146,7 @@ pub(crate) const GET_ALL_MOTOR_PARAMS: Operation = Operation {
     id: 1210762503,
     type_hash: 0x5e89995c0581884a,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `getBusParams`
@@ -155,7 +155,7 @@ pub(crate) const GET_BUS_PARAMS: Operation = Operation {
     id: 2021444905,
     type_hash: 0xd2acba91a96e27f2,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -13,7 +13,7 @@ pub(crate) const NEW_FULL_POSE: Operation = Operation {
     id: -1003851669,
     type_hash: 0x21ddbe7f0f48f693,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -5,7 +5,7 @@
 //! What moves the base is a command, one way: the state tells what came of it.
 
 use crate::types::robo_comp_generic_base;
-use rc_runtime::middleware::typed::{Alternative, Operation};
+use rc_runtime::middleware::typed::{Operation, ReplyVariant};
 use rc_runtime::middleware::{CallError, DecodeError, Reader};
 
 /// `getBaseState`
@@ -14,11 +14,11 @@ pub(crate) const GET_BASE_STATE: Operation = Operation {
     id: 1652238603,
     type_hash: 0x7fb65cee8ac42b04,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_generic_base::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_generic_base::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
-        Alternative::of::<robo_comp_generic_base::TBaseState>(0),
+        ReplyVariant::of::<robo_comp_generic_base::TBaseState>(0),
     ],
 };
 
@@ -28,13 +28,13 @@ pub(crate) const GET_BASE_POSE: Operation = Operation {
     id: 1764853400,
     type_hash: 0x22e81f5648ef3638,
     two_way: true,
-    answers: &[
-        Alternative::of::<robo_comp_generic_base::HardwareFailedException>(
+    replies: &[
+        ReplyVariant::of::<robo_comp_generic_base::HardwareFailedException>(
             HARDWARE_FAILED_EXCEPTION,
         ),
-        Alternative::of::<i32>(0),
-        Alternative::of::<i32>(0),
-        Alternative::of::<f32>(0),
+        ReplyVariant::of::<i32>(0),
+        ReplyVariant::of::<i32>(0),
+        ReplyVariant::of::<f32>(0),
     ],
 };
 
@@ -44,7 +44,7 @@ pub(crate) const GET_MECH_PARAMS: Operation = Operation {
     id: 1094106188,
     type_hash: 0x8b562d9b6ea758ed,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `setSpeedBase`
@@ -53,7 +53,7 @@ pub(crate) const SET_SPEED_BASE: Operation = Operation {
     id: 813783100,
     type_hash: 0xa402e8c2e63c6d3f,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `stopBase`
@@ -62,7 +62,7 @@ pub(crate) const STOP_BASE: Operation = Operation {
     id: 1982418655,
     type_hash: 0x0cce038f4d7aee28,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `resetOdometer`
@@ -71,7 +71,7 @@ pub(crate) const RESET_ODOMETER: Operation = Operation {
     id: 1723657111,
     type_hash: 0x94826cdc9adc89d4,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `setOdometer`
@@ -80,7 +80,7 @@ pub(crate) const SET_ODOMETER: Operation = Operation {
     id: -2082011004,
     type_hash: 0xecfa26b2d69af9f8,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `setOdometerPose`
@@ -89,7 +89,7 @@ pub(crate) const SET_ODOMETER_POSE: Operation = Operation {
     id: -163556198,
     type_hash: 0x59b1980be6f94abd,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `correctOdometer`
@@ -98,7 +98,7 @@ pub(crate) const CORRECT_ODOMETER: Operation = Operation {
     id: -595828834,
     type_hash: 0x390b47dab13646fd,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

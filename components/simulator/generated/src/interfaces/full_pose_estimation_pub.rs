@@ -5,7 +5,7 @@
 
 use crate::types::robo_comp_full_pose_estimation;
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError};
 
 /// `newFullPose`
@@ -14,7 +14,7 @@ pub(crate) const NEW_FULL_POSE: Operation = Operation {
     id: -1003851669,
     type_hash: 0x21ddbe7f0f48f693,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -22,13 +22,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[NEW_FULL_POSE];
 
 /// The sending end of `FullPoseEstimationPub`, one topic an operation.
 pub struct FullPoseEstimationPubPublisher {
-    new_full_pose: Topic,
+    new_full_pose: TypedPublisher,
 }
 
 impl FullPoseEstimationPubPublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            new_full_pose: ports.topic(slot, 0)?,
+            new_full_pose: ports.publisher(slot, 0)?,
         })
     }
 

@@ -14,7 +14,7 @@ pub(crate) const GET_LASER_DATA: Operation = Operation {
     id: -1813133903,
     type_hash: 0x94aaf70d43c7deec,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `getLaserAndBStateData`
@@ -23,7 +23,7 @@ pub(crate) const GET_LASER_AND_B_STATE_DATA: Operation = Operation {
     id: 84382437,
     type_hash: 0x6c4954ac5c18af2c,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `getLaserConfData`
@@ -32,7 +32,7 @@ pub(crate) const GET_LASER_CONF_DATA: Operation = Operation {
     id: 1941542868,
     type_hash: 0x33d972a9fa76c3fb,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -5,7 +5,7 @@
 
 use crate::types::robo_comp_speech;
 use rc_runtime::middleware::CallError;
-use rc_runtime::middleware::typed::{Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Operation, TypedClient, expect_result};
 
 /// `say`
 pub(crate) const SAY: Operation = Operation {
@@ -13,7 +13,7 @@ pub(crate) const SAY: Operation = Operation {
     id: 1324760997,
     type_hash: 0x789ba98f7c190330,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `isBusy`
@@ -22,7 +22,7 @@ pub(crate) const IS_BUSY: Operation = Operation {
     id: -228285889,
     type_hash: 0x8b94f2f5a52ee7d3,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `enableSynchronization`
@@ -31,7 +31,7 @@ pub(crate) const ENABLE_SYNCHRONIZATION: Operation = Operation {
     id: 1135797090,
     type_hash: 0xe4bdfa3a6c4eb122,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -39,22 +39,22 @@ pub(crate) const OPERATIONS: &[Operation] = &[SAY, IS_BUSY, ENABLE_SYNCHRONIZATI
 
 /// The calling end of `Speech`.
 pub struct SpeechClient {
-    caller: Caller,
+    client: TypedClient,
 }
 
 impl SpeechClient {
-    pub(crate) fn new(caller: Caller) -> Self {
-        Self { caller }
+    pub(crate) fn new(client: TypedClient) -> Self {
+        Self { client }
     }
 
     /// How long a call may take.
     pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-        self.caller.set_timeout(timeout);
+        self.client.set_timeout(timeout);
     }
 
     /// Whether a server is there.
     pub fn is_connected(&self) -> bool {
-        self.caller.peers() > 0
+        self.client.peers() > 0
     }
 
     /// Queues a text; the answer is whether it will be said.
@@ -62,9 +62,9 @@ impl SpeechClient {
         &mut self,
         request_: &robo_comp_speech::Datasayin,
     ) -> Result<robo_comp_speech::Dataresponse, CallError> {
-        let writer = self.caller.begin(&SAY);
+        let writer = self.client.begin(&SAY);
         writer.put(request_);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let response: robo_comp_speech::Dataresponse = reader.get()?;
         Ok(response)
@@ -72,9 +72,9 @@ impl SpeechClient {
 
     /// Whether something is being said or waits to be said.
     pub fn is_busy(&mut self) -> Result<robo_comp_speech::Dataresponse, CallError> {
-        let writer = self.caller.begin(&IS_BUSY);
+        let writer = self.client.begin(&IS_BUSY);
         writer.put(&0_u8);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         expect_result(case)?;
         let response: robo_comp_speech::Dataresponse = reader.get()?;
         Ok(response)
@@ -85,8 +85,8 @@ impl SpeechClient {
         &mut self,
         request_: &robo_comp_speech::DataenableSynchronizationin,
     ) -> Result<(), CallError> {
-        let writer = self.caller.begin(&ENABLE_SYNCHRONIZATION);
+        let writer = self.client.begin(&ENABLE_SYNCHRONIZATION);
         writer.put(request_);
-        self.caller.send()
+        self.client.send()
     }
 }

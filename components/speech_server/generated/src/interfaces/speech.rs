@@ -13,7 +13,7 @@ pub(crate) const SAY: Operation = Operation {
     id: 1324760997,
     type_hash: 0x789ba98f7c190330,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `isBusy`
@@ -22,7 +22,7 @@ pub(crate) const IS_BUSY: Operation = Operation {
     id: -228285889,
     type_hash: 0x8b94f2f5a52ee7d3,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `enableSynchronization`
@@ -31,7 +31,7 @@ pub(crate) const ENABLE_SYNCHRONIZATION: Operation = Operation {
     id: 1135797090,
     type_hash: 0xe4bdfa3a6c4eb122,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

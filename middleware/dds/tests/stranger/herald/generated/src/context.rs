@@ -22,7 +22,7 @@ impl Context {
         let _ = values;
         Ok(Self {
             core,
-            oracle: OracleClient::new(ports.caller(1)?),
+            oracle: OracleClient::new(ports.client(1)?),
             echoes: EchoesPublisher::new(ports, 4)?,
             archive: ArchivePublisher::new(ports, 5)?,
         })

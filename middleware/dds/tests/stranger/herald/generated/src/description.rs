@@ -18,7 +18,7 @@ const SLOT_HERALD: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::herald::OPERATIONS,
-    foreign: backend::TYPES_HERALD,
+    external_types: backend::TYPES_HERALD,
 };
 
 const SLOT_ORACLE: Slot = Slot {
@@ -30,7 +30,7 @@ const SLOT_ORACLE: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::oracle::OPERATIONS,
-    foreign: backend::TYPES_ORACLE,
+    external_types: backend::TYPES_ORACLE,
 };
 
 const SLOT_REPORTS: Slot = Slot {
@@ -46,7 +46,7 @@ const SLOT_REPORTS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::reports::OPERATIONS,
-    foreign: backend::TYPES_REPORTS,
+    external_types: backend::TYPES_REPORTS,
 };
 
 const SLOT_ORDERS: Slot = Slot {
@@ -63,7 +63,7 @@ const SLOT_ORDERS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::orders::OPERATIONS,
-    foreign: backend::TYPES_ORDERS,
+    external_types: backend::TYPES_ORDERS,
 };
 
 const SLOT_ECHOES: Slot = Slot {
@@ -78,7 +78,7 @@ const SLOT_ECHOES: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::echoes::OPERATIONS,
-    foreign: backend::TYPES_ECHOES,
+    external_types: backend::TYPES_ECHOES,
 };
 
 const SLOT_ARCHIVE: Slot = Slot {
@@ -94,7 +94,7 @@ const SLOT_ARCHIVE: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::archive::OPERATIONS,
-    foreign: backend::TYPES_ARCHIVE,
+    external_types: backend::TYPES_ARCHIVE,
 };
 
 /// This component.

@@ -27,7 +27,7 @@ impl Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            oracle: OracleClient::new(ports.caller(1)?),
+            oracle: OracleClient::new(ports.client(1)?),
             echoes: EchoesPublisher::new(ports, 5)?,
             gossip: GossipPublisher::new(ports, 6)?,
             archive: ArchivePublisher::new(ports, 7)?,

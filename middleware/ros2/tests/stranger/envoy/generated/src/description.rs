@@ -19,7 +19,7 @@ const SLOT_ENVOY: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::envoy::OPERATIONS,
-    foreign: backend::TYPES_ENVOY,
+    external_types: backend::TYPES_ENVOY,
 };
 
 const SLOT_ORACLE: Slot = Slot {
@@ -31,7 +31,7 @@ const SLOT_ORACLE: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     operations: interfaces::oracle::OPERATIONS,
-    foreign: backend::TYPES_ORACLE,
+    external_types: backend::TYPES_ORACLE,
 };
 
 const SLOT_REPORTS: Slot = Slot {
@@ -47,7 +47,7 @@ const SLOT_REPORTS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::reports::OPERATIONS,
-    foreign: backend::TYPES_REPORTS,
+    external_types: backend::TYPES_REPORTS,
 };
 
 const SLOT_TALK: Slot = Slot {
@@ -63,7 +63,7 @@ const SLOT_TALK: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::talk::OPERATIONS,
-    foreign: backend::TYPES_TALK,
+    external_types: backend::TYPES_TALK,
 };
 
 const SLOT_ORDERS: Slot = Slot {
@@ -80,7 +80,7 @@ const SLOT_ORDERS: Slot = Slot {
         ..Qos::SUBSCRIBER
     },
     operations: interfaces::orders::OPERATIONS,
-    foreign: backend::TYPES_ORDERS,
+    external_types: backend::TYPES_ORDERS,
 };
 
 const SLOT_ECHOES: Slot = Slot {
@@ -95,7 +95,7 @@ const SLOT_ECHOES: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::echoes::OPERATIONS,
-    foreign: backend::TYPES_ECHOES,
+    external_types: backend::TYPES_ECHOES,
 };
 
 const SLOT_GOSSIP: Slot = Slot {
@@ -107,7 +107,7 @@ const SLOT_GOSSIP: Slot = Slot {
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
     operations: interfaces::gossip::OPERATIONS,
-    foreign: backend::TYPES_GOSSIP,
+    external_types: backend::TYPES_GOSSIP,
 };
 
 const SLOT_ARCHIVE: Slot = Slot {
@@ -123,7 +123,7 @@ const SLOT_ARCHIVE: Slot = Slot {
         ..Qos::PUBLISHER
     },
     operations: interfaces::archive::OPERATIONS,
-    foreign: backend::TYPES_ARCHIVE,
+    external_types: backend::TYPES_ARCHIVE,
 };
 
 /// This component.

@@ -4,7 +4,7 @@
 //! What the herald has noted, for strangers that come late.
 
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError, cdr};
 
 /// `keep`
@@ -13,7 +13,7 @@ pub(crate) const KEEP: Operation = Operation {
     id: 502713368,
     type_hash: 0x183adb5b5377fe02,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -21,13 +21,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[KEEP];
 
 /// The sending end of `Archive`, one topic an operation.
 pub struct ArchivePublisher {
-    keep: Topic,
+    keep: TypedPublisher,
 }
 
 impl ArchivePublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            keep: ports.topic(slot, 0)?,
+            keep: ports.publisher(slot, 0)?,
         })
     }
 

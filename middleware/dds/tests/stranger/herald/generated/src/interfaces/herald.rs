@@ -4,7 +4,7 @@
 //! What the herald is asked.
 
 use crate::types::rc_herald;
-use rc_runtime::middleware::typed::{Alternative, Operation};
+use rc_runtime::middleware::typed::{Operation, ReplyVariant};
 use rc_runtime::middleware::{CallError, DecodeError, Reader};
 
 /// `shift`
@@ -13,10 +13,10 @@ pub(crate) const SHIFT: Operation = Operation {
     id: 1313846826,
     type_hash: 0xed063031b7909a40,
     two_way: true,
-    answers: &[
-        Alternative::of::<rc_herald::Nonsense>(NONSENSE),
-        Alternative::of::<i32>(0),
-        Alternative::of::<rc_herald::Report>(0),
+    replies: &[
+        ReplyVariant::of::<rc_herald::Nonsense>(NONSENSE),
+        ReplyVariant::of::<i32>(0),
+        ReplyVariant::of::<rc_herald::Report>(0),
     ],
 };
 
@@ -26,7 +26,7 @@ pub(crate) const NOTE: Operation = Operation {
     id: -900475222,
     type_hash: 0x7c15cd49cf592ea1,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `noted`
@@ -35,7 +35,7 @@ pub(crate) const NOTED: Operation = Operation {
     id: 1175885854,
     type_hash: 0xd466d8ed04c4abb9,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `consult`
@@ -44,7 +44,7 @@ pub(crate) const CONSULT: Operation = Operation {
     id: 3440400,
     type_hash: 0x8f4b3c60ff063a53,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -4,7 +4,7 @@
 //! What the herald asks.
 
 use crate::types::rc_herald;
-use rc_runtime::middleware::typed::{Alternative, Caller, Operation, expect_result};
+use rc_runtime::middleware::typed::{Operation, ReplyVariant, TypedClient, expect_result};
 use rc_runtime::middleware::{CallError, DecodeError, cdr};
 
 /// `ask`
@@ -13,10 +13,10 @@ pub(crate) const ASK: Operation = Operation {
     id: 1883231070,
     type_hash: 0x6b984418dfee1be0,
     two_way: true,
-    answers: &[
-        Alternative::of::<rc_herald::Nonsense>(NONSENSE),
-        Alternative::of::<rc_herald::Point>(0),
-        Alternative::of::<i64>(0),
+    replies: &[
+        ReplyVariant::of::<rc_herald::Nonsense>(NONSENSE),
+        ReplyVariant::of::<rc_herald::Point>(0),
+        ReplyVariant::of::<i64>(0),
     ],
 };
 
@@ -26,7 +26,7 @@ pub(crate) const TELL: Operation = Operation {
     id: 1022105598,
     type_hash: 0xe6d2ecd19135f599,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -78,28 +78,28 @@ impl From<DecodeError> for AskError {
 
 /// The calling end of `Oracle`.
 pub struct OracleClient {
-    caller: Caller,
+    client: TypedClient,
 }
 
 impl OracleClient {
-    pub(crate) fn new(caller: Caller) -> Self {
-        Self { caller }
+    pub(crate) fn new(client: TypedClient) -> Self {
+        Self { client }
     }
 
     /// How long a call may take.
     pub fn set_timeout(&mut self, timeout: std::time::Duration) {
-        self.caller.set_timeout(timeout);
+        self.client.set_timeout(timeout);
     }
 
     /// Whether a server is there.
     pub fn is_connected(&self) -> bool {
-        self.caller.peers() > 0
+        self.client.peers() > 0
     }
 
     pub fn ask(&mut self, question: &str) -> Result<AskAnswer, AskError> {
-        let writer = self.caller.begin(&ASK);
+        let writer = self.client.begin(&ASK);
         cdr::text(question, writer);
-        let (case, mut reader) = self.caller.call()?;
+        let (case, mut reader) = self.client.call()?;
         if case == NONSENSE {
             let error: rc_herald::Nonsense = reader.get()?;
             return Err(error.into());
@@ -111,8 +111,8 @@ impl OracleClient {
     }
 
     pub fn tell(&mut self, text: &str) -> Result<(), CallError> {
-        let writer = self.caller.begin(&TELL);
+        let writer = self.client.begin(&TELL);
         cdr::text(text, writer);
-        self.caller.send()
+        self.client.send()
     }
 }

@@ -12,7 +12,7 @@ pub(crate) const ORDER: Operation = Operation {
     id: -92298896,
     type_hash: 0xb5c58787f20f61b9,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -13,7 +13,7 @@ pub(crate) const REPORT: Operation = Operation {
     id: 3116521,
     type_hash: 0xbc2686e480a03735,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

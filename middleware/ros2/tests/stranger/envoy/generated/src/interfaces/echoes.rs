@@ -5,7 +5,7 @@
 
 use crate::types::rc_envoy;
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError};
 
 /// `echo`
@@ -14,7 +14,7 @@ pub(crate) const ECHO: Operation = Operation {
     id: -669077045,
     type_hash: 0x35659fe699fd0c0b,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -22,13 +22,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[ECHO];
 
 /// The sending end of `Echoes`, one topic an operation.
 pub struct EchoesPublisher {
-    echo: Topic,
+    echo: TypedPublisher,
 }
 
 impl EchoesPublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            echo: ports.topic(slot, 0)?,
+            echo: ports.publisher(slot, 0)?,
         })
     }
 

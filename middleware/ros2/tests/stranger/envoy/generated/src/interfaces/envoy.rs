@@ -4,7 +4,7 @@
 //! What the envoy is asked.
 
 use crate::types::rc_envoy;
-use rc_runtime::middleware::typed::{Alternative, Operation};
+use rc_runtime::middleware::typed::{Operation, ReplyVariant};
 use rc_runtime::middleware::{CallError, DecodeError, Reader};
 
 /// `shift`
@@ -13,10 +13,10 @@ pub(crate) const SHIFT: Operation = Operation {
     id: 1313846826,
     type_hash: 0xf75339ce8f79e921,
     two_way: true,
-    answers: &[
-        Alternative::of::<rc_envoy::Nonsense>(NONSENSE),
-        Alternative::of::<i32>(0),
-        Alternative::of::<rc_envoy::Report>(0),
+    replies: &[
+        ReplyVariant::of::<rc_envoy::Nonsense>(NONSENSE),
+        ReplyVariant::of::<i32>(0),
+        ReplyVariant::of::<rc_envoy::Report>(0),
     ],
 };
 
@@ -26,7 +26,7 @@ pub(crate) const NOTE: Operation = Operation {
     id: -900475222,
     type_hash: 0x0fba545823562eb2,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// `noted`
@@ -35,7 +35,7 @@ pub(crate) const NOTED: Operation = Operation {
     id: 1175885854,
     type_hash: 0xe79e7c3449ac992b,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `consult`
@@ -44,7 +44,7 @@ pub(crate) const CONSULT: Operation = Operation {
     id: 3440400,
     type_hash: 0x606d9b1e5b6850e1,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// `add`
@@ -53,7 +53,7 @@ pub(crate) const ADD: Operation = Operation {
     id: -59184076,
     type_hash: 0xfee7cdec6859bf5d,
     two_way: true,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -4,7 +4,7 @@
 //! The same, as the envoy says it again.
 
 use rc_runtime::Ports;
-use rc_runtime::middleware::typed::{Operation, Topic};
+use rc_runtime::middleware::typed::{Operation, TypedPublisher};
 use rc_runtime::middleware::{OpenError, SendError, cdr};
 
 /// `chatter`
@@ -13,7 +13,7 @@ pub(crate) const CHATTER: Operation = Operation {
     id: 902822334,
     type_hash: 0x3fa5ba30928f8e08,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.
@@ -21,13 +21,13 @@ pub(crate) const OPERATIONS: &[Operation] = &[CHATTER];
 
 /// The sending end of `Gossip`, one topic an operation.
 pub struct GossipPublisher {
-    chatter: Topic,
+    chatter: TypedPublisher,
 }
 
 impl GossipPublisher {
     pub(crate) fn new(ports: &Ports, slot: usize) -> Result<Self, OpenError> {
         Ok(Self {
-            chatter: ports.topic(slot, 0)?,
+            chatter: ports.publisher(slot, 0)?,
         })
     }
 

@@ -12,7 +12,7 @@ pub(crate) const ORDER: Operation = Operation {
     id: -92298896,
     type_hash: 0xb47e218d1da1ff3a,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -13,7 +13,7 @@ pub(crate) const REPORT: Operation = Operation {
     id: 3116521,
     type_hash: 0x0d1f3efe7a0a303d,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

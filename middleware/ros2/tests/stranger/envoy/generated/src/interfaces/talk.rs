@@ -12,7 +12,7 @@ pub(crate) const CHATTER: Operation = Operation {
     id: 902822334,
     type_hash: 0xd4ccdd47f5ca6564,
     two_way: false,
-    answers: &[],
+    replies: &[],
 };
 
 /// All operations, in the order of the IDSL.

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A descriptor that becomes readable, and whether the component is to stop. Clones are the same interrupt.
 #[derive(Clone, Debug)]
-pub struct Interrupt(Arc<Inner>);
+pub struct WakeEvent(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
@@ -18,7 +18,7 @@ struct Inner {
     stopping: AtomicBool,
 }
 
-impl Interrupt {
+impl WakeEvent {
     /// An interrupt at rest.
     pub fn new() -> io::Result<Self> {
         let event = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
@@ -63,7 +63,7 @@ impl Interrupt {
     }
 }
 
-impl AsFd for Interrupt {
+impl AsFd for WakeEvent {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.0.event.as_fd()
     }
