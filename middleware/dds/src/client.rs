@@ -1,10 +1,10 @@
 //! The calling end of a connection: a writer of requests and a reader of replies.
 
-use crate::ear::Peer;
+use crate::endpoint_state::Peer;
 use crate::inbox::{self, Replies};
 use crate::publisher::signal;
 use crate::qos::call_qos;
-use crate::session::{Port, Session, Wanted};
+use crate::session::{EndpointSpec, Port, Session};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, wait};
@@ -36,7 +36,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
     let signal = signal(&address)?;
     let answers = Arc::new(Replies::new(&address));
     let [request, reply] = topics(endpoint);
-    let wanted = |(topic, type_name): (String, String), sends: bool| Wanted {
+    let spec = |(topic, type_name): (String, String), sends: bool| EndpointSpec {
         address: &address,
         topic,
         type_name,
@@ -48,7 +48,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         inbox: Arc::clone(&answers) as _,
     };
     // The reader comes first, so that a server that finds the writer soon finds it, too.
-    let [replies, requests] = session.ports([wanted(reply, false), wanted(request, true)])?;
+    let [replies, requests] = session.ports([spec(reply, false), spec(request, true)])?;
     answers.of(requests.guid);
     let client = DdsClient {
         address: address.clone(),
@@ -59,14 +59,14 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         under_way: BTreeMap::new(),
         asked: None,
     };
-    let (ear, found) = (&client.requests.ear, || client.server().is_some());
-    session.grace(ear, found);
+    let (state, found) = (&client.requests.state, || client.server().is_some());
+    session.grace(state, found);
     Ok(client)
 }
 
 fn is_server(peer: &Peer) -> bool {
-    let hello = peer.hello.as_ref();
-    hello.is_none_or(|hello| hello.role == Role::Server)
+    let info = peer.info.as_ref();
+    info.is_none_or(|info| info.role == Role::Server)
 }
 
 /// The first bytes of the identity of a participant and all its ends.
@@ -88,8 +88,8 @@ impl DdsClient {
     /// The servers that hear and answer this client.
     fn servers(&self) -> BTreeSet<Member> {
         let member = |peer: &Peer| is_server(peer).then_some(peer.member);
-        let answering = self.replies.ear.here(member);
-        let mut hearing: BTreeSet<Member> = self.requests.ear.here(member).into_iter().collect();
+        let answering = self.replies.state.here(member);
+        let mut hearing: BTreeSet<Member> = self.requests.state.here(member).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
     }
@@ -97,13 +97,13 @@ impl DdsClient {
     /// Whether this one is among them.
     fn is_there(&self, server: Member) -> bool {
         let same = |peer: &Peer| peer.member == server && is_server(peer);
-        self.replies.ear.has(same) && self.requests.ear.has(same)
+        self.replies.state.has(same) && self.requests.state.has(same)
     }
 
     /// Whether it tells nothing of itself.
     fn is_stranger(&self, server: Member) -> bool {
-        let same = |peer: &Peer| peer.member == server && peer.hello.is_none();
-        self.requests.ear.has(same)
+        let same = |peer: &Peer| peer.member == server && peer.info.is_none();
+        self.requests.state.has(same)
     }
 
     fn server(&self) -> Option<Member> {
@@ -121,7 +121,7 @@ impl DdsClient {
         }
         let deadline = Instant::now() + ROOM;
         loop {
-            self.requests.ear.signal.clear();
+            self.requests.state.signal.clear();
             while let Some((id, _)) = self.answers.next() {
                 self.under_way.remove(&id.sequence);
             }
@@ -135,7 +135,7 @@ impl DdsClient {
             if left.is_zero() {
                 return Err(CallError::QueueFull(self.address.clone()));
             }
-            wait(&[self.requests.ear.signal.as_fd()], left);
+            wait(&[self.requests.state.signal.as_fd()], left);
         }
         let failed = |reason: String| CallError::Backend {
             address: self.address.clone(),
@@ -206,7 +206,7 @@ impl Client for DdsClient {
             return Err(CallError::Stopping);
         }
         let (id, server) = self.submit(header, request)?;
-        let signal = self.requests.ear.signal.clone();
+        let signal = self.requests.state.signal.clone();
         let mut interrupted = false;
         loop {
             signal.clear();

@@ -1,10 +1,10 @@
 //! How the library's samples go into the queues of an end, and how one becomes a body.
 
-use crate::ear::Inbox;
+use crate::endpoint_state::Inbox;
 use rc_ddsc::{Guid, Sample};
 use rc_middleware::Header;
 use rc_middleware::rpc::{self, RequestId};
-use rc_network::{Answers, Requests, Seldom, Values};
+use rc_network::{RateLimit, ReplyQueue, RequestQueues, SampleQueue};
 
 /// The bytes before a body (RTPS 2.5, 10.2): the representation, and how many bytes pad the body.
 const ENCAPSULATION: usize = 4;
@@ -36,9 +36,9 @@ pub(crate) fn header(sample: &Sample, sender: u128, type_hash: u64) -> Header {
     rc_network::header(sample.sequence(), sample.stamp(), sender, type_hash)
 }
 
-impl Inbox for Values<Sample> {
+impl Inbox for SampleQueue<Sample> {
     fn put(&self, sample: Sample) {
-        Values::put(self, sample);
+        SampleQueue::put(self, sample);
     }
 }
 
@@ -46,16 +46,16 @@ impl Inbox for Values<Sample> {
 pub(crate) struct Replies {
     /// Whom it calls.
     address: String,
-    answers: Answers<Sample>,
-    seldom: Seldom,
+    answers: ReplyQueue<Sample>,
+    rate_limit: RateLimit,
 }
 
 impl Replies {
     pub(crate) fn new(address: &str) -> Self {
         Self {
             address: address.to_owned(),
-            answers: Answers::default(),
-            seldom: Seldom::default(),
+            answers: ReplyQueue::default(),
+            rate_limit: RateLimit::default(),
         }
     }
 
@@ -75,7 +75,7 @@ impl Inbox for Replies {
         match body(&sample).and_then(envelope) {
             Ok(id) => self.answers.put(id, sample),
             Err(reason) => {
-                if let Some(passed) = self.seldom.now() {
+                if let Some(passed) = self.rate_limit.allow() {
                     let (count, address) = (passed + 1, &self.address);
                     tracing::warn!("`{address}` sent what is no reply ({count} times): {reason}");
                 }
@@ -85,14 +85,14 @@ impl Inbox for Replies {
 }
 
 /// The requests to a server, by the handles of their clients.
-impl Inbox for Requests<u64, Sample> {
+impl Inbox for RequestQueues<u64, Sample> {
     fn waits(&self) -> bool {
-        Requests::waits(self)
+        RequestQueues::waits(self)
     }
 
     fn put(&self, sample: Sample) {
         let id = |sample: &Sample| body(sample).ok().and_then(rpc::request_id);
-        Requests::put(self, sample.writer(), sample.len(), sample, id);
+        RequestQueues::put(self, sample.writer(), sample.len(), sample, id);
     }
 }
 

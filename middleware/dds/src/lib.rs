@@ -3,7 +3,7 @@
 
 mod client;
 mod config;
-mod ear;
+mod endpoint_state;
 mod inbox;
 mod publisher;
 mod qos;

@@ -1,7 +1,7 @@
 //! The sending end of a topic.
 
 use crate::qos::topic_qos;
-use crate::session::{Port, Session, Wanted};
+use crate::session::{EndpointSpec, Port, Session};
 use rc_middleware::{Endpoint, Header, OpenError, Publisher, SendError, WakeEvent};
 use rc_network::{Role, stamp};
 use std::rc::Rc;
@@ -14,7 +14,7 @@ pub(crate) fn type_name(endpoint: &Endpoint) -> String {
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsPublisher, OpenError> {
     let address = endpoint.address.to_string();
-    let [port] = session.ports([Wanted {
+    let [port] = session.ports([EndpointSpec {
         address: &address,
         topic: address.clone(),
         type_name: type_name(endpoint),
@@ -52,6 +52,6 @@ impl Publisher for DdsPublisher {
     }
 
     fn peers(&self) -> usize {
-        self.port.ear.count()
+        self.port.state.count()
     }
 }

@@ -2,7 +2,7 @@
 
 use rc_ddsc::{End, Qos};
 use rc_middleware::{Durability, Reliability};
-use rc_network::Promise;
+use rc_network::QosContract;
 
 /// The quality of service of an end of a topic, for the library.
 pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
@@ -27,8 +27,8 @@ pub(crate) fn call_qos() -> Qos<'static> {
 }
 
 /// What an end offers or asks for that has to fit the other end.
-pub(crate) fn promise(qos: &Qos<'_>) -> Promise {
-    Promise {
+pub(crate) fn contract(qos: &Qos<'_>) -> QosContract {
+    QosContract {
         reliable: qos.reliable,
         transient_local: qos.transient_local,
         deadline: qos.deadline,
@@ -37,8 +37,8 @@ pub(crate) fn promise(qos: &Qos<'_>) -> Promise {
 }
 
 /// The same of an end that was discovered.
-pub(crate) fn promise_of(end: &End) -> Promise {
-    Promise {
+pub(crate) fn contract_of(end: &End) -> QosContract {
+    QosContract {
         reliable: end.reliable,
         transient_local: end.transient_local,
         deadline: end.deadline,

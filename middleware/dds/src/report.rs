@@ -1,13 +1,13 @@
 //! What the library says, in the log.
 
-use rc_network::Seldom;
+use rc_network::RateLimit;
 
 /// What the library has to say.
 pub(crate) fn library(is_error: bool, message: &str) {
-    static WARNINGS: Seldom = Seldom::new();
-    static ERRORS: Seldom = Seldom::new();
-    let seldom = if is_error { &ERRORS } else { &WARNINGS };
-    let Some(passed_over) = seldom.now() else {
+    static WARNINGS: RateLimit = RateLimit::new();
+    static ERRORS: RateLimit = RateLimit::new();
+    let rate_limit = if is_error { &ERRORS } else { &WARNINGS };
+    let Some(passed_over) = rate_limit.allow() else {
         return;
     };
     let more = match passed_over {

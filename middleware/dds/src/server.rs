@@ -1,15 +1,15 @@
 //! The answering end of a connection: a reader of requests and a writer of replies.
 
 use crate::client::topics;
-use crate::ear::Peer;
+use crate::endpoint_state::Peer;
 use crate::inbox;
 use crate::publisher::signal;
 use crate::qos::call_qos;
-use crate::session::{Port, Session, Wanted};
+use crate::session::{EndpointSpec, Port, Session};
 use rc_ddsc::Sample;
 use rc_middleware::rpc::{self, Outcome};
 use rc_middleware::{Endpoint, Header, OpenError, Reader, ReceiveError, Reply, Server, Writer};
-use rc_network::{Requests, Role, Waiting, stamp};
+use rc_network::{QueuedRequest, RequestQueues, Role, stamp};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -21,9 +21,9 @@ const HOLD: Duration = Duration::from_millis(200);
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServer, OpenError> {
     let address = endpoint.address.to_string();
     let signal = signal(&address)?;
-    let waiting = Arc::new(Requests::<u64, Sample>::default());
+    let waiting = Arc::new(RequestQueues::<u64, Sample>::default());
     let [request, reply] = topics(endpoint);
-    let wanted = |(topic, type_name): (String, String), sends: bool| Wanted {
+    let spec = |(topic, type_name): (String, String), sends: bool| EndpointSpec {
         address: &address,
         topic,
         type_name,
@@ -34,7 +34,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServ
         signal: signal.clone(),
         inbox: Arc::clone(&waiting) as _,
     };
-    let [replies, requests] = session.ports([wanted(reply, true), wanted(request, false)])?;
+    let [replies, requests] = session.ports([spec(reply, true), spec(request, false)])?;
     Ok(DdsServer {
         address: address.clone(),
         requests,
@@ -49,7 +49,7 @@ pub(crate) struct DdsServer {
     address: String,
     requests: Port,
     replies: Port,
-    waiting: Arc<Requests<u64, Sample>>,
+    waiting: Arc<RequestQueues<u64, Sample>>,
     reply: Vec<u8>,
     /// How many replies there were.
     sent: u64,
@@ -57,13 +57,13 @@ pub(crate) struct DdsServer {
 
 impl DdsServer {
     /// Whether what is answered now reaches the client: its reader has been found, or it has gone and hears nothing.
-    fn may_serve(&self, waiting: &Waiting<Sample>) -> bool {
-        let Some(member) = self.requests.ear.member(waiting.sample.writer()) else {
+    fn may_serve(&self, waiting: &QueuedRequest<Sample>) -> bool {
+        let Some(member) = self.requests.state.member(waiting.sample.writer()) else {
             return true;
         };
         let reachable = |peer: &Peer| peer.member == member;
-        self.replies.ear.has(reachable)
-            || !self.requests.ear.has(reachable)
+        self.replies.state.has(reachable)
+            || !self.requests.state.has(reachable)
             || waiting.since.elapsed() >= HOLD
     }
 
@@ -96,11 +96,11 @@ impl DdsServer {
 
 impl Server for DdsServer {
     fn descriptor(&self) -> BorrowedFd<'_> {
-        self.requests.ear.signal.as_fd()
+        self.requests.state.signal.as_fd()
     }
 
     fn acknowledge(&mut self, _woken: bool) {
-        self.requests.ear.signal.clear();
+        self.requests.state.signal.clear();
     }
 
     fn serve(
@@ -112,12 +112,13 @@ impl Server for DdsServer {
             self.refuse(id, Outcome::OutOfResources, reason)?;
             return Ok(true);
         }
-        let Some(Waiting { sample, .. }) = self.waiting.next(|waiting| self.may_serve(waiting))
+        let Some(QueuedRequest { sample, .. }) =
+            self.waiting.next(|waiting| self.may_serve(waiting))
         else {
             return Ok(false);
         };
         let body = inbox::body(&sample).map_err(|reason| self.failed(reason))?;
-        let Some(sender) = self.requests.ear.sender(sample.writer()) else {
+        let Some(sender) = self.requests.state.sender(sample.writer()) else {
             if let Some(id) = rpc::request_id(body) {
                 let reason = "the types differ; regenerate and rebuild both ends";
                 self.refuse(id, Outcome::InvalidArgument, reason)?;
@@ -147,6 +148,6 @@ impl Server for DdsServer {
     }
 
     fn peers(&self) -> usize {
-        self.requests.ear.count()
+        self.requests.state.count()
     }
 }

@@ -1,13 +1,13 @@
 //! One component's part in a domain: the participant, what is known of the domain, and the thread that learns it.
 
 use crate::config;
-use crate::ear::{Ear, Entity, Inbox};
+use crate::endpoint_state::{EndpointState, Entity, Inbox};
 use crate::qos;
 use crate::report;
 use crate::udp;
 use rc_ddsc::{Discovery, Domain, End, Event, Guid, Listener, Participant, Qos};
 use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
-use rc_network::{Board, Hello, Mismatches, Role, lock};
+use rc_network::{EndpointInfo, LocalRegistry, Mismatches, Role, lock};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -29,11 +29,11 @@ const FURTHER_PARTS: std::ops::Range<u32> = 1000..10_000;
 pub(crate) struct Session {
     pub(crate) environment: Environment,
     pub(crate) host: String,
-    board: Board,
-    known: Arc<Known>,
+    registry: LocalRegistry,
+    known: Arc<Discovered>,
     patience: Cell<Duration>,
     start: Instant,
-    notes: Sender<Note>,
+    messages: Sender<WatcherMessage>,
     watcher: Option<JoinHandle<()>>,
     /// The writers, for who lingers.
     writers: RefCell<Vec<Weak<Entity>>>,
@@ -45,20 +45,20 @@ pub(crate) struct Session {
 
 /// What is known of the domain.
 #[derive(Default)]
-struct Known {
+struct Discovered {
     /// Readers, and writers.
     ends: [Mutex<HashMap<Guid, End>>; 2],
     /// The ends of this component on which it hears requests.
-    serving: Mutex<Vec<Weak<Ear>>>,
+    serving: Mutex<Vec<Weak<EndpointState>>>,
     mismatches: Mismatches,
 }
 
 /// What the watcher is told, in the order in which it happened.
-enum Note {
+enum WatcherMessage {
     /// Something was discovered: a writer, or else a reader.
     Discovered(bool),
     /// Something happened to an end.
-    Event(Arc<Ear>, Event),
+    Event(Arc<EndpointState>, Event),
     /// The component ends.
     End,
 }
@@ -66,13 +66,13 @@ enum Note {
 /// One end of a topic of DDS. It leaves the domain when it goes.
 pub(crate) struct Port {
     pub(crate) entity: Arc<Entity>,
-    pub(crate) ear: Arc<Ear>,
+    pub(crate) state: Arc<EndpointState>,
     pub(crate) guid: Guid,
     pub(crate) session: Rc<Session>,
 }
 
 /// What an end is to be.
-pub(crate) struct Wanted<'a> {
+pub(crate) struct EndpointSpec<'a> {
     /// What people call it.
     pub(crate) address: &'a str,
     /// The name of the topic in DDS, and of its type.
@@ -94,7 +94,7 @@ impl Session {
         };
         let config = config::of(environment)?;
         let folder = environment.directory.middleware(crate::NAME);
-        let board = Board::open(&folder, config.domain)
+        let registry = LocalRegistry::open(&folder, config.domain)
             .map_err(|error| failed(&folder.display().to_string(), &error))?;
         let domain = part_of(config.domain, &config.xml).map_err(|error| {
             let help = udp::advice(config.domain);
@@ -103,15 +103,15 @@ impl Session {
         let participant = domain
             .participant()
             .map_err(|error| failed("the domain cannot be joined", &error))?;
-        let (notes, heard) = channel();
+        let (messages, heard) = channel();
         let discover = |writers| {
-            let listener = Box::new(Discovering(writers, notes.clone()));
+            let listener = Box::new(Discovering(writers, messages.clone()));
             participant
                 .discovery(writers, listener)
                 .map_err(|error| failed("others cannot be discovered", &error))
         };
         let discoveries = Arc::new([discover(false)?, discover(true)?]);
-        let known = Arc::new(Known::default());
+        let known = Arc::new(Discovered::default());
         let host = rc_network::host(&folder);
         let watching = Watcher {
             host: host.clone(),
@@ -125,11 +125,11 @@ impl Session {
         Ok(Self {
             environment: environment.clone(),
             host,
-            board,
+            registry,
             known,
             patience: Cell::new(PATIENCE),
             start: Instant::now(),
-            notes,
+            messages,
             watcher: Some(watcher),
             writers: RefCell::default(),
             _discoveries: discoveries,
@@ -139,31 +139,34 @@ impl Session {
     }
 
     /// Refuses what does not fit those who are at `topic` already.
-    fn check(&self, wanted: &Wanted<'_>) -> Result<(), OpenError> {
+    fn check(&self, spec: &EndpointSpec<'_>) -> Result<(), OpenError> {
         let own = self.participant.guid().unwrap_or_default();
-        let here = self.board.notices(&wanted.topic, true, true);
-        let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
+        let here = self.registry.registrations(&spec.topic, true, true);
+        let mut infos: Vec<EndpointInfo> = here
+            .into_iter()
+            .map(|registration| registration.info)
+            .collect();
         for ends in &self.known.ends {
             let ends = lock(ends);
             let there = ends
                 .values()
-                .filter(|end| end.topic == wanted.topic && end.participant != own);
-            let there = there.filter_map(|end| Hello::parse(&end.user_data));
+                .filter(|end| end.topic == spec.topic && end.participant != own);
+            let there = there.filter_map(|end| EndpointInfo::parse(&end.user_data));
             // Of those who share the board the notices are certain; one that was killed is discovered for a while.
-            hellos.extend(there.filter(|hello| hello.host != self.host));
+            infos.extend(there.filter(|info| info.host != self.host));
         }
-        for hello in hellos {
-            if hello.types != *wanted.types {
+        for info in infos {
+            if info.types != *spec.types {
                 return Err(OpenError::TypeMismatch {
-                    address: wanted.address.to_owned(),
-                    ours: wanted.types.to_string(),
-                    theirs: hello.types.to_string(),
+                    address: spec.address.to_owned(),
+                    ours: spec.types.to_string(),
+                    theirs: info.types.to_string(),
                 });
             }
-            if (wanted.role, hello.role) == (Role::Server, Role::Server) {
+            if (spec.role, info.role) == (Role::Server, Role::Server) {
                 return Err(OpenError::AddressTaken {
-                    address: wanted.address.to_owned(),
-                    holder: hello.who(&self.host),
+                    address: spec.address.to_owned(),
+                    holder: info.who(&self.host),
                 });
             }
         }
@@ -173,61 +176,58 @@ impl Session {
     /// Opens ends, all or none, and waits until they and those on this machine have found each other.
     pub(crate) fn ports<const N: usize>(
         self: &Rc<Self>,
-        wanted: [Wanted<'_>; N],
+        specs: [EndpointSpec<'_>; N],
     ) -> Result<[Port; N], OpenError> {
-        let address = wanted
-            .first()
-            .map_or("", |wanted| wanted.address)
-            .to_owned();
+        let address = specs.first().map_or("", |spec| spec.address).to_owned();
         let backend = |error: &dyn std::fmt::Display| OpenError::Backend {
             address: address.clone(),
             reason: error.to_string(),
         };
-        let turn = self.board.turn().map_err(|error| backend(&error))?;
-        for wanted in &wanted {
-            self.check(wanted)?;
+        let open_lock = self.registry.open_lock().map_err(|error| backend(&error))?;
+        for spec in &specs {
+            self.check(spec)?;
         }
         let mut ports = Vec::new();
-        for wanted in wanted {
-            ports.push(self.port(wanted, &backend)?);
+        for spec in specs {
+            ports.push(self.port(spec, &backend)?);
         }
-        drop(turn);
+        drop(open_lock);
         self.meet(&ports);
         ports.try_into().map_err(|_| backend(&"an end is missing"))
     }
 
     fn port(
         self: &Rc<Self>,
-        wanted: Wanted<'_>,
+        spec: EndpointSpec<'_>,
         backend: &dyn Fn(&dyn std::fmt::Display) -> OpenError,
     ) -> Result<Port, OpenError> {
-        let hello = Hello {
-            role: wanted.role,
-            types: wanted.types.clone(),
+        let info = EndpointInfo {
+            role: spec.role,
+            types: spec.types.clone(),
             instance: self.environment.instance.clone(),
             pid: std::process::id(),
             host: self.host.clone(),
         };
-        let user_data = hello.to_string();
+        let user_data = info.to_string();
         let qos = Qos {
             user_data: user_data.as_bytes(),
-            ..wanted.qos
+            ..spec.qos
         };
         let topic = self
             .participant
-            .topic(&wanted.topic, &wanted.type_name)
+            .topic(&spec.topic, &spec.type_name)
             .map_err(|error| backend(&error))?;
-        let ear = Arc::new(Ear::new(
-            wanted.topic,
-            wanted.role,
-            hello.types.clone(),
-            wanted.sends,
+        let state = Arc::new(EndpointState::new(
+            spec.topic,
+            spec.role,
+            info.types.clone(),
+            spec.sends,
             &qos,
-            wanted.signal,
-            wanted.inbox,
+            spec.signal,
+            spec.inbox,
         ));
-        let listener = Box::new(Listening(Arc::clone(&ear), self.notes.clone()));
-        let entity = if wanted.sends {
+        let listener = Box::new(Listening(Arc::clone(&state), self.messages.clone()));
+        let entity = if spec.sends {
             self.participant
                 .writer(&topic, &qos, listener)
                 .map(Entity::Writer)
@@ -241,33 +241,33 @@ impl Session {
             Ok(opened) => opened,
             Err(error) => {
                 // The watcher does not wait for it any more.
-                ear.detach();
+                state.detach();
                 return Err(backend(&error));
             }
         };
-        ear.attach(&entity);
-        if (wanted.role, wanted.sends) == (Role::Server, false) {
+        state.attach(&entity);
+        if (spec.role, spec.sends) == (Role::Server, false) {
             let mut serving = lock(&self.known.serving);
-            serving.retain(|ear| ear.strong_count() > 0);
-            serving.push(Arc::downgrade(&ear));
+            serving.retain(|state| state.strong_count() > 0);
+            serving.push(Arc::downgrade(&state));
         }
-        if wanted.sends {
+        if spec.sends {
             let mut writers = self.writers.borrow_mut();
             writers.retain(|writer| writer.strong_count() > 0);
             writers.push(Arc::downgrade(&entity));
         }
         let port = Port {
             entity,
-            ear,
+            state,
             guid,
             session: Rc::clone(self),
         };
-        let (topic, promise) = (&port.ear.topic, &port.ear.promise);
+        let (topic, contract) = (&port.state.topic, &port.state.contract);
         let posted = self
-            .board
-            .post(topic, &guid, wanted.sends, &hello, promise)
+            .registry
+            .post(topic, &guid, spec.sends, &info, contract)
             .map_err(|error| backend(&error))?;
-        port.ear.post(posted);
+        port.state.post(posted);
         Ok(port)
     }
 
@@ -277,7 +277,7 @@ impl Session {
         let begin = Instant::now();
         for port in ports {
             while !self.has_met(port) && begin.elapsed() < self.patience.get() {
-                port.ear.wait(LOOK);
+                port.state.wait(LOOK);
             }
         }
         if ports.iter().any(|port| !self.has_met(port)) {
@@ -287,24 +287,26 @@ impl Session {
     }
 
     fn has_met(&self, port: &Port) -> bool {
-        let ear = &port.ear;
-        let others = self.board.notices(&ear.topic, !ear.sends, ear.sends);
-        others.iter().all(|notice| {
-            let (offered, requested) = if ear.sends {
-                (&ear.promise, &notice.promise)
+        let state = &port.state;
+        let others = self
+            .registry
+            .registrations(&state.topic, !state.sends, state.sends);
+        others.iter().all(|registration| {
+            let (offered, requested) = if state.sends {
+                (&state.contract, &registration.contract)
             } else {
-                (&notice.promise, &ear.promise)
+                (&registration.contract, &state.contract)
             };
             !rc_network::differences(offered, requested).is_empty()
-                || (ear.has_found(&notice.guid) && notice.found.contains(&port.guid))
+                || (state.has_found(&registration.guid) && registration.found.contains(&port.guid))
         })
     }
 
     /// Gives those on other machines a moment, once, until `found`.
-    pub(crate) fn grace(&self, ear: &Ear, found: impl Fn() -> bool) {
+    pub(crate) fn grace(&self, state: &EndpointState, found: impl Fn() -> bool) {
         while !found() && self.start.elapsed() < GRACE && !self.environment.wake_event.is_stopping()
         {
-            ear.wait(LOOK);
+            state.wait(LOOK);
         }
     }
 
@@ -327,7 +329,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        let _ = self.notes.send(Note::End);
+        let _ = self.messages.send(WatcherMessage::End);
         if let Some(watcher) = self.watcher.take() {
             let _ = watcher.join();
         }
@@ -336,8 +338,8 @@ impl Drop for Session {
 
 impl Drop for Port {
     fn drop(&mut self) {
-        self.ear.withdraw();
-        self.ear.detach();
+        self.state.withdraw();
+        self.state.detach();
         // The library waits for its threads before it deletes an end, so none of them may be the last to have it.
         while Arc::strong_count(&self.entity) > 1 {
             std::thread::yield_now();
@@ -358,22 +360,24 @@ fn part_of(domain: u32, xml: &str) -> Result<Domain, rc_ddsc::Error> {
     part
 }
 
-struct Discovering(bool, Sender<Note>);
+struct Discovering(bool, Sender<WatcherMessage>);
 
 impl Listener for Discovering {
     fn event(&self, _event: Event) {
-        let _ = self.1.send(Note::Discovered(self.0));
+        let _ = self.1.send(WatcherMessage::Discovered(self.0));
     }
 }
 
-struct Listening(Arc<Ear>, Sender<Note>);
+struct Listening(Arc<EndpointState>, Sender<WatcherMessage>);
 
 impl Listener for Listening {
     fn event(&self, event: Event) {
         if event == Event::Data {
             self.0.listen();
         } else {
-            let _ = self.1.send(Note::Event(Arc::clone(&self.0), event));
+            let _ = self
+                .1
+                .send(WatcherMessage::Event(Arc::clone(&self.0), event));
         }
     }
 }
@@ -381,17 +385,17 @@ impl Listener for Listening {
 /// The thread that asks the library about what it announces, which its own threads must not.
 struct Watcher {
     host: String,
-    known: Arc<Known>,
+    known: Arc<Discovered>,
     discoveries: Arc<[Discovery; 2]>,
 }
 
 impl Watcher {
-    fn run(&self, heard: &Receiver<Note>) {
+    fn run(&self, heard: &Receiver<WatcherMessage>) {
         while let Ok(note) = heard.recv() {
             match note {
-                Note::Discovered(writers) => self.discover(writers),
-                Note::Event(ear, event) => self.happened(&ear, event),
-                Note::End => return,
+                WatcherMessage::Discovered(writers) => self.discover(writers),
+                WatcherMessage::Event(state, event) => self.happened(&state, event),
+                WatcherMessage::End => return,
             }
         }
     }
@@ -413,12 +417,12 @@ impl Watcher {
 
     /// Says where somebody on another machine serves an address of ours: before it was discovered, nobody could refuse it.
     fn compare_servers(&self, end: &End) {
-        let hello = Hello::parse(&end.user_data);
-        let rival = hello.filter(|h| h.role == Role::Server && h.host != self.host);
+        let info = EndpointInfo::parse(&end.user_data);
+        let rival = info.filter(|h| h.role == Role::Server && h.host != self.host);
         let Some(rival) = rival else { return };
-        for ear in lock(&self.known.serving).iter().filter_map(Weak::upgrade) {
-            if ear.topic == end.topic && ear.may_tell_of(&end.guid) {
-                let address = ear.topic.trim_end_matches("_Request");
+        for state in lock(&self.known.serving).iter().filter_map(Weak::upgrade) {
+            if state.topic == end.topic && state.may_tell_of(&end.guid) {
+                let address = state.topic.trim_end_matches("_Request");
                 let text = format!(
                     "`{address}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
                     rival.who(&self.host)
@@ -428,41 +432,41 @@ impl Watcher {
         }
     }
 
-    fn happened(&self, ear: &Ear, event: Event) {
+    fn happened(&self, state: &EndpointState, event: Event) {
         match event {
             Event::Data => {}
             Event::Matched(handle) => {
-                if let Some(other) = ear.matched(handle) {
-                    self.differ(ear, &other);
+                if let Some(other) = state.matched(handle) {
+                    self.differ(state, &other);
                 }
             }
-            Event::Unmatched(handle) => ear.unmatched(handle),
-            Event::Incompatible(_) => self.incompatible(ear),
+            Event::Unmatched(handle) => state.unmatched(handle),
+            Event::Incompatible(_) => self.incompatible(state),
             Event::Deadline(count) => {
-                if let (Some(passed), Some(limit)) = (ear.seldom.now(), ear.deadline) {
+                if let (Some(passed), Some(limit)) = (state.rate_limit.allow(), state.deadline) {
                     let count = u64::from(count) + passed;
                     tracing::warn!(
                         "no value on `{}` within its deadline of {limit:?} ({count} times)",
-                        ear.topic
+                        state.topic
                     );
                 }
             }
-            Event::Alive(_, true) => tracing::info!("a publisher of `{}` is back", ear.topic),
+            Event::Alive(_, true) => tracing::info!("a publisher of `{}` is back", state.topic),
             Event::Alive(_, false) => {
                 tracing::warn!(
                     "a publisher of `{}` has been silent for longer than its liveliness",
-                    ear.topic
+                    state.topic
                 );
             }
         }
     }
 
-    fn differ(&self, ear: &Ear, other: &crate::ear::Peer) {
-        if let Some(hello) = &other.hello
-            && ear.may_tell_of(&other.guid)
+    fn differ(&self, state: &EndpointState, other: &crate::endpoint_state::Peer) {
+        if let Some(info) = &other.info
+            && state.may_tell_of(&other.guid)
         {
-            let (topic, who) = (&ear.topic, hello.who(&self.host));
-            let (ours, theirs) = (&ear.types, &hello.types);
+            let (topic, who) = (&state.topic, info.who(&self.host));
+            let (ours, theirs) = (&state.types, &info.types);
             let text = format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
             );
@@ -471,26 +475,26 @@ impl Watcher {
     }
 
     /// Says what of the others does not fit; the library does not say whom it means.
-    fn incompatible(&self, ear: &Ear) {
-        self.discover(!ear.sends);
-        let known = lock(&self.known.ends[usize::from(!ear.sends)]);
-        for end in known.values().filter(|end| end.topic == ear.topic) {
-            let theirs = qos::promise_of(end);
-            let (offered, requested) = if ear.sends {
-                (&ear.promise, &theirs)
+    fn incompatible(&self, state: &EndpointState) {
+        self.discover(!state.sends);
+        let known = lock(&self.known.ends[usize::from(!state.sends)]);
+        for end in known.values().filter(|end| end.topic == state.topic) {
+            let theirs = qos::contract_of(end);
+            let (offered, requested) = if state.sends {
+                (&state.contract, &theirs)
             } else {
-                (&theirs, &ear.promise)
+                (&theirs, &state.contract)
             };
             let differences = rc_network::differences(offered, requested);
-            if differences.is_empty() || !ear.may_tell_of(&end.guid) {
+            if differences.is_empty() || !state.may_tell_of(&end.guid) {
                 continue;
             }
-            let who = match Hello::parse(&end.user_data) {
-                Some(hello) => format!("the {} {}", hello.role.word(), hello.who(&self.host)),
+            let who = match EndpointInfo::parse(&end.user_data) {
+                Some(info) => format!("the {} {}", info.role.word(), info.who(&self.host)),
                 None => format!("the end {}", rc_network::hex(&end.guid)),
             };
-            let (topic, differences) = (&ear.topic, differences.join("; "));
-            let text = if ear.sends {
+            let (topic, differences) = (&state.topic, differences.join("; "));
+            let text = if state.sends {
                 format!("what is sent on `{topic}` does not reach {who}: {differences}")
             } else {
                 format!("`{topic}` hears nothing of {who}: {differences}")

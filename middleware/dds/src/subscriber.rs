@@ -3,18 +3,18 @@
 use crate::inbox;
 use crate::publisher::{signal, type_name};
 use crate::qos::topic_qos;
-use crate::session::{Port, Session, Wanted};
+use crate::session::{EndpointSpec, Port, Session};
 use rc_ddsc::Sample;
 use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
-use rc_network::{Heard, Role, Values};
+use rc_network::{DuplicateFilter, Role, SampleQueue};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubscriber, OpenError> {
     let address = endpoint.address.to_string();
-    let values = Arc::new(Values::new(endpoint.qos.depth));
-    let [port] = session.ports([Wanted {
+    let values = Arc::new(SampleQueue::new(endpoint.qos.depth));
+    let [port] = session.ports([EndpointSpec {
         address: &address,
         topic: address.clone(),
         type_name: type_name(endpoint),
@@ -28,7 +28,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
     Ok(DdsSubscriber {
         port,
         values,
-        heard: Heard::default(),
+        heard: DuplicateFilter::default(),
         unread: Unread::default(),
         address,
     })
@@ -36,25 +36,25 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubs
 
 pub(crate) struct DdsSubscriber {
     port: Port,
-    values: Arc<Values<Sample>>,
-    heard: Heard,
+    values: Arc<SampleQueue<Sample>>,
+    heard: DuplicateFilter,
     unread: Unread,
     address: String,
 }
 
 impl Subscriber for DdsSubscriber {
     fn descriptor(&self) -> BorrowedFd<'_> {
-        self.port.ear.signal.as_fd()
+        self.port.state.signal.as_fd()
     }
 
     fn acknowledge(&mut self, _woken: bool) {
-        self.port.ear.signal.clear();
+        self.port.state.signal.clear();
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
         while let Some(sample) = self.values.next() {
             // Who has other types was told so when it was found.
-            let Some(sender) = self.port.ear.sender(sample.writer()) else {
+            let Some(sender) = self.port.state.sender(sample.writer()) else {
                 continue;
             };
             // The library takes care of it in its own queue; here, too, a value may have waited for too long.
@@ -84,6 +84,6 @@ impl Subscriber for DdsSubscriber {
     }
 
     fn peers(&self) -> usize {
-        self.port.ear.count()
+        self.port.state.count()
     }
 }

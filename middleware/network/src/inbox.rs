@@ -57,12 +57,12 @@ fn sent(stamp: i64) -> u64 {
 
 /// The last values of a topic.
 #[derive(Debug)]
-pub struct Values<S> {
+pub struct SampleQueue<S> {
     samples: Mutex<VecDeque<S>>,
     depth: usize,
 }
 
-impl<S> Values<S> {
+impl<S> SampleQueue<S> {
     /// Room for `depth` of them, and for one at least.
     pub fn new(depth: u32) -> Self {
         Self {
@@ -91,9 +91,9 @@ impl<S> Values<S> {
 /// The library knows nothing any more of a sender that was out of reach: found again, it sends again what it keeps for
 /// those who come late.
 #[derive(Debug, Default)]
-pub struct Heard(Vec<(u128, u64)>);
+pub struct DuplicateFilter(Vec<(u128, u64)>);
 
-impl Heard {
+impl DuplicateFilter {
     /// Notes a value; says whether it is new.
     pub fn is_new(&mut self, sender: u128, sequence: u64) -> bool {
         let Some(at) = self.0.iter().position(|(known, _)| *known == sender) else {
@@ -112,13 +112,13 @@ impl Heard {
 
 /// The answers to one client.
 #[derive(Debug)]
-pub struct Answers<S> {
+pub struct ReplyQueue<S> {
     /// The client, as its requests name it.
     client: OnceLock<Guid>,
     samples: Mutex<VecDeque<(RequestId, S)>>,
 }
 
-impl<S> Default for Answers<S> {
+impl<S> Default for ReplyQueue<S> {
     fn default() -> Self {
         Self {
             client: OnceLock::new(),
@@ -127,7 +127,7 @@ impl<S> Default for Answers<S> {
     }
 }
 
-impl<S> Answers<S> {
+impl<S> ReplyQueue<S> {
     /// From now on, answers to this client are kept.
     pub fn of(&self, client: Guid) {
         let _ = self.client.set(client);
@@ -153,11 +153,11 @@ impl<S> Answers<S> {
 
 /// The requests to a server, a queue for each client `C`, in the order in which they are served next.
 #[derive(Debug)]
-pub struct Requests<C, S>(Mutex<Queues<C, S>>);
+pub struct RequestQueues<C, S>(Mutex<Queues<C, S>>);
 
 #[derive(Debug)]
 struct Queues<C, S> {
-    clients: VecDeque<(C, VecDeque<Waiting<S>>)>,
+    clients: VecDeque<(C, VecDeque<QueuedRequest<S>>)>,
     /// How large what waits is.
     bytes: usize,
     /// What found no place, to be refused.
@@ -166,7 +166,7 @@ struct Queues<C, S> {
 
 /// A request that has come.
 #[derive(Debug)]
-pub struct Waiting<S> {
+pub struct QueuedRequest<S> {
     /// What has come.
     pub sample: S,
     /// When.
@@ -174,7 +174,7 @@ pub struct Waiting<S> {
     size: usize,
 }
 
-impl<C, S> Default for Requests<C, S> {
+impl<C, S> Default for RequestQueues<C, S> {
     fn default() -> Self {
         Self(Mutex::new(Queues {
             clients: VecDeque::new(),
@@ -184,9 +184,9 @@ impl<C, S> Default for Requests<C, S> {
     }
 }
 
-impl<C: PartialEq, S> Requests<C, S> {
+impl<C: PartialEq, S> RequestQueues<C, S> {
     /// Takes the next request that `may` be served; who was served waits until all others were.
-    pub fn next(&self, may: impl Fn(&Waiting<S>) -> bool) -> Option<Waiting<S>> {
+    pub fn next(&self, may: impl Fn(&QueuedRequest<S>) -> bool) -> Option<QueuedRequest<S>> {
         let mut queues = lock(&self.0);
         let at = queues
             .clients
@@ -220,7 +220,7 @@ impl<C: PartialEq, S> Requests<C, S> {
         let is_room = at.is_none_or(|at| queues.clients[at].1.len() < MOST_REQUESTS)
             && (queues.bytes == 0 || queues.bytes + size <= MOST_BYTES);
         if is_room {
-            let waiting = Waiting {
+            let waiting = QueuedRequest {
                 sample,
                 since: Instant::now(),
                 size,
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn what_is_sent_again_is_not_new() {
-        let mut heard = Heard::default();
+        let mut heard = DuplicateFilter::default();
         let mut new = |sender, numbers: &[u64]| -> Vec<bool> {
             numbers.iter().map(|n| heard.is_new(sender, *n)).collect()
         };

@@ -1,19 +1,21 @@
 //! What backends over a network have in common: who is there, and what has come from them.
 //!
-//! - [`Hello`]: what an end tells of itself, and whether two ends fit.
-//! - [`Board`]: the ends on this machine, which need not be searched for.
-//! - [`Values`], [`Requests`], [`Answers`]: what has come and was not read yet.
+//! - [`EndpointInfo`]: what an end tells of itself, and whether two ends fit.
+//! - [`LocalRegistry`]: the ends on this machine, which need not be searched for.
+//! - [`SampleQueue`], [`RequestQueues`], [`ReplyQueue`]: what has come and was not read yet.
 
-mod board;
-mod hello;
+mod endpoint_info;
 mod inbox;
+mod local_registry;
 mod report;
 mod time;
 
-pub use board::{Board, Notice, Posted, Turn};
-pub use hello::{Hello, Promise, Role, differences, fnv, hex, host};
-pub use inbox::{Answers, Heard, Requests, Values, Waiting, age, header, stamp};
-pub use report::{Mismatches, Seldom};
+pub use endpoint_info::{EndpointInfo, QosContract, Role, differences, fnv, hex, host};
+pub use inbox::{
+    DuplicateFilter, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue, age, header, stamp,
+};
+pub use local_registry::{LocalRegistry, OpenLock, Registration, RegistrationGuard};
+pub use report::{Mismatches, RateLimit};
 pub use time::milliseconds;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

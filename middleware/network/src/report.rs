@@ -8,7 +8,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 
 /// Reports of one kind: the first one is made, the next ones are counted until a second has passed.
 #[derive(Debug, Default)]
-pub struct Seldom(Mutex<State>);
+pub struct RateLimit(Mutex<State>);
 
 #[derive(Debug)]
 struct State {
@@ -31,14 +31,14 @@ impl State {
     }
 }
 
-impl Seldom {
+impl RateLimit {
     /// The first one is made.
     pub const fn new() -> Self {
         Self(Mutex::new(State::new()))
     }
 
     /// Whether to report now; if so, how many reports were passed over.
-    pub fn now(&self) -> Option<u64> {
+    pub fn allow(&self) -> Option<u64> {
         let mut state = crate::lock(&self.0);
         if state.last.is_some_and(|last| last.elapsed() < PAUSE) {
             state.passed_over += 1;

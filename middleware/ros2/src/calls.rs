@@ -1,10 +1,10 @@
 //! The services of an interface, and how requests and replies are told apart in both mappings of services.
 
 use crate::config::Mapping;
-use crate::ear::{Group, Inbox};
+use crate::endpoint_state::{Group, Inbox};
 use crate::names;
 use crate::qos;
-use crate::session::{Port, Session, Wanted};
+use crate::session::{EndpointSpec, Port, Session};
 use crate::wire::{CYCLONE_HEADER, Sample};
 use rc_middleware::{Endpoint, OpenError, WakeEvent};
 use rc_network::{Guid, Role};
@@ -30,13 +30,13 @@ pub(crate) fn services(
 ) -> Result<Vec<Service>, OpenError> {
     let address = endpoint.address.to_string();
     let group = Group::default();
-    let mut wanted = Vec::new();
+    let mut specs = Vec::new();
     for (place, external) in endpoint.external_types.iter().enumerate() {
         let [request, reply] = names::service(endpoint, external, session.rules())?;
         let asks = role == Role::Client;
         // The end of replies comes first, so that whoever finds that of requests soon finds it, too.
         for (topic, sends) in [(reply, !asks), (request, asks)] {
-            wanted.push(Wanted {
+            specs.push(EndpointSpec {
                 address: &address,
                 topic,
                 role,
@@ -50,7 +50,7 @@ pub(crate) fn services(
             });
         }
     }
-    let mut ports = session.ports(wanted)?.into_iter();
+    let mut ports = session.ports(specs)?.into_iter();
     let services = endpoint.external_types.iter().map_while(|external| {
         let (replies, requests) = (ports.next()?, ports.next()?);
         Some(Service {

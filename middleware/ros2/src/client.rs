@@ -2,7 +2,7 @@
 
 use crate::calls::{self, Service};
 use crate::config::Mapping;
-use crate::ear::{Inbox, Peer};
+use crate::endpoint_state::{Inbox, Peer};
 use crate::session::{Session, Unsent, signal};
 use crate::wire::{Body, Member, Sample};
 use rc_middleware::qos::REQUEST_QUEUE;
@@ -10,7 +10,7 @@ use rc_middleware::rpc::{self, Outcome, RequestId};
 use rc_middleware::{
     CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, Reader, WakeEvent, Writer, wait,
 };
-use rc_network::{Guid, Role, Seldom, lock, stamp};
+use rc_network::{Guid, RateLimit, Role, lock, stamp};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::os::fd::AsFd;
 use std::rc::Rc;
@@ -39,7 +39,7 @@ struct Answers {
     /// The writers of requests, by operation.
     writers: Mutex<Vec<Guid>>,
     samples: Mutex<VecDeque<Answer>>,
-    seldom: Seldom,
+    rate_limit: RateLimit,
 }
 
 struct Answer {
@@ -90,7 +90,7 @@ impl Inbox for Answers {
     }
 
     fn unreadable(&self, reason: String) {
-        if let Some(passed) = self.seldom.now() {
+        if let Some(passed) = self.rate_limit.allow() {
             let (count, address) = (passed + 1, &self.address);
             tracing::warn!("`{address}` sent what is no reply ({count} times): {reason}");
         }
@@ -106,7 +106,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClie
         mapping,
         writers: Mutex::default(),
         samples: Mutex::default(),
-        seldom: Seldom::default(),
+        rate_limit: RateLimit::default(),
     });
     let inbox: Arc<dyn Inbox> = Arc::clone(&answers) as _;
     let services = calls::services(session, endpoint, Role::Client, &signal, &inbox)?;
@@ -127,14 +127,14 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClie
         last: 0,
     };
     if let Some(service) = client.services.first() {
-        session.grace(&service.requests.ear, || client.peers() > 0);
+        session.grace(&service.requests.state, || client.peers() > 0);
     }
     Ok(client)
 }
 
 fn is_server(peer: &Peer) -> bool {
-    let hello = peer.hello.as_ref();
-    hello.is_none_or(|hello| hello.role == Role::Server)
+    let info = peer.info.as_ref();
+    info.is_none_or(|info| info.role == Role::Server)
 }
 
 pub(crate) struct RosClient {
@@ -160,14 +160,14 @@ impl Service {
     /// Whether this server hears and answers this client.
     fn meets(&self, server: Member) -> bool {
         let same = |peer: &Peer| peer.member() == server && is_server(peer) && peer.is_ready();
-        self.replies.ear.has(same) && self.requests.ear.has(same)
+        self.replies.state.has(same) && self.requests.state.has(same)
     }
 
     /// The servers that hear and answer this client.
     fn servers(&self) -> BTreeSet<Member> {
         let member = |peer: &Peer| (is_server(peer) && peer.is_ready()).then_some(peer.member());
-        let answering = self.replies.ear.here(member);
-        let mut hearing: BTreeSet<Member> = self.requests.ear.here(member).into_iter().collect();
+        let answering = self.replies.state.here(member);
+        let mut hearing: BTreeSet<Member> = self.requests.state.here(member).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
     }
@@ -181,23 +181,23 @@ impl Service {
             if !awaits {
                 break;
             }
-            self.requests.ear.wait(LOOK);
+            self.requests.state.wait(LOOK);
         }
         servers.first().copied()
     }
 
     /// Whether a server has been found that has not found this client yet, as far as is known.
     fn awaits_server(&self) -> bool {
-        self.requests.ear.look();
-        self.replies.ear.look();
+        self.requests.state.look();
+        self.replies.state.look();
         let coming = |peer: &Peer| is_server(peer) && !peer.is_ready();
-        self.requests.ear.has(coming) || self.replies.ear.has(coming)
+        self.requests.state.has(coming) || self.replies.state.has(coming)
     }
 
     /// Whether this one is there.
     fn has(&self, server: Member) -> bool {
         let same = |peer: &Peer| peer.member() == server && is_server(peer);
-        self.replies.ear.has(same) && self.requests.ear.has(same)
+        self.replies.state.has(same) && self.requests.state.has(same)
     }
 }
 
@@ -212,7 +212,7 @@ impl RosClient {
     /// Takes in what has come.
     fn hear(&self) {
         if let Some(service) = self.services.first() {
-            service.replies.ear.hear();
+            service.replies.state.hear();
         }
     }
 
@@ -243,8 +243,8 @@ impl RosClient {
                 let (operation, number) = answer.request;
                 self.under_way.remove(&(operation, number.abs()));
             }
-            let same = |peer: &Peer| peer.member() == server && peer.hello.is_none();
-            if self.under_way.len() >= REQUEST_QUEUE && self.services[at].requests.ear.has(same) {
+            let same = |peer: &Peer| peer.member() == server && peer.info.is_none();
+            if self.under_way.len() >= REQUEST_QUEUE && self.services[at].requests.state.has(same) {
                 self.under_way
                     .retain(|_, (_, sent)| sent.elapsed() < SILENCE);
             }

@@ -5,7 +5,7 @@ mod bound;
 mod calls;
 mod client;
 mod config;
-mod ear;
+mod endpoint_state;
 mod names;
 mod parameter_events;
 mod parameters;

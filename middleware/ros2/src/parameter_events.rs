@@ -1,13 +1,13 @@
 //! What a node tells of its parameters on `/parameter_events`, on a thread of its own.
 
-use crate::ear::STRANGER;
+use crate::endpoint_state::STRANGER;
 use crate::qos;
 use crate::rcl;
-use crate::session::{self, Port, Session, Unsent, Wanted, signal};
+use crate::session::{self, EndpointSpec, Port, Session, Unsent, signal};
 use crate::wire::{Body, Writer};
 use rc_middleware::parameters::{ParameterEvent, ParameterService};
 use rc_middleware::{OpenError, Qos, TypeIdentity};
-use rc_network::{Role, Seldom, stamp};
+use rc_network::{RateLimit, Role, stamp};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -42,7 +42,7 @@ impl Events {
             address: TOPIC.to_owned(),
             reason,
         };
-        let port = session.end(Wanted {
+        let port = session.end(EndpointSpec {
             address: TOPIC,
             topic: (
                 format!("rt{TOPIC}"),
@@ -68,7 +68,7 @@ impl Events {
         let sender = Sender {
             node: session.config.node.fully_qualified_name(),
             writer,
-            seldom: Seldom::default(),
+            rate_limit: RateLimit::default(),
         };
         let (queue, events) = sync_channel(MOST as usize);
         let thread = std::thread::Builder::new()
@@ -77,13 +77,13 @@ impl Events {
             .map_err(|error| failed(format!("a thread cannot be started: {error}")))?;
         let queue = Arc::new(queue);
         let listener = Arc::downgrade(&queue);
-        let seldom = Seldom::default();
+        let rate_limit = RateLimit::default();
         parameters.watch(Box::new(move |event| {
             let Some(queue) = listener.upgrade() else {
                 return;
             };
             if queue.try_send((stamp(0), event)).is_err() {
-                untold(&seldom, "too many wait");
+                untold(&rate_limit, "too many wait");
             }
         }));
         Ok(Self {
@@ -104,8 +104,8 @@ impl Drop for Events {
 }
 
 /// Says that nobody hears of a change.
-fn untold(seldom: &Seldom, reason: &str) {
-    if let Some(passed) = seldom.now() {
+fn untold(rate_limit: &RateLimit, reason: &str) {
+    if let Some(passed) = rate_limit.allow() {
         let count = passed + 1;
         tracing::warn!("a change of parameters is not told on `{TOPIC}` ({count} times): {reason}");
     }
@@ -115,7 +115,7 @@ fn untold(seldom: &Seldom, reason: &str) {
 struct Sender {
     node: String,
     writer: Arc<Writer>,
-    seldom: Seldom,
+    rate_limit: RateLimit,
 }
 
 impl Sender {
@@ -131,7 +131,7 @@ impl Sender {
         // A node that ends by now tells what it has to.
         for (stamp, event) in held.into_iter().chain(events) {
             if let Err(reason) = self.send(stamp, &event) {
-                untold(&self.seldom, &reason);
+                untold(&self.rate_limit, &reason);
             }
         }
     }

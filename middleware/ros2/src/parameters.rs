@@ -2,14 +2,14 @@
 
 use crate::calls::{self, Id};
 use crate::config::Mapping;
-use crate::ear::{Ear, Group, Inbox, Peer, STRANGER};
+use crate::endpoint_state::{EndpointState, Group, Inbox, Peer, STRANGER};
 use crate::qos;
 use crate::rcl::{self, Service};
-use crate::session::{self, Port, Session, Wanted, signal};
+use crate::session::{self, EndpointSpec, Port, Session, signal};
 use crate::wire::{Body, Sample, Writer};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{OpenError, TypeIdentity};
-use rc_network::{Role, Seldom, stamp};
+use rc_network::{RateLimit, Role, stamp};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -70,7 +70,7 @@ pub(crate) struct Services {
 /// Where the answers of a service go.
 struct Replies {
     service: Service,
-    ear: Arc<Ear>,
+    state: Arc<EndpointState>,
     writer: Arc<Writer>,
 }
 
@@ -98,7 +98,7 @@ impl Services {
                     format!("rcl_interfaces::srv::dds_::{type_name}_{part}_"),
                 )
             };
-            let wanted = |topic, sends| Wanted {
+            let spec = |topic, sends| EndpointSpec {
                 address: &address,
                 topic,
                 role: Role::Server,
@@ -110,23 +110,23 @@ impl Services {
                 inbox: Arc::clone(&incoming) as _,
                 group: (Arc::clone(&group), place),
             };
-            let replies = wanted(topic("rr", "Response", "Reply"), true);
-            let replies = Wanted {
+            let replies = spec(topic("rr", "Response", "Reply"), true);
+            let replies = EndpointSpec {
                 inbox: Arc::new(()),
                 ..replies
             };
-            let requests = wanted(topic("rq", "Request", "Request"), false);
+            let requests = spec(topic("rq", "Request", "Request"), false);
             ports.extend(session.ports(vec![replies, requests])?);
         }
         let writers = ports.iter().filter_map(|port| {
             let writer = port.writer()?;
-            Some((Arc::clone(&port.ear), Arc::clone(writer)))
+            Some((Arc::clone(&port.state), Arc::clone(writer)))
         });
         let replies = Service::ALL.iter().zip(writers);
         let replies: Vec<Replies> = replies
-            .map(|((service, ..), (ear, writer))| Replies {
+            .map(|((service, ..), (state, writer))| Replies {
                 service: *service,
-                ear,
+                state,
                 writer,
             })
             .collect();
@@ -160,7 +160,7 @@ fn run(
     mapping: Mapping,
     parameters: &dyn ParameterService,
 ) {
-    let seldom = Seldom::default();
+    let rate_limit = RateLimit::default();
     for asked in requests {
         let Some(to) = replies.get(asked.sample.place) else {
             continue;
@@ -170,9 +170,9 @@ fn run(
         let told = rcl::answer(to.service, body, parameters)
             .and_then(|answer| reply(to, mapping, &asked, &answer));
         if let Err(reason) = told
-            && let Some(passed) = seldom.now()
+            && let Some(passed) = rate_limit.allow()
         {
-            let (count, topic) = (passed + 1, &to.ear.topic);
+            let (count, topic) = (passed + 1, &to.state.topic);
             tracing::warn!(
                 "a request about parameters has no answer on `{topic}` ({count} times): {reason}"
             );
@@ -190,9 +190,9 @@ fn reply(to: &Replies, mapping: Mapping, asked: &Asked, answer: &[u8]) -> Result
     let member = asked.sample.member();
     let ready = |peer: &Peer| peer.member() == member && peer.is_ready();
     let begin = Instant::now();
-    while !to.ear.has(ready) && begin.elapsed() < HOLD {
-        to.ear.look();
-        to.ear.wait(LOOK);
+    while !to.state.has(ready) && begin.elapsed() < HOLD {
+        to.state.look();
+        to.state.wait(LOOK);
     }
     let mark = calls::mark(mapping, asked.id, true);
     let body = Body::of(&[&mark.header, answer]);

@@ -6,7 +6,7 @@
 
 use crate::wire::Body;
 use rc_middleware::{Cdr, Reader, Writer};
-use rc_network::{Guid, Hello, hex};
+use rc_network::{EndpointInfo, Guid, hex};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::time::Duration;
@@ -20,7 +20,7 @@ pub(crate) const TYPE: &str = "std_msgs::msg::dds_::String_";
 /// An end as its component tells of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Told {
-    pub(crate) hello: Hello,
+    pub(crate) info: EndpointInfo,
     /// The number of its connection in its component: the ends of the operations of one client have the same.
     pub(crate) connection: u32,
     /// The topic of DDS.
@@ -38,13 +38,13 @@ pub(crate) fn message<'a>(lease: Duration, ends: impl Iterator<Item = (&'a Guid,
     let mut text = format!("{LEASE}{}\n", lease.as_millis());
     for (guid, told) in ends {
         let Told {
-            hello,
+            info,
             connection,
             topic,
             found,
         } = &told;
         // Writing to a string cannot fail.
-        let _ = write!(text, "{} {connection} {topic} {hello}|", hex(guid));
+        let _ = write!(text, "{} {connection} {topic} {info}|", hex(guid));
         for other in found {
             let _ = write!(text, " {}", hex(other));
         }
@@ -75,10 +75,10 @@ fn end(line: &str) -> Option<(Guid, Told)> {
     let (end, found) = line.split_once('|')?;
     let (id, end) = end.split_once(' ')?;
     let (connection, end) = end.split_once(' ')?;
-    let (topic, hello) = end.split_once(' ')?;
+    let (topic, info) = end.split_once(' ')?;
     let told = Told {
         connection: connection.parse().ok()?,
-        hello: Hello::parse(hello.as_bytes())?,
+        info: EndpointInfo::parse(info.as_bytes())?,
         topic: topic.to_owned(),
         found: found.split_whitespace().filter_map(guid).collect(),
     };
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn what_is_told_comes_back() {
         let told = Told {
-            hello: Hello {
+            info: EndpointInfo {
                 role: Role::Server,
                 types: TypeIdentity {
                     name: "Test::Types".to_owned(),

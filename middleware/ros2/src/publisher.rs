@@ -2,7 +2,7 @@
 
 use crate::names;
 use crate::qos;
-use crate::session::{Port, Session, Unsent, Wanted, signal};
+use crate::session::{EndpointSpec, Port, Session, Unsent, signal};
 use crate::wire::Body;
 use rc_middleware::{Endpoint, Header, OpenError, Publisher, SendError};
 use rc_network::{Role, stamp};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosPublisher, OpenError> {
     let address = endpoint.address.to_string();
-    let port = session.end(Wanted {
+    let port = session.end(EndpointSpec {
         address: &address,
         topic: names::topic(endpoint, session.rules())?,
         role: Role::Publisher,
@@ -47,6 +47,6 @@ impl Publisher for RosPublisher {
     }
 
     fn peers(&self) -> usize {
-        self.port.ear.count()
+        self.port.state.count()
     }
 }

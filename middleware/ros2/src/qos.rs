@@ -1,7 +1,7 @@
 //! Quality of service in the library's terms. Nothing is left to defaults, which ROS and DDS have different ones of.
 
 use rc_middleware::{Durability, Qos, Reliability};
-use rc_network::Promise;
+use rc_network::QosContract;
 use rustdds::policy::{self, History, Lifespan, Liveliness, ResourceLimits};
 use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 
@@ -15,7 +15,7 @@ const CALLS: i32 = 8192;
 /// The quality of service of an end, for the library and for the other end.
 pub(crate) struct Ends {
     pub(crate) policies: QosPolicies,
-    pub(crate) promise: Promise,
+    pub(crate) contract: QosContract,
 }
 
 fn duration(time: std::time::Duration) -> Duration {
@@ -54,7 +54,7 @@ pub(crate) fn topic(wanted: &Qos) -> Ends {
     };
     Ends {
         policies: policies.build(),
-        promise: Promise::from(wanted),
+        contract: QosContract::from(wanted),
     }
 }
 
@@ -67,7 +67,7 @@ pub(crate) fn call() -> Ends {
             .history(History::KeepAll)
             .resource_limits(limits(CALLS))
             .build(),
-        promise: Promise::from(&Qos::CALL),
+        contract: QosContract::from(&Qos::CALL),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::calls::{self, Id, Service};
 use crate::config::Mapping;
-use crate::ear::{Inbox, Peer, Reasons};
+use crate::endpoint_state::{Inbox, Peer, Reasons};
 use crate::session::{Session, Unsent, signal};
 use crate::shared::Shared;
 use crate::wire::{Body, Sample};
@@ -10,7 +10,7 @@ use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{
     Endpoint, Header, OpenError, Profile, Reader, ReceiveError, Reply, Server, WakeEvent, Writer,
 };
-use rc_network::{Guid, Requests, Role, Seldom, Waiting, lock, stamp};
+use rc_network::{Guid, QueuedRequest, RateLimit, RequestQueues, Role, lock, stamp};
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
@@ -34,7 +34,7 @@ struct Asked {
 struct Queue {
     mapping: Mapping,
     shared: Arc<Shared>,
-    requests: Requests<Guid, Asked>,
+    requests: RequestQueues<Guid, Asked>,
     /// What found no place.
     refused: Mutex<VecDeque<(usize, Guid, Id)>>,
     reasons: Reasons,
@@ -84,7 +84,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServ
     let queue = Arc::new(Queue {
         mapping,
         shared: Arc::clone(&session.shared),
-        requests: Requests::default(),
+        requests: RequestQueues::default(),
         refused: Mutex::default(),
         reasons: Reasons::default(),
     });
@@ -97,7 +97,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosServ
         signal,
         mapping,
         reply: Vec::new(),
-        seldom: Seldom::default(),
+        rate_limit: RateLimit::default(),
     })
 }
 
@@ -108,7 +108,7 @@ pub(crate) struct RosServer {
     signal: WakeEvent,
     mapping: Mapping,
     reply: Vec<u8>,
-    seldom: Seldom,
+    rate_limit: RateLimit,
 }
 
 /// Where the answer to a request goes, in the form of ROS.
@@ -126,12 +126,12 @@ impl Reply for RosReply {
 
 impl Service {
     /// Whether what is answered now reaches the client: its reader has been found, or it was known, has gone and hears nothing.
-    fn may_serve(&self, waiting: &Waiting<Asked>) -> bool {
+    fn may_serve(&self, waiting: &QueuedRequest<Asked>) -> bool {
         let member = waiting.sample.sample.member();
         let same = |peer: &Peer| peer.member() == member;
-        self.replies.ear.has(|peer| same(peer) && peer.is_ready())
-            || (!self.requests.ear.has(same)
-                && self.requests.ear.knows(&waiting.sample.sample.writer))
+        self.replies.state.has(|peer| same(peer) && peer.is_ready())
+            || (!self.requests.state.has(same)
+                && self.requests.state.knows(&waiting.sample.sample.writer))
             || waiting.since.elapsed() >= HOLD
     }
 }
@@ -140,7 +140,7 @@ impl RosServer {
     /// Takes in what has come.
     fn hear(&self) {
         if let Some(service) = self.services.first() {
-            service.requests.ear.hear();
+            service.requests.state.hear();
         }
     }
 
@@ -160,10 +160,10 @@ impl RosServer {
         body: &[u8],
     ) -> Result<(), ReceiveError> {
         let member = crate::wire::member(writer);
-        let ours = |peer: &Peer| peer.member() == member && peer.hello.is_some();
+        let ours = |peer: &Peer| peer.member() == member && peer.info.is_some();
         let mut mapping = self.mapping;
         if calls::is_too_large(mapping, body.len()) {
-            if !self.services[place].replies.ear.has(ours) {
+            if !self.services[place].replies.state.has(ours) {
                 return Err(self.failed(format!(
                     "an answer of {} bytes cannot be sent to a client that is no component: rustdds has no way for one of more than a kilobyte in the Enhanced mapping. Set `service_mapping = \"cyclone\"`, on both sides",
                     body.len()
@@ -178,7 +178,7 @@ impl RosServer {
         let mut to = None;
         if body.len() > calls::LARGE || id.1 < 0 {
             let same = |peer: &Peer| (peer.member() == member).then_some(peer.guid);
-            if let [only] = port.ear.here(same)[..] {
+            if let [only] = port.state.here(same)[..] {
                 to = Some(only);
             }
         }
@@ -210,9 +210,9 @@ impl RosServer {
         reason: &str,
     ) -> Result<(), ReceiveError> {
         let member = crate::wire::member(writer);
-        let ours = |peer: &Peer| peer.member() == member && peer.hello.is_some();
-        if !self.services[place].replies.ear.has(ours) {
-            if let Some(passed) = self.seldom.now() {
+        let ours = |peer: &Peer| peer.member() == member && peer.info.is_some();
+        if !self.services[place].replies.state.has(ours) {
+            if let Some(passed) = self.rate_limit.allow() {
                 let (count, address) = (passed + 1, &self.address);
                 tracing::warn!(
                     "a request to `{address}` stays without an answer ({count} times): {reason}"
@@ -251,15 +251,15 @@ impl Server for RosServer {
         }
         if self.queue.waits() {
             for service in &self.services {
-                service.replies.ear.look();
+                service.replies.state.look();
             }
         }
         let services = &self.services;
-        let may = |waiting: &Waiting<Asked>| {
+        let may = |waiting: &QueuedRequest<Asked>| {
             let service = services.get(waiting.sample.sample.place);
             service.is_none_or(|service| service.may_serve(waiting))
         };
-        let Some(Waiting { sample: asked, .. }) = self.queue.requests.next(may) else {
+        let Some(QueuedRequest { sample: asked, .. }) = self.queue.requests.next(may) else {
             return Ok(false);
         };
         let Asked {
@@ -271,7 +271,7 @@ impl Server for RosServer {
         let Some(service) = self.services.get(place) else {
             return Ok(true);
         };
-        if service.requests.ear.type_hash(&writer).is_none() {
+        if service.requests.state.type_hash(&writer).is_none() {
             let reason = "the types differ; regenerate and rebuild both ends";
             return self.refuse(place, &writer, id, reason).map(|()| true);
         }
@@ -309,7 +309,7 @@ impl Server for RosServer {
 
     fn peers(&self) -> usize {
         let all = self.services.iter();
-        let counts = all.map(|service| service.requests.ear.count());
+        let counts = all.map(|service| service.requests.state.count());
         counts.max().unwrap_or(0)
     }
 }

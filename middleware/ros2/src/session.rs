@@ -2,13 +2,13 @@
 
 use crate::bound::bounded;
 use crate::config::{self, Config, Mapping};
-use crate::ear::{self, Ear, Entity, Group, Inbox, Listener, Listening};
+use crate::endpoint_state::{self, EndpointState, Entity, Group, Inbox, Listener, Listening};
 use crate::qos::Ends;
 use crate::shared::Shared;
 use crate::watcher::Watcher;
 use crate::wire::{self, Body, Reader, Writer};
 use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
-use rc_network::{Board, Guid, Hello, Promise, Role};
+use rc_network::{EndpointInfo, Guid, LocalRegistry, QosContract, Role};
 use rc_settings::ros::Rule;
 use rustdds::rpc::SampleIdentity;
 use rustdds::{
@@ -38,7 +38,7 @@ pub(crate) struct Session {
     pub(crate) environment: Environment,
     pub(crate) config: Config,
     pub(crate) host: String,
-    board: Board,
+    registry: LocalRegistry,
     pub(crate) shared: Arc<Shared>,
     connections: Cell<u32>,
     patience: Cell<Duration>,
@@ -55,12 +55,12 @@ pub(crate) struct Session {
 /// One end of a topic of DDS. It leaves the domain when it goes.
 pub(crate) struct Port {
     entity: Option<Entity>,
-    pub(crate) ear: Arc<Ear>,
+    pub(crate) state: Arc<EndpointState>,
     pub(crate) guid: Guid,
     pub(crate) session: Rc<Session>,
     topic: Topic,
     qos: rustdds::QosPolicies,
-    hello: Hello,
+    info: EndpointInfo,
     /// What was sent since everything was confirmed.
     unconfirmed: usize,
     /// The number in `Shared`.
@@ -68,7 +68,7 @@ pub(crate) struct Port {
 }
 
 /// What an end is to be.
-pub(crate) struct Wanted<'a> {
+pub(crate) struct EndpointSpec<'a> {
     /// What people call it.
     pub(crate) address: &'a str,
     /// The name of the topic in DDS, and of its type.
@@ -101,7 +101,7 @@ impl Session {
         };
         let config = config::of(environment)?;
         let folder = environment.directory.middleware(crate::NAME);
-        let board = Board::open(&folder, config.domain.into())
+        let registry = LocalRegistry::open(&folder, config.domain.into())
             .map_err(|error| failed(&folder.display().to_string(), &error))?;
         let mut builder = DomainParticipantBuilder::new(config.domain);
         if let Some(networks) = &config.networks {
@@ -137,7 +137,7 @@ impl Session {
             environment: environment.clone(),
             config,
             host,
-            board,
+            registry,
             shared,
             connections: Cell::new(0),
             patience: Cell::new(PATIENCE),
@@ -157,9 +157,9 @@ impl Session {
 
     /// What an end has to have in common with those that it meets. Of a service, the mapping is a part of it: with another
     /// one, the mark of a request would be executed as its first parameters.
-    fn types(&self, wanted: &Wanted<'_>) -> TypeIdentity {
-        let mut types = wanted.types.clone();
-        let calls = matches!(wanted.role, Role::Client | Role::Server);
+    fn types(&self, spec: &EndpointSpec<'_>) -> TypeIdentity {
+        let mut types = spec.types.clone();
+        let calls = matches!(spec.role, Role::Client | Role::Server);
         if calls && self.config.mapping == Mapping::Cyclone {
             types.name.push_str("(service_mapping=cyclone)");
         }
@@ -167,25 +167,28 @@ impl Session {
     }
 
     /// Refuses what does not fit those who are at `topic` already.
-    fn check(&self, wanted: &Wanted<'_>) -> Result<(), OpenError> {
-        let types = self.types(wanted);
-        let here = self.board.notices(&wanted.topic.0, true, true);
-        let mut hellos: Vec<Hello> = here.into_iter().map(|notice| notice.hello).collect();
+    fn check(&self, spec: &EndpointSpec<'_>) -> Result<(), OpenError> {
+        let types = self.types(spec);
+        let here = self.registry.registrations(&spec.topic.0, true, true);
+        let mut infos: Vec<EndpointInfo> = here
+            .into_iter()
+            .map(|registration| registration.info)
+            .collect();
         // Of those who share the board the notices are certain.
         let own = wire::member(&wire::guid(self.participant.guid()));
-        hellos.extend(self.shared.told_at(&wanted.topic.0, own, &self.host));
-        for hello in hellos {
-            if !ear::fit(&hello.types, &types) {
+        infos.extend(self.shared.told_at(&spec.topic.0, own, &self.host));
+        for info in infos {
+            if !endpoint_state::fit(&info.types, &types) {
                 return Err(OpenError::TypeMismatch {
-                    address: wanted.address.to_owned(),
+                    address: spec.address.to_owned(),
                     ours: types.to_string(),
-                    theirs: hello.types.to_string(),
+                    theirs: info.types.to_string(),
                 });
             }
-            if (wanted.role, hello.role) == (Role::Server, Role::Server) {
+            if (spec.role, info.role) == (Role::Server, Role::Server) {
                 return Err(OpenError::AddressTaken {
-                    address: wanted.address.to_owned(),
-                    holder: hello.who(&self.host),
+                    address: spec.address.to_owned(),
+                    holder: info.who(&self.host),
                 });
             }
         }
@@ -193,34 +196,34 @@ impl Session {
     }
 
     /// Opens ends, all or none, and waits until they and those on this machine have found each other.
-    pub(crate) fn ports(self: &Rc<Self>, wanted: Vec<Wanted<'_>>) -> Result<Vec<Port>, OpenError> {
-        let address = wanted
-            .first()
-            .map_or("", |wanted| wanted.address)
-            .to_owned();
+    pub(crate) fn ports(
+        self: &Rc<Self>,
+        specs: Vec<EndpointSpec<'_>>,
+    ) -> Result<Vec<Port>, OpenError> {
+        let address = specs.first().map_or("", |spec| spec.address).to_owned();
         let backend = |error: &dyn std::fmt::Display| OpenError::Backend {
             address: address.clone(),
             reason: error.to_string(),
         };
-        let turn = self.board.turn().map_err(|error| backend(&error))?;
-        for wanted in &wanted {
-            self.check(wanted)?;
+        let open_lock = self.registry.open_lock().map_err(|error| backend(&error))?;
+        for spec in &specs {
+            self.check(spec)?;
         }
         self.connections.set(self.connections.get().wrapping_add(1));
         let mut ports = Vec::new();
-        for wanted in wanted {
-            ports.push(self.port(wanted, &backend)?);
+        for spec in specs {
+            ports.push(self.port(spec, &backend)?);
         }
-        drop(turn);
+        drop(open_lock);
         self.shared.changed();
         self.meet(&ports);
         Ok(ports)
     }
 
     /// Opens one end, see [`Session::ports`].
-    pub(crate) fn end(self: &Rc<Self>, wanted: Wanted<'_>) -> Result<Port, OpenError> {
-        let address = wanted.address.to_owned();
-        let port = self.ports(vec![wanted])?.pop();
+    pub(crate) fn end(self: &Rc<Self>, spec: EndpointSpec<'_>) -> Result<Port, OpenError> {
+        let address = spec.address.to_owned();
+        let port = self.ports(vec![spec])?.pop();
         port.ok_or_else(|| OpenError::Backend {
             address,
             reason: "an end is missing".to_owned(),
@@ -229,56 +232,56 @@ impl Session {
 
     fn port(
         self: &Rc<Self>,
-        wanted: Wanted<'_>,
+        spec: EndpointSpec<'_>,
         backend: &dyn Fn(&dyn std::fmt::Display) -> OpenError,
     ) -> Result<Port, OpenError> {
-        let hello = Hello {
-            role: wanted.role,
-            types: self.types(&wanted),
+        let info = EndpointInfo {
+            role: spec.role,
+            types: self.types(&spec),
             instance: self.environment.instance.clone(),
             pid: std::process::id(),
             host: self.host.clone(),
         };
-        let (name, type_name) = wanted.topic;
-        let Ends { policies, promise } = wanted.qos;
+        let (name, type_name) = spec.topic;
+        let Ends { policies, contract } = spec.qos;
         let topic = self
             .participant
             .create_topic(name.clone(), type_name.clone(), &policies, TopicKind::NoKey)
             .map_err(|error| backend(&error))?;
-        let ear = Arc::new(Ear::new(Listening {
+        let state = Arc::new(EndpointState::new(Listening {
             topic: name,
             type_name,
-            role: wanted.role,
-            types: hello.types.clone(),
-            instance: hello.instance.clone(),
+            role: spec.role,
+            types: info.types.clone(),
+            instance: info.instance.clone(),
             connection: self.connections.get(),
-            sends: wanted.sends,
-            promise,
-            listener: if wanted.is_watched {
+            sends: spec.sends,
+            contract,
+            listener: if spec.is_watched {
                 Listener::Watcher(Arc::clone(&self.shared.waker))
             } else {
-                Listener::Owner(wanted.signal.clone())
+                Listener::Owner(spec.signal.clone())
             },
-            signal: wanted.signal,
-            inbox: wanted.inbox,
-            group: wanted.group.0,
-            place: wanted.group.1,
-            board: self.board.clone(),
+            signal: spec.signal,
+            inbox: spec.inbox,
+            group: spec.group.0,
+            place: spec.group.1,
+            registry: self.registry.clone(),
         }));
         let number = self.shared.number();
         let entity = self
-            .entity(&topic, &policies, wanted.sends)
+            .entity(&topic, &policies, spec.sends)
             .map_err(|error| backend(&error))?;
-        self.opened(&entity, number, &ear);
+        self.opened(&entity, number, &state);
         let guid = entity.guid();
         let mut port = Port {
             entity: Some(entity),
-            ear,
+            state,
             guid,
             session: Rc::clone(self),
             topic,
             qos: policies,
-            hello,
+            info,
             unconfirmed: 0,
             number,
         };
@@ -312,10 +315,10 @@ impl Session {
     }
 
     /// From now on an end is known, and heard.
-    fn opened(&self, entity: &Entity, number: usize, ear: &Arc<Ear>) {
-        self.shared.opened(number, entity.guid(), ear);
+    fn opened(&self, entity: &Entity, number: usize, state: &Arc<EndpointState>) {
+        self.shared.opened(number, entity.guid(), state);
         if let Entity::Reader(reader) = entity {
-            ear.attach(reader);
+            state.attach(reader);
         }
     }
 
@@ -325,7 +328,7 @@ impl Session {
         let begin = Instant::now();
         for port in ports {
             while !self.has_met(port) && begin.elapsed() < self.patience.get() {
-                port.ear.wait(LOOK);
+                port.state.wait(LOOK);
             }
         }
         if ports.iter().any(|port| !self.has_met(port)) {
@@ -335,24 +338,27 @@ impl Session {
     }
 
     fn has_met(&self, port: &Port) -> bool {
-        let ear = &port.ear;
-        ear.look();
-        let others = self.board.notices(&ear.topic, !ear.sends, ear.sends);
-        others.iter().all(|notice| {
-            let (offered, requested): (&Promise, &Promise) = if ear.sends {
-                (&ear.promise, &notice.promise)
+        let state = &port.state;
+        state.look();
+        let others = self
+            .registry
+            .registrations(&state.topic, !state.sends, state.sends);
+        others.iter().all(|registration| {
+            let (offered, requested): (&QosContract, &QosContract) = if state.sends {
+                (&state.contract, &registration.contract)
             } else {
-                (&notice.promise, &ear.promise)
+                (&registration.contract, &state.contract)
             };
-            !rc_network::differences(offered, requested).is_empty() || ear.has_met(&notice.guid)
+            !rc_network::differences(offered, requested).is_empty()
+                || state.has_met(&registration.guid)
         })
     }
 
     /// Gives those on other machines a moment, once, until `found`.
-    pub(crate) fn grace(&self, ear: &Ear, found: impl Fn() -> bool) {
+    pub(crate) fn grace(&self, state: &EndpointState, found: impl Fn() -> bool) {
         while !found() && self.start.elapsed() < GRACE && !self.environment.wake_event.is_stopping()
         {
-            ear.wait(LOOK);
+            state.wait(LOOK);
         }
     }
 
@@ -392,15 +398,15 @@ impl Entity {
 impl Port {
     /// Hangs out the notice of this end.
     fn announce(&mut self) -> std::io::Result<()> {
-        let ear = &self.ear;
-        let posted = self.session.board.post(
-            &ear.topic,
+        let state = &self.state;
+        let posted = self.session.registry.post(
+            &state.topic,
             &self.guid,
-            ear.sends,
-            &self.hello,
-            &ear.promise,
+            state.sends,
+            &self.info,
+            &state.contract,
         )?;
-        ear.post(self.guid, posted);
+        state.post(self.guid, posted);
         Ok(())
     }
 
@@ -448,17 +454,17 @@ impl Port {
     /// Takes a new writer in the place of one that is held up by somebody who confirms nothing: the library drops such a
     /// one only after most of a minute. The others find the new one in a moment; what is sent until then is lost to them.
     pub(crate) fn renew(&mut self) -> Result<(), String> {
-        if let Some(passed) = self.ear.seldom.now() {
-            let (count, topic) = (passed + 1, &self.ear.topic);
+        if let Some(passed) = self.state.rate_limit.allow() {
+            let (count, topic) = (passed + 1, &self.state.topic);
             tracing::warn!(
                 "somebody who hears `{topic}` confirms nothing any more and is left behind ({count} times)"
             );
         }
         // Where there is no other one, the old one stays, and the next thing that is sent tries again.
         let entity = self.session.entity(&self.topic, &self.qos, true)?;
-        self.ear.withdraw();
-        self.ear.forget();
-        self.session.opened(&entity, self.number, &self.ear);
+        self.state.withdraw();
+        self.state.forget();
+        self.session.opened(&entity, self.number, &self.state);
         self.guid = entity.guid();
         self.entity = Some(entity);
         self.unconfirmed = 0;
@@ -468,10 +474,10 @@ impl Port {
     }
 
     fn leave(&mut self) {
-        self.ear.withdraw();
+        self.state.withdraw();
         self.session.shared.closed(self.number);
         if let Some(Entity::Reader(reader)) = &self.entity {
-            self.ear.detach(reader);
+            self.state.detach(reader);
         }
         self.entity = None;
     }

@@ -1,9 +1,9 @@
 //! What the thread that listens and the component share: the ends of this one, and what others have told of theirs.
 
-use crate::ear::Ear;
+use crate::endpoint_state::EndpointState;
 use crate::presence::Told;
 use crate::wire::{self, Member};
-use rc_network::{Guid, Hello, Mismatches, lock};
+use rc_network::{EndpointInfo, Guid, Mismatches, lock};
 use rustdds::mio1::Waker;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// An end of this component.
 pub(crate) struct Own {
     pub(crate) guid: Guid,
-    pub(crate) ear: Arc<Ear>,
+    pub(crate) state: Arc<EndpointState>,
 }
 
 /// What the thread and the component share.
@@ -58,9 +58,9 @@ impl Shared {
     }
 
     /// An end is there.
-    pub(crate) fn opened(&self, number: usize, guid: Guid, ear: &Arc<Ear>) {
-        let ear = Arc::clone(ear);
-        lock(&self.ends).insert(number, Own { guid, ear });
+    pub(crate) fn opened(&self, number: usize, guid: Guid, state: &Arc<EndpointState>) {
+        let state = Arc::clone(state);
+        lock(&self.ends).insert(number, Own { guid, state });
     }
 
     /// An end goes.
@@ -81,14 +81,14 @@ impl Shared {
     }
 
     /// Who has told of an end at `topic`, of other processes on other machines.
-    pub(crate) fn told_at(&self, topic: &str, own: Member, host: &str) -> Vec<Hello> {
+    pub(crate) fn told_at(&self, topic: &str, own: Member, host: &str) -> Vec<EndpointInfo> {
         let members = lock(&self.members);
         let others = members
             .iter()
             .filter(|(member, other)| **member != own && !other.silent);
         let ends = others.flat_map(|(_, other)| other.ends.values());
-        let there = ends.filter(|told| told.topic == topic && told.hello.host != host);
-        there.map(|told| told.hello.clone()).collect()
+        let there = ends.filter(|told| told.topic == topic && told.info.host != host);
+        there.map(|told| told.info.clone()).collect()
     }
 
     /// Who has sent something: the connection of a component of ours, or the writer of a stranger.
@@ -105,16 +105,16 @@ impl Shared {
         }
     }
 
-    pub(crate) fn all(&self) -> Vec<Arc<Ear>> {
+    pub(crate) fn all(&self) -> Vec<Arc<EndpointState>> {
         let ends = lock(&self.ends);
-        ends.values().map(|own| Arc::clone(&own.ear)).collect()
+        ends.values().map(|own| Arc::clone(&own.state)).collect()
     }
 
     /// The end with this identity.
-    pub(crate) fn by_guid(&self, guid: &Guid) -> Option<Arc<Ear>> {
+    pub(crate) fn by_guid(&self, guid: &Guid) -> Option<Arc<EndpointState>> {
         let ends = lock(&self.ends);
         let own = ends.values().find(|own| own.guid == *guid)?;
-        Some(Arc::clone(&own.ear))
+        Some(Arc::clone(&own.state))
     }
 
     /// Whether the process of another end is silent.
@@ -126,9 +126,9 @@ impl Shared {
     }
 
     /// What another end has told of itself to one of ours: who it is, and whether it has found it.
-    pub(crate) fn told(&self, other: &Guid, own: &Guid) -> Option<(Hello, bool)> {
+    pub(crate) fn told(&self, other: &Guid, own: &Guid) -> Option<(EndpointInfo, bool)> {
         let members = lock(&self.members);
         let told = members.get(&wire::member(other))?.ends.get(other)?;
-        Some((told.hello.clone(), told.found.contains(own)))
+        Some((told.info.clone(), told.found.contains(own)))
     }
 }

@@ -1,19 +1,19 @@
 //! The receiving end of a topic.
 
-use crate::ear::{Inbox, Reasons};
+use crate::endpoint_state::{Inbox, Reasons};
 use crate::names;
 use crate::qos;
-use crate::session::{Port, Session, Wanted, signal};
+use crate::session::{EndpointSpec, Port, Session, signal};
 use crate::wire::Sample;
 use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
-use rc_network::{Heard, Role, Values};
+use rc_network::{DuplicateFilter, Role, SampleQueue};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
 
 /// The values of a topic, and what could not be read.
 struct Heap {
-    values: Values<Sample>,
+    values: SampleQueue<Sample>,
     reasons: Reasons,
 }
 
@@ -32,10 +32,10 @@ impl Inbox for Heap {
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubscriber, OpenError> {
     let address = endpoint.address.to_string();
     let heap = Arc::new(Heap {
-        values: Values::new(endpoint.qos.depth),
+        values: SampleQueue::new(endpoint.qos.depth),
         reasons: Reasons::default(),
     });
-    let port = session.end(Wanted {
+    let port = session.end(EndpointSpec {
         address: &address,
         topic: names::topic(endpoint, session.rules())?,
         role: Role::Subscriber,
@@ -50,7 +50,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubs
     Ok(RosSubscriber {
         port,
         heap,
-        heard: Heard::default(),
+        heard: DuplicateFilter::default(),
         unread: Unread::default(),
         address,
     })
@@ -59,7 +59,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubs
 pub(crate) struct RosSubscriber {
     port: Port,
     heap: Arc<Heap>,
-    heard: Heard,
+    heard: DuplicateFilter,
     unread: Unread,
     address: String,
 }
@@ -69,7 +69,7 @@ impl RosSubscriber {
     fn next(&self) -> Option<Sample> {
         let next = self.heap.values.next();
         next.or_else(|| {
-            self.port.ear.hear();
+            self.port.state.hear();
             self.heap.values.next()
         })
     }
@@ -84,11 +84,11 @@ impl RosSubscriber {
 
 impl Subscriber for RosSubscriber {
     fn descriptor(&self) -> BorrowedFd<'_> {
-        self.port.ear.signal.as_fd()
+        self.port.state.signal.as_fd()
     }
 
     fn acknowledge(&mut self, _woken: bool) {
-        self.port.ear.signal.clear();
+        self.port.state.signal.clear();
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
@@ -97,10 +97,10 @@ impl Subscriber for RosSubscriber {
         }
         while let Some(sample) = self.next() {
             // Who has other types was told so when it was found.
-            let Some(type_hash) = self.port.ear.type_hash(&sample.writer) else {
+            let Some(type_hash) = self.port.state.type_hash(&sample.writer) else {
                 continue;
             };
-            if !self.port.ear.promise.transient_local && self.port.ear.is_old(&sample) {
+            if !self.port.state.contract.transient_local && self.port.state.is_old(&sample) {
                 continue;
             }
             let sender = u128::from_be_bytes(sample.writer);
@@ -125,6 +125,6 @@ impl Subscriber for RosSubscriber {
     }
 
     fn peers(&self) -> usize {
-        self.port.ear.count()
+        self.port.state.count()
     }
 }

@@ -2,12 +2,12 @@
 //! to what comes to ends that nobody looks after. It also tells others of this component, and ROS of its node.
 
 use crate::config::Config;
-use crate::ear::{Ear, Peer};
+use crate::endpoint_state::{EndpointState, Peer};
 use crate::presence::{self, Told};
 use crate::qos;
 use crate::shared::{Early, Other, Shared};
 use crate::wire::{self, Body, Copying, Member, Reader, Sample, Writer};
-use rc_network::{Guid, Hello, Mismatches, Promise, Role, hex, lock};
+use rc_network::{EndpointInfo, Guid, Mismatches, QosContract, Role, hex, lock};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
 use rustdds::mio1::{Events, Interest, Poll, Token, Waker, event::Source};
@@ -151,7 +151,7 @@ impl Watcher {
                     STATUS => self.discovered(),
                     ENDS => self.told(),
                     ALIVE => self.lives(),
-                    _ => self.listen(Ear::is_watched),
+                    _ => self.listen(EndpointState::is_watched),
                 }
             }
             if beat <= Instant::now() {
@@ -201,10 +201,10 @@ impl Watcher {
         }
     }
 
-    fn listen(&self, is_meant: impl Fn(&Ear) -> bool) {
-        for ear in self.shared.all() {
-            if !ear.sends && is_meant(&ear) {
-                ear.listen();
+    fn listen(&self, is_meant: impl Fn(&EndpointState) -> bool) {
+        for state in self.shared.all() {
+            if !state.sends && is_meant(&state) {
+                state.listen();
             }
         }
     }
@@ -225,18 +225,18 @@ impl Watcher {
                 other.silent = true;
                 silent.push((
                     *member,
-                    other.ends.values().next().map(|told| told.hello.clone()),
+                    other.ends.values().next().map(|told| told.info.clone()),
                 ));
             }
         }
         drop(members);
-        for (member, hello) in silent {
-            if let Some(hello) = hello {
-                let (who, lease) = (hello.who(&self.shared.host), self.lease);
+        for (member, info) in silent {
+            if let Some(info) = info {
+                let (who, lease) = (info.who(&self.shared.host), self.lease);
                 tracing::debug!("{who} has been silent for {lease:?}");
             }
-            for ear in self.shared.all() {
-                ear.silence(true, |guid| wire::member(guid) == member);
+            for state in self.shared.all() {
+                state.silence(true, |guid| wire::member(guid) == member);
             }
         }
     }
@@ -267,8 +267,8 @@ impl Watcher {
         let is_back = std::mem::take(&mut other.silent);
         drop(members);
         if is_back {
-            for ear in self.shared.all() {
-                ear.silence(false, |guid| wire::member(guid) == member);
+            for state in self.shared.all() {
+                state.silence(false, |guid| wire::member(guid) == member);
             }
         }
     }
@@ -304,54 +304,54 @@ impl Watcher {
     }
 
     fn learn(&self) {
-        let ends: Vec<(Guid, Arc<Ear>)> = lock(&self.shared.ends)
+        let ends: Vec<(Guid, Arc<EndpointState>)> = lock(&self.shared.ends)
             .values()
-            .map(|own| (own.guid, Arc::clone(&own.ear)))
+            .map(|own| (own.guid, Arc::clone(&own.state)))
             .collect();
-        for (own, ear) in ends {
+        for (own, state) in ends {
             let mut is_far = false;
-            let misfits = ear.learned(
+            let misfits = state.learned(
                 |other| self.shared.told(other, &own),
-                |hello| {
-                    is_far |= hello.host != self.shared.host;
+                |info| {
+                    is_far |= info.host != self.shared.host;
                 },
             );
             if is_far {
                 self.shared.has_found.store(true, Ordering::SeqCst);
             }
             for misfit in misfits {
-                self.differ(&ear, &misfit);
+                self.differ(&state, &misfit);
             }
         }
     }
 
     /// Says where somebody on another machine serves an address of ours: before it was discovered, nobody could refuse it.
     fn compare_servers(&self, guid: &Guid, told: &Told) {
-        let hello = &told.hello;
-        if hello.role != Role::Server || hello.host == self.shared.host {
+        let info = &told.info;
+        if info.role != Role::Server || info.host == self.shared.host {
             return;
         }
-        for ear in self.shared.all() {
-            let rivals = ear.role == Role::Server && !ear.sends && ear.topic == told.topic;
-            if rivals && ear.may_tell_of(guid) {
-                let service = ear
+        for state in self.shared.all() {
+            let rivals = state.role == Role::Server && !state.sends && state.topic == told.topic;
+            if rivals && state.may_tell_of(guid) {
+                let service = state
                     .topic
                     .trim_start_matches("rq")
                     .trim_end_matches("Request");
                 self.shared.mismatches.error(format!(
                     "`{service}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
-                    hello.who(&self.shared.host)
+                    info.who(&self.shared.host)
                 ));
             }
         }
     }
 
-    fn differ(&self, ear: &Ear, other: &Peer) {
-        if let Some(hello) = &other.hello
-            && ear.may_tell_of(&other.guid)
+    fn differ(&self, state: &EndpointState, other: &Peer) {
+        if let Some(info) = &other.info
+            && state.may_tell_of(&other.guid)
         {
-            let (topic, who) = (&ear.topic, hello.who(&self.shared.host));
-            let (ours, theirs) = (&ear.types, &hello.types);
+            let (topic, who) = (&state.topic, info.who(&self.shared.host));
+            let (ours, theirs) = (&state.types, &info.types);
             self.shared.mismatches.error(format!(
                 "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
             ));
@@ -407,7 +407,7 @@ impl Watcher {
     }
 
     fn matched(&self, own: Guid, other: Guid) {
-        let Some(ear) = self.shared.by_guid(&own) else {
+        let Some(state) = self.shared.by_guid(&own) else {
             // It is just being opened.
             let mut early = lock(&self.shared.early);
             if early.len() < MOST_EARLY && own[15] & BUILT_IN == 0 && !self.is_of_this(&own) {
@@ -416,32 +416,32 @@ impl Watcher {
             }
             return;
         };
-        let (hello, has_found_us) = match self.shared.told(&other, &own) {
-            Some((hello, found)) => (Some(hello), found),
+        let (info, has_found_us) = match self.shared.told(&other, &own) {
+            Some((info, found)) => (Some(info), found),
             None => (None, false),
         };
-        let is_far = hello
+        let is_far = info
             .as_ref()
-            .is_some_and(|hello| hello.host != self.shared.host);
+            .is_some_and(|info| info.host != self.shared.host);
         let theirs = self
             .types
             .get(&other)
-            .filter(|theirs| **theirs != ear.type_name);
-        let misfit = ear.matched(other, hello, has_found_us, theirs.is_none());
+            .filter(|theirs| **theirs != state.type_name);
+        let misfit = state.matched(other, info, has_found_us, theirs.is_none());
         // The library matches a new end of ours also with those of a process that was killed.
         if self.shared.is_silent(&other) {
-            ear.silence(true, |guid| *guid == other);
+            state.silence(true, |guid| *guid == other);
         }
         if let Some(misfit) = misfit {
             match theirs {
-                Some(theirs) if ear.may_tell_of(&other) => {
-                    let (topic, ours) = (&ear.topic, &ear.type_name);
+                Some(theirs) if state.may_tell_of(&other) => {
+                    let (topic, ours) = (&state.topic, &state.type_name);
                     self.shared.mismatches.error(format!(
                         "`{topic}` is {ours} here and {theirs} to the end {}; they do not hear each other",
                         hex(&other)
                     ));
                 }
-                _ => self.differ(&ear, &misfit),
+                _ => self.differ(&state, &misfit),
             }
         }
         // Those on this machine are told by the notice board.
@@ -458,24 +458,24 @@ impl Watcher {
     }
 
     fn lost(&self, is_it: impl Fn(&Guid) -> bool) {
-        for ear in self.shared.all() {
-            ear.lost(&is_it);
+        for state in self.shared.all() {
+            state.lost(&is_it);
         }
     }
 
     /// Says what of another end does not fit, with both values.
     fn incompatible(&self, own: GUID, other: GUID, offered: &QosPolicies, requested: &QosPolicies) {
         let (own, other) = (wire::guid(own), wire::guid(other));
-        let Some(ear) = self.shared.by_guid(&own) else {
+        let Some(state) = self.shared.by_guid(&own) else {
             return;
         };
-        let differences = rc_network::differences(&promise(offered), &promise(requested));
-        if !ear.may_tell_of(&other) {
+        let differences = rc_network::differences(&contract(offered), &contract(requested));
+        if !state.may_tell_of(&other) {
             return;
         }
         let who = match self.shared.told(&other, &own) {
-            Some((hello, _)) => {
-                format!("the {} {}", hello.role.word(), hello.who(&self.shared.host))
+            Some((info, _)) => {
+                format!("the {} {}", info.role.word(), info.who(&self.shared.host))
             }
             None => format!("the end {}", hex(&other)),
         };
@@ -483,8 +483,8 @@ impl Watcher {
             none if none.is_empty() => "their quality of service differs".to_owned(),
             some => some,
         };
-        let topic = &ear.topic;
-        self.shared.mismatches.warn(if ear.sends {
+        let topic = &state.topic;
+        self.shared.mismatches.warn(if state.sends {
             format!("what is sent on `{topic}` does not reach {who}: {differences}")
         } else {
             format!("`{topic}` hears nothing of {who}: {differences}")
@@ -499,26 +499,26 @@ impl Watcher {
         let ends = lock(&self.shared.ends);
         for own in ends.values() {
             let gid = Gid::from(GUID::from_bytes(own.guid));
-            if own.ear.sends {
+            if own.state.sends {
                 node.add_writer(gid);
             } else {
                 node.add_reader(gid);
             }
         }
         let told = ends.values().map(|own| {
-            let ear = &own.ear;
-            let hello = Hello {
-                role: ear.role,
-                types: ear.types.clone(),
-                instance: ear.instance.clone(),
+            let state = &own.state;
+            let info = EndpointInfo {
+                role: state.role,
+                types: state.types.clone(),
+                instance: state.instance.clone(),
                 pid: std::process::id(),
                 host: self.shared.host.clone(),
             };
             let told = Told {
-                hello,
-                connection: ear.connection,
-                topic: ear.topic.clone(),
-                found: ear.found(&self.shared.host),
+                info,
+                connection: state.connection,
+                topic: state.topic.clone(),
+                found: state.found(&self.shared.host),
             };
             (&own.guid, told)
         });
@@ -554,10 +554,10 @@ fn taken(reader: &Reader) -> Vec<Sample> {
 }
 
 /// What policies promise; what they leave out has the default of DDS.
-fn promise(policies: &QosPolicies) -> Promise {
+fn contract(policies: &QosPolicies) -> QosContract {
     let finite =
         |time: rustdds::Duration| (time != rustdds::Duration::INFINITE).then(|| time.to_std());
-    Promise {
+    QosContract {
         reliable: policies.is_reliable(),
         transient_local: policies
             .durability()

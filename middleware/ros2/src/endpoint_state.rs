@@ -2,7 +2,9 @@
 
 use crate::wire::{Copying, Member, Reader, Sample, Spare, Writer, member};
 use rc_middleware::{TypeIdentity, WakeEvent};
-use rc_network::{Board, Guid, Hello, Posted, Promise, Role, Seldom, lock};
+use rc_network::{
+    EndpointInfo, Guid, LocalRegistry, QosContract, RateLimit, RegistrationGuard, Role, lock,
+};
 use rustdds::mio1;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -84,12 +86,12 @@ pub(crate) enum Listener {
 }
 
 /// What the library rings, on a thread of its own, when something has come for a reader; once, until it is hung up again.
-struct Bell {
+struct Notifier {
     has_rung: AtomicBool,
     listener: Listener,
 }
 
-impl Wake for Bell {
+impl Wake for Notifier {
     fn wake(self: Arc<Self>) {
         self.wake_by_ref();
     }
@@ -109,7 +111,7 @@ impl Wake for Bell {
 pub(crate) struct Peer {
     pub(crate) guid: Guid,
     /// None of a stranger.
-    pub(crate) hello: Option<Hello>,
+    pub(crate) info: Option<EndpointInfo>,
     /// When it was found.
     since: Instant,
     /// Whether it has told that it has found this end.
@@ -130,7 +132,7 @@ impl Peer {
 
     /// Whether what is sent to it arrives.
     pub(crate) fn is_ready(&self) -> bool {
-        match self.hello {
+        match self.info {
             Some(_) => self.has_found_us,
             None => self.since.elapsed() >= SETTLE,
         }
@@ -142,7 +144,7 @@ impl Peer {
 }
 
 /// What is shared between an end and the thread that listens.
-pub(crate) struct Ear {
+pub(crate) struct EndpointState {
     /// The name of the topic in DDS, and of its type.
     pub(crate) topic: String,
     pub(crate) type_name: String,
@@ -153,7 +155,7 @@ pub(crate) struct Ear {
     pub(crate) connection: u32,
     /// Whether it sends, or else receives.
     pub(crate) sends: bool,
-    pub(crate) promise: Promise,
+    pub(crate) contract: QosContract,
     /// When it was opened, in nanoseconds since 1970.
     opened: i64,
     /// Rings when something has come or the other ends have changed.
@@ -164,11 +166,11 @@ pub(crate) struct Ear {
     /// The number of this end in its group.
     place: usize,
     /// The notices of those on this machine, and what its own stands under.
-    board: Board,
+    registry: LocalRegistry,
     own: Mutex<Guid>,
     peers: Mutex<Peers>,
     changed: Condvar,
-    pub(crate) seldom: Seldom,
+    pub(crate) rate_limit: RateLimit,
 }
 
 #[derive(Default)]
@@ -176,7 +178,7 @@ struct Peers {
     by_guid: BTreeMap<Guid, Peer>,
     /// Those who do not fit and have been told of.
     told_of: BTreeSet<Guid>,
-    posted: Option<Posted>,
+    posted: Option<RegistrationGuard>,
 }
 
 impl Peers {
@@ -191,21 +193,21 @@ impl Peers {
 }
 
 /// Readers whose samples are put into one inbox in the order in which they came. Who takes has all of them for that time.
-pub(crate) type Group = Arc<Mutex<Vec<Heard>>>;
+pub(crate) type Group = Arc<Mutex<Vec<GroupedReader>>>;
 
 /// A reader of a group.
-pub(crate) struct Heard {
+pub(crate) struct GroupedReader {
     /// Its number there.
     place: usize,
     reader: Arc<Reader>,
-    bell: Arc<Bell>,
+    notifier: Arc<Notifier>,
     spare: Arc<Spare>,
 }
 
-impl Heard {
+impl GroupedReader {
     /// Whether something may have come since this was asked last.
     fn has_rung(&self) -> bool {
-        self.bell.has_rung.swap(false, Ordering::SeqCst)
+        self.notifier.has_rung.swap(false, Ordering::SeqCst)
     }
 }
 
@@ -218,16 +220,16 @@ pub(crate) struct Listening {
     pub(crate) instance: String,
     pub(crate) connection: u32,
     pub(crate) sends: bool,
-    pub(crate) promise: Promise,
+    pub(crate) contract: QosContract,
     pub(crate) signal: WakeEvent,
     pub(crate) listener: Listener,
     pub(crate) inbox: Arc<dyn Inbox>,
     pub(crate) group: Group,
     pub(crate) place: usize,
-    pub(crate) board: Board,
+    pub(crate) registry: LocalRegistry,
 }
 
-impl Ear {
+impl EndpointState {
     pub(crate) fn new(listening: Listening) -> Self {
         Self {
             topic: listening.topic,
@@ -237,31 +239,31 @@ impl Ear {
             instance: listening.instance,
             connection: listening.connection,
             sends: listening.sends,
-            promise: listening.promise,
+            contract: listening.contract,
             opened: rc_network::stamp(0),
             signal: listening.signal,
             listener: listening.listener,
             inbox: listening.inbox,
             group: listening.group,
             place: listening.place,
-            board: listening.board,
+            registry: listening.registry,
             own: Mutex::default(),
             peers: Mutex::default(),
             changed: Condvar::new(),
-            seldom: Seldom::default(),
+            rate_limit: RateLimit::default(),
         }
     }
 
     /// From now on samples of this reader are heard.
     pub(crate) fn attach(&self, reader: &Arc<Reader>) {
-        let bell = Bell {
+        let notifier = Notifier {
             has_rung: AtomicBool::default(),
             listener: self.listener.clone(),
         };
-        lock(&self.group).push(Heard {
+        lock(&self.group).push(GroupedReader {
             place: self.place,
             reader: Arc::clone(reader),
-            bell: Arc::new(bell),
+            notifier: Arc::new(notifier),
             spare: Arc::default(),
         });
         self.listen();
@@ -282,7 +284,7 @@ impl Ear {
         for heard in &*lock(&self.group) {
             // What the library writes beside the bell, for those who poll.
             heard.reader.drain_read_notifications();
-            heard.bell.has_rung.store(true, Ordering::SeqCst);
+            heard.notifier.has_rung.store(true, Ordering::SeqCst);
         }
         if self.hear() {
             self.signal.wake();
@@ -321,15 +323,15 @@ impl Ear {
     }
 
     /// Takes what has come to a reader; says whether there was anything.
-    fn take(&self, heard: &Heard, samples: &mut Vec<Sample>) -> bool {
-        let Heard {
+    fn take(&self, heard: &GroupedReader, samples: &mut Vec<Sample>) -> bool {
+        let GroupedReader {
             place,
             reader,
-            bell,
+            notifier,
             spare,
         } = heard;
         // Before the look, so that nothing comes between.
-        reader.set_waker(Some(Arc::clone(bell).into()));
+        reader.set_waker(Some(Arc::clone(notifier).into()));
         let mut is_any = false;
         loop {
             match reader.try_take_one_with(Copying(Arc::clone(spare))) {
@@ -345,17 +347,17 @@ impl Ear {
     pub(crate) fn matched(
         &self,
         guid: Guid,
-        hello: Option<Hello>,
+        info: Option<EndpointInfo>,
         has_found_us: bool,
         same_type: bool,
     ) -> Option<Peer> {
-        let same = hello
+        let same = info
             .as_ref()
-            .is_none_or(|hello| fit(&hello.types, &self.types));
+            .is_none_or(|info| fit(&info.types, &self.types));
         let fits = same && same_type;
         let peer = Peer {
             guid,
-            hello,
+            info,
             since: Instant::now(),
             has_found_us,
             silent: false,
@@ -378,21 +380,21 @@ impl Ear {
     /// `each` is given who a peer turns out to be.
     pub(crate) fn learned(
         &self,
-        of: impl Fn(&Guid) -> Option<(Hello, bool)>,
-        mut each: impl FnMut(&Hello),
+        of: impl Fn(&Guid) -> Option<(EndpointInfo, bool)>,
+        mut each: impl FnMut(&EndpointInfo),
     ) -> Vec<Peer> {
         let mut misfits = Vec::new();
         let mut changed = false;
         for peer in lock(&self.peers).by_guid.values_mut() {
-            let Some((hello, has_found_us)) = of(&peer.guid) else {
+            let Some((info, has_found_us)) = of(&peer.guid) else {
                 continue;
             };
-            changed |= peer.hello.is_none() || peer.has_found_us != has_found_us;
+            changed |= peer.info.is_none() || peer.has_found_us != has_found_us;
             peer.has_found_us |= has_found_us;
-            if peer.hello.is_none() {
-                peer.fits &= fit(&hello.types, &self.types);
-                each(&hello);
-                peer.hello = Some(hello);
+            if peer.info.is_none() {
+                peer.fits &= fit(&info.types, &self.types);
+                each(&info);
+                peer.info = Some(info);
                 if !peer.fits {
                     misfits.push(peer.clone());
                 }
@@ -449,7 +451,7 @@ impl Ear {
     }
 
     /// The notice of this end; whom it has found already is written on it.
-    pub(crate) fn post(&self, own: Guid, posted: Posted) {
+    pub(crate) fn post(&self, own: Guid, posted: RegistrationGuard) {
         *lock(&self.own) = own;
         let mut peers = lock(&self.peers);
         peers.posted = Some(posted);
@@ -462,22 +464,27 @@ impl Ear {
     /// Looks at the notices of those on this machine who they are, and which of them have found this end.
     pub(crate) fn look(&self) {
         // Who has hung out no notice by then is no component on this machine.
-        let may_tell = |peer: &Peer| peer.hello.is_some() || peer.since.elapsed() < CATCH_UP;
+        let may_tell = |peer: &Peer| peer.info.is_some() || peer.since.elapsed() < CATCH_UP;
         let waits = |peer: &Peer| peer.here && !peer.has_found_us && may_tell(peer);
         if !lock(&self.peers).by_guid.values().any(waits) {
             return;
         }
         let own = *lock(&self.own);
-        let notices = self.board.notices(&self.topic, !self.sends, self.sends);
+        let registrations = self
+            .registry
+            .registrations(&self.topic, !self.sends, self.sends);
         self.change(|peer| {
-            let Some(notice) = notices.iter().find(|notice| notice.guid == peer.guid) else {
+            let Some(registration) = registrations
+                .iter()
+                .find(|registration| registration.guid == peer.guid)
+            else {
                 return false;
             };
-            if peer.hello.is_none() {
-                peer.fits &= fit(&notice.hello.types, &self.types);
-                peer.hello = Some(notice.hello.clone());
+            if peer.info.is_none() {
+                peer.fits &= fit(&registration.info.types, &self.types);
+                peer.info = Some(registration.info.clone());
             }
-            let changes = !peer.has_found_us && notice.found.contains(&own);
+            let changes = !peer.has_found_us && registration.found.contains(&own);
             peer.has_found_us |= changes;
             changes
         });
@@ -492,7 +499,7 @@ impl Ear {
     pub(crate) fn found(&self, host: &str) -> BTreeSet<Guid> {
         let peers = lock(&self.peers);
         let far =
-            |peer: &&Peer| peer.here && peer.hello.as_ref().is_some_and(|hello| hello.host != host);
+            |peer: &&Peer| peer.here && peer.info.as_ref().is_some_and(|info| info.host != host);
         peers
             .by_guid
             .values()
@@ -536,7 +543,7 @@ impl Ear {
             return false;
         }
         if peers.told_of.len() == REMEMBERED {
-            return self.seldom.now().is_some();
+            return self.rate_limit.allow().is_some();
         }
         peers.told_of.insert(*guid)
     }
@@ -568,7 +575,7 @@ impl Ear {
         while !self.knows(writer) && begin.elapsed() < KNOWN {
             self.wait(LOOK);
         }
-        let is_new = |peer: &Peer| peer.hello.is_none() && peer.since.elapsed() < CATCH_UP;
+        let is_new = |peer: &Peer| peer.info.is_none() && peer.since.elapsed() < CATCH_UP;
         let unknown = lock(&self.peers).by_guid.get(writer).is_some_and(is_new);
         if unknown {
             self.look();
@@ -576,7 +583,7 @@ impl Ear {
         let peers = lock(&self.peers);
         match peers.by_guid.get(writer) {
             Some(peer) if !peer.fits => None,
-            Some(peer) => Some(peer.hello.as_ref().map_or(0, |hello| hello.types.hash)),
+            Some(peer) => Some(peer.info.as_ref().map_or(0, |info| info.types.hash)),
             None => Some(0),
         }
     }

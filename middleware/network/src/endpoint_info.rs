@@ -43,7 +43,7 @@ impl Role {
 
 /// Who an end is of, and what it says and hears.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Hello {
+pub struct EndpointInfo {
     /// What the end is there for.
     pub role: Role,
     /// The types of the connection.
@@ -56,7 +56,7 @@ pub struct Hello {
     pub host: String,
 }
 
-impl Hello {
+impl EndpointInfo {
     /// Reads one; `None` for a stranger.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         let text = std::str::from_utf8(bytes).ok()?;
@@ -92,7 +92,7 @@ impl Hello {
     }
 }
 
-impl fmt::Display for Hello {
+impl fmt::Display for EndpointInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let TypeIdentity { name, hash } = &self.types;
         let (role, pid) = (self.role.word(), self.pid);
@@ -111,8 +111,8 @@ pub fn host(folder: &Path) -> String {
     let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     let device = std::fs::metadata(folder).map_or(0, |metadata| metadata.dev());
     // By its path, for a folder that is removed and made again is the same board.
-    let board = format!("{}\n{device}\n{}", boot.trim(), folder.display());
-    format!("{name}@{:016x}", fnv(&board))
+    let registry = format!("{}\n{device}\n{}", boot.trim(), folder.display());
+    format!("{name}@{:016x}", fnv(&registry))
 }
 
 /// The hash FNV-1a.
@@ -128,7 +128,7 @@ pub fn hex(guid: &Guid) -> String {
 }
 
 /// What a writer offers too little of for a reader, each with both values (DDS 1.4, 2.2.3: requested and offered).
-pub fn differences(offered: &Promise, requested: &Promise) -> Vec<String> {
+pub fn differences(offered: &QosContract, requested: &QosContract) -> Vec<String> {
     let time = |time: Option<Duration>| time.map_or("none".to_owned(), |t| format!("{t:?}"));
     let word = |yes: bool, one: &str, other: &str| if yes { one } else { other }.to_owned();
     let mut found = Vec::new();
@@ -160,7 +160,7 @@ pub fn differences(offered: &Promise, requested: &Promise) -> Vec<String> {
 
 /// What an end offers or asks for that has to fit the other end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Promise {
+pub struct QosContract {
     /// What was sent arrives.
     pub reliable: bool,
     /// Those who come late get what was sent before.
@@ -171,7 +171,7 @@ pub struct Promise {
     pub liveliness: Option<Duration>,
 }
 
-impl From<&rc_middleware::Qos> for Promise {
+impl From<&rc_middleware::Qos> for QosContract {
     fn from(qos: &rc_middleware::Qos) -> Self {
         Self {
             reliable: qos.reliability == qos::Reliability::Reliable,
@@ -182,7 +182,7 @@ impl From<&rc_middleware::Qos> for Promise {
     }
 }
 
-impl Promise {
+impl QosContract {
     /// Reads what `Display` writes.
     pub fn parse(text: &str) -> Option<Self> {
         let mut words = text.split(' ');
@@ -199,7 +199,7 @@ impl Promise {
     }
 }
 
-impl fmt::Display for Promise {
+impl fmt::Display for QosContract {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let time =
             |time: Option<Duration>| time.map_or("-".to_owned(), |t| t.as_nanos().to_string());
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_hello_comes_back_and_a_stranger_is_none() {
-        let hello = Hello {
+        let info = EndpointInfo {
             role: Role::Server,
             types: TypeIdentity {
                 name: "Test::Types".to_owned(),
@@ -226,33 +226,33 @@ mod tests {
             host: "robot".to_owned(),
         };
         assert_eq!(
-            Hello::parse(hello.to_string().as_bytes()),
-            Some(hello.clone())
+            EndpointInfo::parse(info.to_string().as_bytes()),
+            Some(info.clone())
         );
-        assert_eq!(hello.who("robot"), "pid 4711 (lidar)");
-        assert_eq!(hello.who("desk"), "pid 4711 (lidar) on robot");
-        let other = Hello {
+        assert_eq!(info.who("robot"), "pid 4711 (lidar)");
+        assert_eq!(info.who("desk"), "pid 4711 (lidar) on robot");
+        let other = EndpointInfo {
             host: "robot@1".to_owned(),
-            ..hello.clone()
+            ..info.clone()
         };
         assert_eq!(other.who("robot@1"), "pid 4711 (lidar)");
         assert_eq!(other.who("robot@2"), "pid 4711 (lidar) on robot");
         for stranger in [&b""[..], b"typehash=RIHS01", b"robocomp/1 server", &[255]] {
-            assert_eq!(Hello::parse(stranger), None);
+            assert_eq!(EndpointInfo::parse(stranger), None);
         }
     }
 
     #[test]
     fn what_is_offered_has_to_be_enough() {
-        let offered = Promise {
+        let offered = QosContract {
             liveliness: Some(Duration::from_secs(2)),
-            ..Promise::default()
+            ..QosContract::default()
         };
-        let requested = Promise {
+        let requested = QosContract {
             reliable: true,
             deadline: Some(Duration::from_millis(100)),
             liveliness: Some(Duration::from_secs(1)),
-            ..Promise::default()
+            ..QosContract::default()
         };
         assert_eq!(
             differences(&offered, &requested),

@@ -6,7 +6,7 @@
 //! the notices of the others, refuses what does not fit, and waits until both have found each other.
 
 use crate::Guid;
-use crate::hello::{Hello, Promise, fnv, hex};
+use crate::endpoint_info::{EndpointInfo, QosContract, fnv, hex};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{DirBuilder, File};
 use std::io::{self, Read};
@@ -22,26 +22,26 @@ const LOCK_PAUSE: Duration = Duration::from_millis(2);
 
 /// The notices of one domain.
 #[derive(Clone, Debug)]
-pub struct Board {
+pub struct LocalRegistry {
     directory: PathBuf,
 }
 
 /// A notice of somebody who is alive.
 #[derive(Clone, Debug)]
-pub struct Notice {
+pub struct Registration {
     /// The end.
     pub guid: Guid,
     /// Who it is.
-    pub hello: Hello,
+    pub info: EndpointInfo,
     /// What it offers or asks for.
-    pub promise: Promise,
+    pub contract: QosContract,
     /// Whom it has found.
     pub found: Vec<Guid>,
 }
 
 /// An own notice; it goes when this does.
 #[derive(Debug)]
-pub struct Posted {
+pub struct RegistrationGuard {
     file: File,
     path: PathBuf,
     /// Where those begin that it has found, and where they end.
@@ -51,11 +51,11 @@ pub struct Posted {
 
 /// Held while an end is opened, so that of two servers one is first.
 #[derive(Debug)]
-pub struct Turn {
+pub struct OpenLock {
     _file: File,
 }
 
-impl Board {
+impl LocalRegistry {
     /// The board of `domain` in the folder of this backend.
     pub fn open(folder: &Path, domain: u32) -> io::Result<Self> {
         let directory = folder.join(domain.to_string());
@@ -67,7 +67,7 @@ impl Board {
     }
 
     /// Waits for its turn to open an end.
-    pub fn turn(&self) -> io::Result<Turn> {
+    pub fn open_lock(&self) -> io::Result<OpenLock> {
         let path = self.directory.join("turn");
         let file = File::options()
             .create(true)
@@ -84,19 +84,19 @@ impl Board {
             }
             std::thread::sleep(LOCK_PAUSE);
         }
-        Ok(Turn { _file: file })
+        Ok(OpenLock { _file: file })
     }
 
-    /// Hangs out the notice of an end. `key` names the topic; `Turn` has to be held.
+    /// Hangs out the notice of an end. `key` names the topic; `OpenLock` has to be held.
     pub fn post(
         &self,
         key: &str,
         guid: &Guid,
         sends: bool,
-        hello: &Hello,
-        promise: &Promise,
-    ) -> io::Result<Posted> {
-        let name = format!("{}.{}", notice_prefix(key, sends), hex(guid));
+        info: &EndpointInfo,
+        contract: &QosContract,
+    ) -> io::Result<RegistrationGuard> {
+        let name = format!("{}.{}", file_prefix(key, sends), hex(guid));
         let path = self.directory.join(&name);
         let hidden = self.directory.join(format!("new.{name}"));
         let file = File::options()
@@ -104,7 +104,7 @@ impl Board {
             .truncate(true)
             .write(true)
             .open(&hidden)?;
-        let text = format!("{hello}\n{promise}\n");
+        let text = format!("{info}\n{contract}\n");
         let posted = flock(&file, FlockOperation::NonBlockingLockExclusive)
             .map_err(io::Error::from)
             .and_then(|()| file.write_all_at(text.as_bytes(), 0))
@@ -114,7 +114,7 @@ impl Board {
             return Err(error);
         }
         let begin = text.len() as u64;
-        Ok(Posted {
+        Ok(RegistrationGuard {
             file,
             path,
             begin,
@@ -124,7 +124,7 @@ impl Board {
 
     /// The notices at a topic of those who are alive: of those who send, and of those who receive. What the dead left is
     /// taken down.
-    pub fn notices(&self, key: &str, sending: bool, receiving: bool) -> Vec<Notice> {
+    pub fn registrations(&self, key: &str, sending: bool, receiving: bool) -> Vec<Registration> {
         let entries = std::fs::read_dir(&self.directory)
             .into_iter()
             .flatten()
@@ -133,24 +133,24 @@ impl Board {
         prefixes.retain(|(_, wanted)| *wanted);
         let prefixes: Vec<_> = prefixes
             .iter()
-            .map(|(sends, _)| notice_prefix(key, *sends))
+            .map(|(sends, _)| file_prefix(key, *sends))
             .collect();
-        let mut notices = Vec::new();
+        let mut registrations = Vec::new();
         for entry in entries {
             let name = entry.file_name();
             let Some(name) = name.to_str() else { continue };
             for prefix in &prefixes {
                 let rest = name.strip_prefix(prefix);
                 if let Some(guid) = rest.and_then(|rest| parse_guid(rest.strip_prefix('.')?)) {
-                    notices.extend(read(&entry.path(), guid));
+                    registrations.extend(read(&entry.path(), guid));
                 }
             }
         }
-        notices
+        registrations
     }
 }
 
-impl Posted {
+impl RegistrationGuard {
     /// Notes that this end has found another one. `here` are all that are there: a notice does not grow for ever.
     pub fn found<'a>(
         &mut self,
@@ -170,18 +170,18 @@ impl Posted {
     }
 }
 
-impl Drop for Posted {
+impl Drop for RegistrationGuard {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
 /// A topic can be longer than the name of a file.
-fn notice_prefix(key: &str, sends: bool) -> String {
+fn file_prefix(key: &str, sends: bool) -> String {
     format!("{:016x}.{}", fnv(key), if sends { 'w' } else { 'r' })
 }
 
-fn read(path: &Path, guid: Guid) -> Option<Notice> {
+fn read(path: &Path, guid: Guid) -> Option<Registration> {
     let file = File::open(path).ok()?;
     if flock(&file, FlockOperation::NonBlockingLockShared).is_ok() {
         // Its owner has ended.
@@ -191,13 +191,13 @@ fn read(path: &Path, guid: Guid) -> Option<Notice> {
     let mut text = String::new();
     file.take(LONGEST).read_to_string(&mut text).ok()?;
     let mut lines = text.lines();
-    let hello = Hello::parse(lines.next()?.as_bytes())?;
-    let promise = Promise::parse(lines.next()?)?;
+    let info = EndpointInfo::parse(lines.next()?.as_bytes())?;
+    let contract = QosContract::parse(lines.next()?)?;
     let found = lines.filter_map(parse_guid).collect();
-    Some(Notice {
+    Some(Registration {
         guid,
-        hello,
-        promise,
+        info,
+        contract,
         found,
     })
 }
@@ -210,14 +210,14 @@ fn parse_guid(text: &str) -> Option<Guid> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hello::Role;
+    use crate::endpoint_info::Role;
     use rc_middleware::TypeIdentity;
 
     #[test]
     fn a_notice_hangs_as_long_as_its_owner_lives() {
-        let folder = std::env::temp_dir().join(format!("rc-board-{}", std::process::id()));
-        let board = Board::open(&folder, 7).expect("a board");
-        let hello = Hello {
+        let folder = std::env::temp_dir().join(format!("rc-registry-{}", std::process::id()));
+        let registry = LocalRegistry::open(&folder, 7).expect("a registry");
+        let info = EndpointInfo {
             role: Role::Publisher,
             types: TypeIdentity {
                 name: "A::B".to_owned(),
@@ -227,23 +227,23 @@ mod tests {
             pid: 2,
             host: "here".to_owned(),
         };
-        let promise = Promise {
+        let contract = QosContract {
             reliable: true,
             deadline: Some(Duration::from_millis(20)),
-            ..Promise::default()
+            ..QosContract::default()
         };
-        let turn = board.turn().expect("a turn");
-        let posted = board.post("a/b", &[1; 16], true, &hello, &promise);
+        let open_lock = registry.open_lock().expect("the open lock");
+        let posted = registry.post("a/b", &[1; 16], true, &info, &contract);
         let mut posted = posted.expect("to post");
-        drop(turn);
+        drop(open_lock);
         posted.found(&[2; 16], std::iter::empty()).expect("to note");
-        let notices = board.notices("a/b", true, true);
-        assert_eq!(notices.len(), 1);
-        assert_eq!(notices[0].hello, hello);
-        assert_eq!(notices[0].guid, [1; 16]);
-        assert_eq!(notices[0].promise, promise);
-        assert_eq!(notices[0].found, [[2; 16]]);
-        assert!(board.notices("a/c", true, true).is_empty());
+        let registrations = registry.registrations("a/b", true, true);
+        assert_eq!(registrations.len(), 1);
+        assert_eq!(registrations[0].info, info);
+        assert_eq!(registrations[0].guid, [1; 16]);
+        assert_eq!(registrations[0].contract, contract);
+        assert_eq!(registrations[0].found, [[2; 16]]);
+        assert!(registry.registrations("a/c", true, true).is_empty());
         // Thousands come and go, and who is there now is always on it.
         for number in 0..5000_u128 {
             let newest = number.to_be_bytes();
@@ -251,7 +251,7 @@ mod tests {
                 .found(&newest, [[2; 16], newest].iter())
                 .expect("to note");
             if number % 100 == 0 || number > 4900 {
-                let found = &board.notices("a/b", true, true)[0].found;
+                let found = &registry.registrations("a/b", true, true)[0].found;
                 assert!(found.contains(&[2; 16]) && found.contains(&newest));
             }
         }
@@ -260,10 +260,10 @@ mod tests {
             .path
             .with_extension("00000000000000000000000000000009");
         std::fs::copy(&posted.path, &left).expect("to copy");
-        assert_eq!(board.notices("a/b", true, true).len(), 1);
+        assert_eq!(registry.registrations("a/b", true, true).len(), 1);
         assert!(!left.exists());
         drop(posted);
-        assert!(board.notices("a/b", true, true).is_empty());
+        assert!(registry.registrations("a/b", true, true).is_empty());
         std::fs::remove_dir_all(&folder).expect("to remove");
     }
 }

@@ -2,7 +2,7 @@
 
 use rc_ddsc::{End, Guid, Reader, Sample, Writer};
 use rc_middleware::{TypeIdentity, WakeEvent};
-use rc_network::{Hello, Posted, Promise, Role, Seldom, lock};
+use rc_network::{EndpointInfo, QosContract, RateLimit, RegistrationGuard, Role, lock};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
@@ -69,7 +69,7 @@ pub(crate) struct Peer {
     /// The participant that it is of, its first 12 bytes.
     pub(crate) member: [u8; 12],
     /// None of a stranger.
-    pub(crate) hello: Option<Hello>,
+    pub(crate) info: Option<EndpointInfo>,
     /// How long what it sends is worth anything.
     lifespan: Option<Duration>,
     /// Whether its types are the same, as far as it tells.
@@ -89,14 +89,14 @@ pub(crate) struct Sender {
 }
 
 /// What is shared between an end, the library's threads and the watcher.
-pub(crate) struct Ear {
+pub(crate) struct EndpointState {
     /// The name of the topic in DDS.
     pub(crate) topic: String,
     pub(crate) role: Role,
     pub(crate) types: TypeIdentity,
     /// Whether it sends, or else receives.
     pub(crate) sends: bool,
-    pub(crate) promise: Promise,
+    pub(crate) contract: QosContract,
     pub(crate) deadline: Option<Duration>,
     /// Rings when something was heard or the other ends have changed.
     pub(crate) signal: WakeEvent,
@@ -107,7 +107,7 @@ pub(crate) struct Ear {
     taking: Mutex<()>,
     peers: Mutex<Peers>,
     changed: Condvar,
-    pub(crate) seldom: Seldom,
+    pub(crate) rate_limit: RateLimit,
 }
 
 /// The end that an ear belongs to.
@@ -126,7 +126,7 @@ struct Peers {
     gone: usize,
     /// Those who do not fit and have been told of.
     told_of: BTreeSet<Guid>,
-    posted: Option<Posted>,
+    posted: Option<RegistrationGuard>,
 }
 
 impl Peers {
@@ -140,7 +140,7 @@ impl Peers {
     }
 }
 
-impl Ear {
+impl EndpointState {
     pub(crate) fn new(
         topic: String,
         role: Role,
@@ -155,7 +155,7 @@ impl Ear {
             role,
             types,
             sends,
-            promise: crate::qos::promise(qos),
+            contract: crate::qos::contract(qos),
             deadline: qos.deadline,
             signal,
             inbox,
@@ -164,7 +164,7 @@ impl Ear {
             taking: Mutex::default(),
             peers: Mutex::default(),
             changed: Condvar::new(),
-            seldom: Seldom::default(),
+            rate_limit: RateLimit::default(),
         }
     }
 
@@ -215,15 +215,15 @@ impl Ear {
 
     fn look_up(&self, handle: u64) -> Option<Peer> {
         let end = self.entity()?.matched(handle)?;
-        let hello = Hello::parse(&end.user_data);
-        let fits = hello.as_ref().is_none_or(|hello| hello.types == self.types);
+        let info = EndpointInfo::parse(&end.user_data);
+        let fits = info.as_ref().is_none_or(|info| info.types == self.types);
         let mut member = [0; 12];
         member.copy_from_slice(&end.guid[..12]);
         Some(Peer {
             guid: end.guid,
             member,
             lifespan: end.lifespan,
-            hello,
+            info,
             fits,
             here: true,
         })
@@ -264,7 +264,7 @@ impl Ear {
     }
 
     /// The notice of this end; whom it has found already is written on it.
-    pub(crate) fn post(&self, posted: Posted) {
+    pub(crate) fn post(&self, posted: RegistrationGuard) {
         let mut peers = lock(&self.peers);
         peers.posted = Some(posted);
         let found: Vec<Guid> = peers.by_handle.values().map(|peer| peer.guid).collect();
@@ -304,7 +304,7 @@ impl Ear {
             return false;
         }
         if peers.told_of.len() == REMEMBERED {
-            return self.seldom.now().is_some();
+            return self.rate_limit.allow().is_some();
         }
         peers.told_of.insert(*guid)
     }
@@ -327,7 +327,7 @@ impl Ear {
         let of = |peer: &Peer| {
             peer.fits.then_some(Sender {
                 id: u128::from_be_bytes(peer.guid),
-                type_hash: peer.hello.as_ref().map_or(0, |hello| hello.types.hash),
+                type_hash: peer.info.as_ref().map_or(0, |info| info.types.hash),
                 lifespan: peer.lifespan,
             })
         };
