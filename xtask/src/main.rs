@@ -15,12 +15,14 @@ mod programs;
 mod ros2;
 mod slots;
 mod soak;
+mod timings;
 mod usage;
 mod variant;
 
 use programs::Failure;
 use soak::Middleware;
-use std::process::{Command, ExitCode};
+use std::process::{Command, ExitCode, ExitStatus, Stdio};
+use timings::Timings;
 
 /// What the tests start.
 const COMPONENTS: [&str; 15] = [
@@ -72,7 +74,7 @@ fn main() -> ExitCode {
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }
@@ -103,10 +105,17 @@ fn test(rest: &[&str]) -> Result<(), String> {
         build.extend(["--package", component]);
     }
     cargo(&build)?;
+    let timed = rest.contains(&"--timings");
+    let rest: Vec<&str> = rest.iter().copied().filter(|a| *a != "--timings").collect();
     let mut test = vec!["test", "--workspace", "--no-fail-fast"];
-    test.extend(rest);
+    test.extend(&rest);
     let list = std::env::temp_dir().join(format!("rc-skipped-{}", std::process::id()));
-    let mut tested = cargo_with(&test, &[("RC_TEST_SKIPPED", &list.to_string_lossy())]);
+    let environment = [("RC_TEST_SKIPPED", &*list.to_string_lossy())];
+    let mut tested = if timed {
+        cargo_timed(&test, &environment)
+    } else {
+        cargo_with(&test, &environment)
+    };
     let mut skipped = String::new();
     if rest.is_empty() {
         match miri() {
@@ -114,7 +123,7 @@ fn test(rest: &[&str]) -> Result<(), String> {
             Err(why) => skipped = format!("skipped: values in place under Miri: {why}\n"),
         }
     }
-    // What tests need and this machine does not have is told where nobody misses it.
+    // The end of the output is the place where a skipped test is noticed.
     print!(
         "{}{skipped}",
         std::fs::read_to_string(&list).unwrap_or_default()
@@ -146,7 +155,7 @@ fn miri() -> Result<Result<(), String>, String> {
     })
 }
 
-/// Reads random texts of every language for so long; each run begins where the clock says.
+/// Reads random texts of every language for so long. The clock seeds each run.
 fn fuzz(seconds: &str) -> Result<(), String> {
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let seed = now.map_or(0, |since| since.as_secs() * 1_000_000);
@@ -165,13 +174,41 @@ fn cargo(args: &[&str]) -> Result<(), String> {
 }
 
 fn cargo_with(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = cargo_command(args, environment).status();
+    outcome(args, status)
+}
+
+/// The same for tests; prints the twenty slowest ones at the end.
+fn cargo_timed(args: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
+    let threads = std::env::var("RUST_TEST_THREADS");
+    let threads = threads.ok().and_then(|count| count.parse().ok());
+    let threads = threads.or_else(|| std::thread::available_parallelism().ok().map(usize::from));
+    let mut timings = Timings::new(threads.unwrap_or(1));
+    let child = cargo_command(args, environment)
+        .stdout(Stdio::piped())
+        .spawn();
+    let status = child.and_then(|mut child| {
+        if let Some(output) = child.stdout.take() {
+            timings.follow(output);
+        }
+        child.wait()
+    });
+    println!("the slowest tests:");
+    for timing in timings.slowest(20) {
+        println!("{:8.1} s  {}", timing.took.as_secs_f64(), timing.name);
+    }
+    outcome(args, status)
+}
+
+fn cargo_command(args: &[&str], environment: &[(&str, &str)]) -> Command {
     println!("+ cargo {}", args.join(" "));
-    let status = Command::new(cargo)
-        .args(args)
-        .envs(environment.iter().copied())
-        .status()
-        .map_err(|e| format!("cargo cannot be started: {e}"))?;
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.args(args).envs(environment.iter().copied());
+    cargo
+}
+
+fn outcome(args: &[&str], status: std::io::Result<ExitStatus>) -> Result<(), String> {
+    let status = status.map_err(|e| format!("cargo cannot be started: {e}"))?;
     if status.success() {
         Ok(())
     } else {
