@@ -3,8 +3,8 @@
 
 use crate::load;
 use crate::project::Project;
+use rc_configuration::Update;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_pdsl::config::{self, Update};
 use rc_syntax::Loader;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -69,20 +69,24 @@ pub(crate) fn check(
     project: Option<&Project>,
 ) -> Vec<Diagnostic> {
     let parameters = project.and_then(|project| project.parameters.as_ref());
-    let (_, found) = config::check(sources, source, parameters);
+    let (_, found) = rc_configuration::check(sources, source, parameters);
     // What a description with errors declares is not known; the framework's own keys are.
     let known = |d: &Diagnostic| project.is_some() || d.code != "unknown-parameter";
     let mut found: Vec<Diagnostic> = found.into_iter().filter(known).collect();
     if project.is_some()
-        && let Ok(update) = config::update(sources, source, parameters)
+        && let Ok(update) = rc_configuration::update(sources, source, parameters)
     {
         // A note shows lines, too.
         let secrets = found.first().map(|d| d.secrets.clone());
-        found.extend(config::unset(&update).into_iter().map(|mut note| {
-            note.secrets
-                .clone_from(secrets.as_ref().unwrap_or(&Vec::new()));
-            note
-        }));
+        found.extend(
+            rc_configuration::unset(&update)
+                .into_iter()
+                .map(|mut note| {
+                    note.secrets
+                        .clone_from(secrets.as_ref().unwrap_or(&Vec::new()));
+                    note
+                }),
+        );
     }
     found
 }
@@ -156,7 +160,7 @@ pub fn update(
         return Ok(None);
     };
     let source = sources.add(&path, text.clone());
-    match config::update(sources, source, project.parameters.as_ref()) {
+    match rc_configuration::update(sources, source, project.parameters.as_ref()) {
         Ok(update) => Ok(Some(Updated { path, update, text })),
         Err(more) => {
             found.extend(more);

@@ -249,7 +249,7 @@ impl<'a> Printer<'a> {
         );
         let worker = self.print("user_worker.rs", &[("use_line", imports.into())])?;
         files.add("src/specific_worker.rs", Owner::Specific, worker);
-        let config = rc_pdsl::config::template(
+        let config = rc_configuration::template(
             &self.view.name,
             project.component.period,
             project.parameters.as_ref(),

@@ -228,12 +228,12 @@ fn schema(project: &Project) -> String {
         let module = &library.module(interface.module).name.text;
         let word = slot.role.word();
         let what = format!("{word} `{module}::{}`", interface.name.text);
-        rc_pdsl::config::Slot {
+        rc_configuration::Slot {
             name: &slot.name,
             what,
         }
     });
-    rc_pdsl::config::schema(
+    rc_configuration::schema(
         &component.name.text,
         component.period,
         &slots.collect::<Vec<_>>(),

@@ -1,6 +1,6 @@
 //! What stands in one `.pdsl` file, in its order, nothing resolved yet.
 
-use crate::condition::Comparator;
+use rc_configuration::condition::Comparator;
 use rc_diagnostics::Span;
 use rc_syntax::{Literal, Name};
 

@@ -1,8 +1,8 @@
 //! Lengths, ranges, choices and defaults: each is checked against the type of its parameter.
 
 use crate::ast;
-use crate::model::{Length, Parameter, Range, Type, Value};
 use crate::resolve::Resolver;
+use rc_configuration::model::{Length, Parameter, Range, Type, Value};
 use rc_diagnostics::{Diagnostic, Span, duration_text};
 use rc_syntax::{Literal, LiteralKind};
 

@@ -1,11 +1,11 @@
 //! From the tree to the model: names, types and flags; limits and rules are checked beside.
 
 use crate::ast::{self, FlagKind, Item};
-use crate::config::broken_by_defaults;
 use crate::imports::Imports;
-use crate::model::{Kind, Parameter, Parameters, Type};
 use crate::rules;
 use heck::ToSnakeCase;
+use rc_configuration::broken_by_defaults;
+use rc_configuration::model::{Kind, Parameter, Parameters, Type};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::{HashMap, HashSet};

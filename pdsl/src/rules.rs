@@ -1,9 +1,9 @@
 //! Rules: names become references, types have to fit, and a tree becomes the steps that compute it.
 
 use crate::ast::{self, Expression, ExpressionKind, Path, ProductOperator, SumOperator};
-use crate::condition::{Comparator, Condition, Function, Reference, Step};
 use crate::limits::described;
-use crate::model::{Kind, Parameter, Parameters, Rule, Type, Value};
+use rc_configuration::condition::{Comparator, Condition, Function, Reference, Step};
+use rc_configuration::model::{Kind, Parameter, Parameters, Rule, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::HashSet;
@@ -125,8 +125,8 @@ impl<'m> Checker<'m> {
         let condition = Condition {
             steps: self.steps[from..].to_vec(),
         };
-        if condition.references().next().is_none() {
-            let says = match condition.holds(&[]) {
+        if let Some(result) = condition.constant() {
+            let says = match result {
                 Ok(true) => "it always holds",
                 Ok(false) => "it never holds",
                 Err(_) => "it cannot be computed",

@@ -1,9 +1,9 @@
 //! What a generated component tells the runtime, and what the runtime asks of it.
 
 use crate::Core;
+use rc_configuration::{ParamChange, Values};
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{Backend, Environment, OpenError, Qos, Reader};
-use rc_pdsl::config::{ParamChange, Values};
 use std::time::Duration;
 
 /// Opens a backend; generated code names the functions of the backends that it was generated for.
@@ -20,7 +20,7 @@ pub struct Description {
     pub middleware: &'static str,
     /// How often `compute()` runs where the configuration does not say.
     pub period: Duration,
-    /// The parameters as the JSON form of `rc_pdsl::model::Parameters`.
+    /// The parameters as the JSON form of `rc_configuration::model::Parameters`.
     pub parameters: Option<&'static str>,
     /// The folder of the component where it was built; its `etc/config.toml` is the default configuration.
     pub folder: &'static str,

@@ -1,6 +1,6 @@
 //! The socket between a component and the supervisor that has started it: JSON-RPC 2.0 notifications, one a line.
 
-use rc_pdsl::config::ParamChange;
+use rc_configuration::ParamChange;
 use serde_json::{Map, Value, json};
 use std::io::{self, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -122,7 +122,7 @@ fn changes(unsaved: &[ParamChange]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rc_pdsl::model::Value as Parameter;
+    use rc_configuration::model::Value as Parameter;
 
     fn change(path: &str, new: Parameter, secret: bool) -> ParamChange {
         ParamChange {

@@ -2,9 +2,9 @@
 //! socket is.
 
 use crate::parameters::{ParameterServer, Refusal, Requester};
+use rc_configuration::ParameterStatus;
+use rc_configuration::model::{Type, Value as Given};
 use rc_middleware::parameters::{Parameter, ParameterListener, ParameterService, ParameterValue};
-use rc_pdsl::config::ParameterStatus;
-use rc_pdsl::model::{Type, Value as Given};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;

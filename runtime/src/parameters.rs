@@ -7,10 +7,10 @@
 use crate::component::{Component, WorkerError};
 use crate::parameter_service;
 use crate::status::{Command, Shared, State};
+use rc_configuration::Parameters;
+use rc_configuration::{Accepted, Live, ParamChange, ParameterStatus, Unsaved, Values};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, render};
 use rc_middleware::parameters::{ParameterEvent, ParameterListener};
-use rc_pdsl::Parameters;
-use rc_pdsl::config::{Accepted, Live, ParamChange, ParameterStatus, Unsaved, Values};
 use serde_json::{Map, Value, json};
 use std::collections::VecDeque;
 use std::io::Write;

@@ -11,10 +11,10 @@ use crate::ports::Ports;
 use crate::probe;
 use crate::settings::settings;
 use crate::status::Shared;
+use rc_configuration::model::Parameters;
+use rc_configuration::{Configuration, Live, Values};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::{Address, Environment, OpenError, RunDirectory, WakeEvent};
-use rc_pdsl::config::{self, Configuration, Live, Values};
-use rc_pdsl::model::Parameters;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::Write;
@@ -345,7 +345,7 @@ fn read(
         }
     };
     let Some(path) = config_file(description, arguments) else {
-        let configuration = config::defaults(parameters.as_ref()).map_err(|missing| {
+        let configuration = rc_configuration::defaults(parameters.as_ref()).map_err(|missing| {
             StartError::Configuration(format!(
                 "{}: error: there is no configuration file, and these parameters have no default: {}; name one with --config\n",
                 description.name,
@@ -367,7 +367,7 @@ fn read(
     })?;
     let mut sources = SourceMap::new();
     let source = sources.add(&path, text);
-    let (configuration, found) = config::check(&sources, source, parameters.as_ref());
+    let (configuration, found) = rc_configuration::check(&sources, source, parameters.as_ref());
     if found.has_errors() {
         return Err(StartError::Configuration(render(
             &sources,

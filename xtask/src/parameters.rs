@@ -136,7 +136,7 @@ fn checks() -> Result<[Figure; 2], Failure> {
 
 /// In one process, which has read the `.pdsl`.
 fn check_alone(folder: &Path) -> Result<Figure, Failure> {
-    let words = "build --release -p rc-pdsl --example check_time";
+    let words = "build --release -p rc-configuration --features tools --example check_time";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
     let (pdsl, toml) = (path("large.pdsl"), path("etc/config.toml"));

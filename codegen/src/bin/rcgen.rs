@@ -12,7 +12,6 @@ use rc_codegen::{
     FileLoader, Files, Project, configuration, export, generate, languages, stubs, workspace,
 };
 use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap, render};
-use rc_pdsl::config;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -391,14 +390,19 @@ fn update_configuration(
             .write()
             .map_err(|e| Failure::System(format!("{path}: {e}")))?;
         let changes = updated.update.changes.iter();
-        let gone = changes.filter(|change| matches!(change.what, config::What::Gone(_)));
+        let gone = changes.filter(|change| matches!(change.what, rc_configuration::What::Gone(_)));
         match gone.count() {
             0 => {}
             1 => tell(format_args!("{path}: 1 value has become a comment\n")),
             gone => tell(format_args!("{path}: {gone} values have become comments\n")),
         }
     }
-    if updated.update.changes.iter().any(config::Change::is_yours) {
+    if updated
+        .update
+        .changes
+        .iter()
+        .any(rc_configuration::Change::is_yours)
+    {
         tell(format_args!(
             "{path}: what is left to you stays an error; put it right, then: rcgen config --update {path}\n"
         ));

@@ -1,6 +1,6 @@
 //! The page about all parameters, in Markdown.
 
-use rc_pdsl::model::{Kind, Parameter, Parameters, Rule, Value};
+use rc_configuration::model::{Kind, Parameter, Parameters, Rule, Value};
 use serde::Serialize;
 
 /// The page.

@@ -2,7 +2,7 @@
 
 use crate::{layout, names};
 use heck::ToUpperCamelCase;
-use rc_pdsl::model::{self, Kind, Parameter, Type};
+use rc_configuration::model::{self, Kind, Parameter, Type};
 use serde::Serialize;
 use std::collections::HashSet;
 

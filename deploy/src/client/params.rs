@@ -5,8 +5,8 @@ use crate::client::connection::Connection;
 use crate::client::lines::LIMIT;
 use crate::error::{Error, ErrorContext};
 use crate::network::plan::check_name;
+use rc_configuration::ParameterStatus;
 use rc_middleware::RunDirectory;
-use rc_pdsl::config::ParameterStatus;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -76,7 +76,7 @@ pub fn values(
     let mut values = Map::new();
     for (path, word) in words {
         // What does not fit its parameter is for the component to refuse, and with it a path that is none.
-        let plain = rc_pdsl::config::argument(word);
+        let plain = rc_configuration::argument(word);
         let dashed = word == "-";
         if !dashed && (plain == word.as_str() || word.starts_with(['"', '\''])) {
             values.insert(path.clone(), plain);
@@ -93,7 +93,7 @@ pub fn values(
                 if one.is_text() {
                     Value::String(line)
                 } else {
-                    rc_pdsl::config::argument(&line)
+                    rc_configuration::argument(&line)
                 }
             }
             [one] if one.is_text() => Value::String(word.clone()),

@@ -3,10 +3,10 @@
 
 use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
+use rc_configuration::model::{Kind, Parameter, Type};
+use rc_configuration::{Settings, Values};
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_pdsl::config::{Settings, Values};
-use rc_pdsl::model::{Kind, Parameter, Type};
 use rc_settings::{qos, ros};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub(crate) fn configurations(
             .as_ref()
             .map_or(instance.name.span, |c| c.span);
         let Some(path) = config(instance, Some(project)) else {
-            if let Err(missing) = rc_pdsl::config::defaults(project.parameters.as_ref()) {
+            if let Err(missing) = rc_configuration::defaults(project.parameters.as_ref()) {
                 let message = format!(
                     "`{}` has no configuration, and these parameters have no default: {}",
                     instance.path,
@@ -121,11 +121,11 @@ pub(crate) fn named_files(
         Some(Ok(text)) => {
             let mut sources = SourceMap::new();
             let source = sources.add("", text);
-            Some(rc_pdsl::config::check(&sources, source, Some(parameters)).0)
+            Some(rc_configuration::check(&sources, source, Some(parameters)).0)
         }
         // What cannot be read was an error.
         Some(Err(_)) => None,
-        None => rc_pdsl::config::defaults(Some(parameters)).ok(),
+        None => rc_configuration::defaults(Some(parameters)).ok(),
     };
     let mut paths = Vec::new();
     if let Some(values) = values {
@@ -169,7 +169,7 @@ fn configuration(
     found: &mut Diagnostics,
 ) -> Settings {
     let (configuration, more) =
-        rc_pdsl::config::check(sources, source, project.parameters.as_ref());
+        rc_configuration::check(sources, source, project.parameters.as_ref());
     found.extend(more);
     let addresses = configuration.bindings.values();
     for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {

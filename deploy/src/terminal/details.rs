@@ -9,7 +9,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::Span;
-use rc_pdsl::config::ParameterStatus;
+use rc_configuration::ParameterStatus;
 
 /// The page of one component.
 pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {

@@ -5,8 +5,8 @@
 
 use super::Rule;
 use crate::ast::{Expression, ExpressionKind, Path, ProductOperator, SumOperator};
-use crate::condition::Comparator;
 use pest::iterators::Pair;
+use rc_configuration::condition::Comparator;
 use rc_diagnostics::{Diagnostic, Span};
 use rc_syntax::{Name, ParseContext};
 

@@ -2,9 +2,8 @@
 
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
+use rc_configuration::model::Parameters;
 use rc_diagnostics::{Diagnostics, SourceMap};
-use rc_pdsl::config;
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 use std::fmt::Write;
 
@@ -17,7 +16,7 @@ fn load(text: &str) -> (Option<Parameters>, Diagnostics) {
 fn configure(model: &Parameters, toml: &str) -> Diagnostics {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", toml);
-    config::check(&sources, source, Some(model)).1
+    rc_configuration::check(&sources, source, Some(model)).1
 }
 
 fn codes(found: &Diagnostics) -> Vec<&'static str> {

@@ -3,8 +3,8 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use expect_test::{Expect, expect};
+use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 
 /// What is found in `c.pdsl` beside `others`.

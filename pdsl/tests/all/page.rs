@@ -1,8 +1,8 @@
 //! What the page about the language shows is what the language does.
 
+use rc_configuration::Live;
+use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_pdsl::config::{self, Live};
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 
 const PAGE: &str = include_str!("../../src/grammar.md");
@@ -42,7 +42,7 @@ fn the_configuration_on_the_page_breaks_the_rules_that_it_says() {
     let model = load(blocks("pdsl")[0]);
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", blocks("toml")[0]);
-    let (_, found) = config::check(&sources, source, Some(&model));
+    let (_, found) = rc_configuration::check(&sources, source, Some(&model));
     let rendered = render(&sources, &found, Format::Short);
     let shown = blocks("").pop().expect("the messages");
     for (shown, said) in shown.lines().zip(rendered.lines()) {
@@ -63,14 +63,14 @@ fn the_change_on_the_page_is_accepted() {
     let mut sources = SourceMap::new();
     let text = blocks("toml")[0].replace("id = 1\nmin = 2.0", "id = 2\nmin = 0.5");
     let source = sources.add("config.toml", text);
-    let (configuration, found) = config::check(&sources, source, Some(&model));
+    let (configuration, found) = rc_configuration::check(&sources, source, Some(&model));
     assert_eq!(render(&sources, &found, Format::Short), "");
     let live = Live::new(model, &configuration.parameters);
     let words = blocks("sh")[0].split_whitespace();
     let changes: Vec<_> = words.filter_map(|word| word.split_once('=')).collect();
     let changes: Vec<_> = changes
         .iter()
-        .map(|(path, value)| (*path, config::argument(value)))
+        .map(|(path, value)| (*path, rc_configuration::argument(value)))
         .collect();
     let accepted = live.check(changes.iter().map(|(path, value)| (*path, value)));
     let accepted = accepted.expect("what the page shows");

@@ -3,9 +3,8 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use expect_test::{Expect, expect};
+use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_pdsl::config;
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 
 fn load(body: &str) -> (Parameters, String) {
@@ -29,7 +28,7 @@ fn configure(body: &str, toml: &str, expected: &Expect) {
     let model = Parameters::from_json(&model.to_json()).expect("its own JSON");
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", format!("[parameters]\n{toml}\n"));
-    let (_, found) = config::check(&sources, source, Some(&model));
+    let (_, found) = rc_configuration::check(&sources, source, Some(&model));
     expected.assert_eq(&render(&sources, &found, Format::Short));
 }
 

@@ -3,7 +3,7 @@
 //! The schema never refuses what the checker accepts. Rules, the ranges of times that are texts and the sizes of
 //! floating-point numbers are beyond it. It is of draft 7, which the editors understand.
 
-use super::{COMPONENT, LEVELS, SHORTEST_PERIOD};
+use crate::check::{COMPONENT, LEVELS, SHORTEST_PERIOD};
 use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
 use rc_diagnostics::duration_text;
 use rc_settings::{Key, Kind as Takes, MIDDLEWARES, qos};

@@ -7,11 +7,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// What is shown of a value that is secret.
-pub(super) const SECRET: &str = "***";
+pub(crate) const SECRET: &str = "***";
 
 /// What stands under one name.
 #[derive(Clone, PartialEq)]
-pub(super) enum Entry {
+pub(crate) enum Entry {
     /// A value, and whether it is secret.
     Value(Value, bool),
     /// A group.
@@ -34,7 +34,7 @@ static EMPTY: Values = Values {
 };
 
 impl Values {
-    pub(super) fn push(&mut self, name: String, entry: Entry) {
+    pub(crate) fn push(&mut self, name: String, entry: Entry) {
         self.entries.push((name, entry));
     }
 

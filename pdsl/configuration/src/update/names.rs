@@ -1,8 +1,8 @@
 //! Which keys of a table are parameters, and which were.
 
-use super::super::document::Place;
-use super::super::parameters::fits;
+use crate::document::Place;
 use crate::model::{Kind, Parameter};
+use crate::parameters::fits;
 use rc_diagnostics::nearest;
 use std::collections::{HashMap, HashSet};
 use toml_edit::{Item, TableLike};

@@ -1,29 +1,29 @@
 //! `[parameters]` against the model: every fault is found, and every default is filled in.
 
-use super::block::{Block, Content, Field, Origin, inner};
-use super::document::{self, Place};
+use crate::block::{Block, Content, Field, Origin, inner};
+use crate::document::{self, Place};
 use crate::model::{Kind, Length, Misfit, Parameter, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
 use std::collections::HashSet;
 use toml_edit::{Item, TableLike};
 
 /// Reads the values of parameters, and keeps what is wrong.
-pub(super) struct Reader<'a> {
-    pub(super) place: Place,
-    pub(super) found: &'a mut Diagnostics,
+pub(crate) struct Reader<'a> {
+    pub(crate) place: Place,
+    pub(crate) found: &'a mut Diagnostics,
     /// The paths that have neither a value nor a default.
-    pub(super) missing: Vec<String>,
+    pub(crate) missing: Vec<String>,
     /// The places of values that are secret, or may be.
-    pub(super) secrets: Vec<Span>,
+    pub(crate) secrets: Vec<Span>,
     /// Whether there are secrets, so that a value at the wrong place may be one.
-    pub(super) guarded: bool,
+    pub(crate) guarded: bool,
     /// Whether a list that is not there has one element, so that the rules in it are tried.
-    pub(super) sample: bool,
+    pub(crate) sample: bool,
 }
 
 impl Reader<'_> {
     /// The values of `parameters` in `table`, which is called `path` and stands at `at`.
-    pub(super) fn block(
+    pub(crate) fn block(
         &mut self,
         parameters: &[Parameter],
         table: Option<&dyn TableLike>,
@@ -131,7 +131,7 @@ impl Reader<'_> {
     }
 
     /// Reads `item` into `field`, which is that of `parameter`.
-    pub(super) fn given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
+    pub(crate) fn given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
         let (path, at) = (field.path.as_str(), field.at);
         let content = match &parameter.kind {
             Kind::Scalar { ty, array: None } => self
@@ -194,7 +194,7 @@ impl Reader<'_> {
         length.allows(count)
     }
 
-    pub(super) fn wrong_type(&mut self, parameter: &Parameter, item: &Item, path: &str, at: Span) {
+    pub(crate) fn wrong_type(&mut self, parameter: &Parameter, item: &Item, path: &str, at: Span) {
         let what = document::described(item, parameter.has_secrets());
         let message = format!("`{path}` cannot be {what}");
         let help = format!("allowed is {}", parameter.allowed());
@@ -203,7 +203,7 @@ impl Reader<'_> {
     }
 
     /// One value, or one element of an array.
-    pub(super) fn scalar(
+    pub(crate) fn scalar(
         &mut self,
         parameter: &Parameter,
         ty: Type,
@@ -242,8 +242,8 @@ impl Reader<'_> {
 }
 
 /// Whether `item` may be the value of `parameter`; of a table, whether it is one.
-#[cfg(feature = "language")]
-pub(super) fn fits(parameter: &Parameter, item: &Item, place: Place) -> bool {
+#[cfg(feature = "tools")]
+pub(crate) fn fits(parameter: &Parameter, item: &Item, place: Place) -> bool {
     match &parameter.kind {
         Kind::Group(_) => item.is_table_like(),
         Kind::List { .. } => document::tables(item).is_some(),

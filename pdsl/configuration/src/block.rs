@@ -1,19 +1,19 @@
 //! The values of one table as they were read, each with its place, so that a broken rule can name it.
 
-use super::values::{Entry, Values};
 use crate::model::{Kind, Parameter, Value};
+use crate::values::{Entry, Values};
 use rc_diagnostics::Span;
 
 /// A table: all parameters, a group, or one element of a list.
 #[derive(Clone, Default)]
-pub(super) struct Block {
+pub(crate) struct Block {
     /// In the order of the model.
-    pub(super) fields: Vec<Field>,
+    pub(crate) fields: Vec<Field>,
 }
 
 /// Where a value comes from. What stands later is more likely what was meant by somebody who broke a rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Origin {
+pub(crate) enum Origin {
     /// From the `.pdsl`.
     Default,
     /// It was there before the change that is checked.
@@ -24,35 +24,35 @@ pub(super) enum Origin {
 
 /// What stands under one name.
 #[derive(Clone)]
-pub(super) struct Field {
-    pub(super) name: String,
+pub(crate) struct Field {
+    pub(crate) name: String,
     /// From the outermost table: `motors[2].max`.
-    pub(super) path: String,
+    pub(crate) path: String,
     /// Its place; that of the table around it where the file does not give it.
-    pub(super) at: Span,
-    pub(super) origin: Origin,
+    pub(crate) at: Span,
+    pub(crate) origin: Origin,
     /// Whether something is wrong with it, so that rules about it say nothing.
-    pub(super) faulty: bool,
-    pub(super) secret: bool,
-    pub(super) content: Option<Content>,
+    pub(crate) faulty: bool,
+    pub(crate) secret: bool,
+    pub(crate) content: Option<Content>,
     /// The places of an array's elements.
-    pub(super) elements: Vec<Span>,
+    pub(crate) elements: Vec<Span>,
 }
 
 #[derive(Clone)]
-pub(super) enum Content {
+pub(crate) enum Content {
     Value(Value),
     Group(Block),
     List(Vec<Block>),
 }
 
 impl Block {
-    pub(super) fn field(&self, name: &str) -> Option<&Field> {
+    pub(crate) fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|field| field.name == name)
     }
 
     /// The values without their places.
-    pub(super) fn values(&self) -> Values {
+    pub(crate) fn values(&self) -> Values {
         let mut values = Values::default();
         for field in &self.fields {
             let entry = match &field.content {
@@ -69,7 +69,7 @@ impl Block {
     }
 
     /// The values of a configuration that was checked, by the model of its parameters.
-    pub(super) fn of(parameters: &[Parameter], values: &Values, path: &str, at: Span) -> Self {
+    pub(crate) fn of(parameters: &[Parameter], values: &Values, path: &str, at: Span) -> Self {
         let field = |parameter: &Parameter| {
             let name = &parameter.name;
             let path = inner(path, name);
@@ -104,7 +104,7 @@ impl Block {
 }
 
 /// The path of what is called `name` in `path`.
-pub(super) fn inner(path: &str, name: &str) -> String {
+pub(crate) fn inner(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {

@@ -3,9 +3,9 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use expect_test::{Expect, expect};
+use rc_configuration::model::Parameters;
+use rc_configuration::{Live, Unsaved};
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_pdsl::config::{self, Live, Unsaved};
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -78,13 +78,13 @@ fn live(text: &str) -> Live {
 fn of(model: Parameters, text: &str) -> Live {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
-    let (configuration, found) = config::check(&sources, source, Some(&model));
+    let (configuration, found) = rc_configuration::check(&sources, source, Some(&model));
     assert_eq!(render(&sources, &found, Format::Short), "");
     Live::new(model, &configuration.parameters)
 }
 
 /// All that is said about changes.
-fn try_all(live: &Live, changes: &[(&str, Value)]) -> Result<config::Accepted, String> {
+fn try_all(live: &Live, changes: &[(&str, Value)]) -> Result<rc_configuration::Accepted, String> {
     let changes = changes.iter().map(|(path, value)| (*path, value));
     live.check(changes).map_err(|found| {
         let lines = found.iter().map(|d| {

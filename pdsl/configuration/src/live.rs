@@ -1,12 +1,12 @@
 //! The parameters of a running component: what they are, and what may become of them.
 
-use super::block::{Block, Content, Origin};
-use super::document::{self, Place};
-use super::parameters::Reader;
-use super::path::{Target, resolve};
-use super::rules;
-use super::values::{SECRET, Values};
+use crate::block::{Block, Content, Origin};
+use crate::document::{self, Place};
 use crate::model::{Kind, Parameter, Parameters, Range, Type, Value};
+use crate::parameters::Reader;
+use crate::path::{Target, resolve};
+use crate::rules;
+use crate::values::{SECRET, Values};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
@@ -123,12 +123,12 @@ impl ParameterStatus {
 
 /// The values of a running component, those of its next start, and what its configuration file says.
 pub struct Live {
-    pub(super) model: Parameters,
+    pub(crate) model: Parameters,
     running: Block,
     /// With the changes of parameters that take effect at the next start.
-    pub(super) next: Block,
+    pub(crate) next: Block,
     /// What the file says, so far as is known.
-    pub(super) saved: Block,
+    pub(crate) saved: Block,
 }
 
 /// Changes that were checked. They are taken over by [`Live::accept`].
@@ -459,7 +459,7 @@ fn shown(value: &Value, secret: bool) -> Json {
 }
 
 /// A place for findings about what stands in no text.
-pub(super) fn nowhere() -> Place {
+pub(crate) fn nowhere() -> Place {
     let source = SourceMap::new().add("", "");
     Place { source }
 }

@@ -1,7 +1,8 @@
 //! Tables in braces, which have no room for comments: `{ id = 1, max = 2.0 }`.
 
 use super::names::Names;
-use super::{Change, GONE, Updater, What, candidates, inner, new};
+use super::{Change, GONE, Updater, What, candidates, new};
+use crate::block::inner;
 use crate::model::{Kind, Parameter};
 use toml_edit::{InlineTable, TableLike, Value};
 

@@ -9,11 +9,11 @@ mod inline;
 mod names;
 mod text;
 
-use super::block::inner;
-use super::document::Place;
-use super::parameters::fits;
-use super::template;
+use crate::block::inner;
+use crate::document::Place;
 use crate::model::{Kind, Parameter, Parameters};
+use crate::parameters::fits;
+use crate::template;
 use names::Names;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::collections::HashMap;
@@ -112,7 +112,7 @@ pub fn update(
     parameters: Option<&Parameters>,
 ) -> Result<Update, Diagnostics> {
     let Ok(document) = Document::parse(sources.text(source)) else {
-        return Err(super::check(sources, source, parameters).1);
+        return Err(crate::check::check(sources, source, parameters).1);
     };
     let root = document.as_table();
     let mut updater = Updater {

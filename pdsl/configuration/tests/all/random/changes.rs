@@ -3,9 +3,9 @@
 use super::{Kind, Line, PERIOD, check, fill, made};
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
+use rc_configuration::model::Parameters;
+use rc_configuration::{Configuration, Live, ParameterStatus, Unsaved};
 use rc_diagnostics::{SourceMap, render};
-use rc_pdsl::config::{self, Configuration, Live, ParameterStatus, Unsaved};
-use rc_pdsl::model::Parameters;
 use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 use std::path::Path;
@@ -71,7 +71,7 @@ fn value(u: &mut Unstructured<'_>, allowed: &str) -> Result<Json> {
 fn read(model: &Parameters, text: &str) -> Configuration {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
-    let (configuration, found) = config::check(&sources, source, Some(model));
+    let (configuration, found) = rc_configuration::check(&sources, source, Some(model));
     assert!(!found.has_errors(), "{}\n{text}", check(model, text).1);
     configuration
 }
@@ -99,7 +99,10 @@ fn difference<'t>(old: &'t str, new: &'t str) -> (Vec<&'t str>, Vec<&'t str>) {
 /// One component, started with a configuration that leaves some things to defaults, and some changes of it.
 fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
     let (model, pdsl, nodes) = made(u)?;
-    let (mut lines, set) = fill(&config::template("C", PERIOD, Some(&model)), &nodes);
+    let (mut lines, set) = fill(
+        &rc_configuration::template("C", PERIOD, Some(&model)),
+        &nodes,
+    );
     let optional = |line: &&Line<'_>| match line.node.kind {
         Kind::Scalar { required, .. } => !required,
         Kind::Low | Kind::High => true,

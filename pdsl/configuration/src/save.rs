@@ -1,7 +1,7 @@
 //! Changed values on their way back into the configuration file, which keeps its comments and its order.
 
-use super::block::{Block, Content, Field};
-use super::live::{Live, ParamChange, nowhere};
+use crate::block::{Block, Content, Field};
+use crate::live::{Live, ParamChange, nowhere};
 use crate::model::{Kind, Parameter, Value};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
@@ -73,7 +73,7 @@ impl Live {
     fn read(&self, path: &Path, text: &str) -> Result<Block, Unsaved> {
         let mut sources = SourceMap::new();
         let source = sources.add(path, text);
-        let (configuration, found) = super::check(&sources, source, Some(&self.model));
+        let (configuration, found) = crate::check::check(&sources, source, Some(&self.model));
         if found.has_errors() {
             return Err(Unsaved::Wrong(sources, found));
         }

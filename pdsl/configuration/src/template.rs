@@ -25,7 +25,7 @@ pub fn template(component_name: &str, period: Duration, parameters: Option<&Para
 }
 
 /// `[parameters]`, with all that belongs to it.
-pub(super) fn root(model: &Parameters) -> String {
+pub(crate) fn root(model: &Parameters) -> String {
     let mut out = String::new();
     comment(&mut out, &model.doc);
     out.push_str("[parameters]\n");
@@ -52,7 +52,7 @@ fn block(out: &mut String, parameters: &[Parameter], path: &str) {
 }
 
 /// A group or a list, whose head says `path`.
-pub(super) fn table(parameter: &Parameter, path: &str) -> String {
+pub(crate) fn table(parameter: &Parameter, path: &str) -> String {
     let mut out = String::new();
     comment(&mut out, &parameter.doc);
     match &parameter.kind {
@@ -79,7 +79,7 @@ pub(super) fn table(parameter: &Parameter, path: &str) -> String {
 }
 
 /// A value that is written as `name`, with its comment.
-pub(super) fn scalar(parameter: &Parameter, name: &str) -> String {
+pub(crate) fn scalar(parameter: &Parameter, name: &str) -> String {
     let mut out = String::new();
     comment(&mut out, &parameter.doc);
     let mut allowed = parameter.summary();

@@ -3,9 +3,9 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use expect_test::{Expect, expect};
+use rc_configuration::Configuration;
+use rc_configuration::model::Parameters;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_pdsl::config::{self, Configuration};
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -41,7 +41,7 @@ fn load(text: &str) -> Parameters {
 fn read(text: &str, parameters: Option<&Parameters>) -> (Configuration, Diagnostics, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
-    let (configuration, found) = config::check(&sources, source, parameters);
+    let (configuration, found) = rc_configuration::check(&sources, source, parameters);
     let rendered = render(&sources, &found, Format::Short);
     (configuration, found, rendered)
 }
@@ -395,16 +395,22 @@ fn toml_that_is_none() {
 
 #[test]
 fn a_component_without_a_file() {
-    assert_eq!(config::defaults(None), Ok(Configuration::default()));
     assert_eq!(
-        config::defaults(Some(&load(BUS))),
+        rc_configuration::defaults(None),
+        Ok(Configuration::default())
+    );
+    assert_eq!(
+        rc_configuration::defaults(Some(&load(BUS))),
         Err(vec!["motors".to_owned()])
     );
     let model = load("ComponentParams C { a int 3; group g { b string; }; list l { c int; }; };");
-    assert_eq!(config::defaults(Some(&model)), Err(vec!["g.b".to_owned()]));
+    assert_eq!(
+        rc_configuration::defaults(Some(&model)),
+        Err(vec!["g.b".to_owned()])
+    );
     let model = load("ComponentParams C { a int 3; list l { c int; }; };");
     assert_eq!(
-        config::defaults(Some(&model)).map(|c| c.parameters.int("a")),
+        rc_configuration::defaults(Some(&model)).map(|c| c.parameters.int("a")),
         Ok(3)
     );
 }
@@ -473,7 +479,11 @@ fn the_template_is_a_configuration() {
         # string[], any number of elements
         tags = []
     "##]]
-    .assert_eq(&config::template("MotorBus", PERIOD, Some(&load(BUS))));
+    .assert_eq(&rc_configuration::template(
+        "MotorBus",
+        PERIOD,
+        Some(&load(BUS)),
+    ));
     expect![[r##"
         #:schema ../generated/config.schema.json
         # The configuration of Plain. It was written once and is yours to change.
@@ -482,7 +492,7 @@ fn the_template_is_a_configuration() {
         # period = "100ms"      # how often it computes
         # log = "info"          # error, warn, info, debug or trace
     "##]]
-    .assert_eq(&config::template("Plain", PERIOD, None));
+    .assert_eq(&rc_configuration::template("Plain", PERIOD, None));
 }
 
 #[test]
@@ -497,7 +507,7 @@ fn the_template_gives_the_defaults_again() {
             z int 1;
         };"#,
     );
-    let text = config::template("C", PERIOD, Some(&model));
+    let text = rc_configuration::template("C", PERIOD, Some(&model));
     let (configuration, _, rendered) = read(&text, Some(&model));
     assert_eq!(rendered, "", "{text}");
     let values = &configuration.parameters;
@@ -534,7 +544,7 @@ fn what_is_secret_is_shown_in_no_line_of_a_finding() {
     let text = "[parameters]\npin = 12345678\ntoken = [\"hush \u{e4}\",\n  \"h2\"]\nlog = { keep = true }\n\n[[parameters.motors]]\nname = \"m\"\nid = 1\n";
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
-    let (_, found) = config::check(&sources, source, Some(&load(BUS)));
+    let (_, found) = rc_configuration::check(&sources, source, Some(&load(BUS)));
     expect![[r#"
         error[out-of-range]: `pin` cannot be this number
          --> config.toml:2:7
@@ -567,7 +577,7 @@ fn what_is_secret_is_shown_in_no_line_of_a_finding() {
 fn shown(text: &str, model: Option<&Parameters>) -> String {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
-    let (_, found) = config::check(&sources, source, model);
+    let (_, found) = rc_configuration::check(&sources, source, model);
     assert!(!found.is_empty(), "{text}");
     [Format::Human, Format::Short, Format::Json]
         .map(|format| render(&sources, &found, format))

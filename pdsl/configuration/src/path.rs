@@ -1,29 +1,29 @@
 //! Paths of parameters, as messages and commands name them: `motors[2].max`.
 
-use super::block::{Block, Content, Field, inner};
+use crate::block::{Block, Content, Field, inner};
 use crate::model::{Kind, Parameter, Value};
 use rc_diagnostics::{Diagnostic, Span};
 
 /// What a path leads to. Blocks have their fields in the order of the model, so the same way leads to it in all of them.
-pub(super) struct Target<'m> {
-    pub(super) parameter: &'m Parameter,
+pub(crate) struct Target<'m> {
+    pub(crate) parameter: &'m Parameter,
     /// As messages write it.
-    pub(super) path: String,
+    pub(crate) path: String,
     /// The index of a field, and of an element where the field is a list; the last one has none.
     way: Vec<(usize, Option<usize>)>,
     /// Which element of an array is meant.
-    pub(super) element: Option<usize>,
+    pub(crate) element: Option<usize>,
 }
 
 impl Target<'_> {
     /// Whether both concern one value.
-    pub(super) fn meets(&self, other: &Self) -> bool {
+    pub(crate) fn meets(&self, other: &Self) -> bool {
         let (a, b) = (self.element, other.element);
         self.way == other.way && (a == b || a.is_none() || b.is_none())
     }
 
     /// Its field in `root`; none in a block of another model.
-    pub(super) fn field<'b>(&self, root: &'b Block) -> Option<&'b Field> {
+    pub(crate) fn field<'b>(&self, root: &'b Block) -> Option<&'b Field> {
         let (&(last, _), before) = self.way.split_last()?;
         let mut block = root;
         for (field, element) in before {
@@ -37,7 +37,7 @@ impl Target<'_> {
     }
 
     /// The same, to be changed.
-    pub(super) fn field_mut<'b>(&self, root: &'b mut Block) -> Option<&'b mut Field> {
+    pub(crate) fn field_mut<'b>(&self, root: &'b mut Block) -> Option<&'b mut Field> {
         let (&(last, _), before) = self.way.split_last()?;
         let mut block = root;
         for (field, element) in before {
@@ -51,7 +51,7 @@ impl Target<'_> {
     }
 
     /// Its value in `root`: that of the parameter, or of the element that is meant.
-    pub(super) fn value<'b>(&self, root: &'b Block) -> Option<&'b Value> {
+    pub(crate) fn value<'b>(&self, root: &'b Block) -> Option<&'b Value> {
         let Some(Content::Value(value)) = &self.field(root)?.content else {
             return None;
         };
@@ -63,7 +63,7 @@ impl Target<'_> {
 }
 
 /// Finds what `path` names among `parameters`, whose values are those of `root`; or says what is wrong with it.
-pub(super) fn resolve<'m>(
+pub(crate) fn resolve<'m>(
     path: &str,
     mut parameters: &'m [Parameter],
     root: &Block,

@@ -1,6 +1,7 @@
 //! `[middleware.NAME]`: what is set of the middlewares.
 
-use super::{Checker, document};
+use crate::check::Checker;
+use crate::document;
 use crate::model::Value as Given;
 use rc_diagnostics::{Diagnostic, Span};
 use rc_settings::{Key, Kind, MIDDLEWARES, Misfit, Value, instead, key, keys, qos};
@@ -20,7 +21,7 @@ pub struct Setting {
 }
 
 impl Checker {
-    pub(super) fn middlewares(&mut self, table: &dyn TableLike, at: Span) -> Settings {
+    pub(crate) fn middlewares(&mut self, table: &dyn TableLike, at: Span) -> Settings {
         let mut settings = Settings::new();
         for (name, item) in table.iter() {
             let place = self

@@ -3,9 +3,8 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use expect_test::{Expect, expect};
+use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_pdsl::config;
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 
 const BUS: &str = r#"ComponentParams bus {
@@ -38,7 +37,7 @@ fn updated(model: &Parameters, toml: &str) -> (Vec<String>, String) {
     let once = |toml: &str| {
         let mut sources = SourceMap::new();
         let source = sources.add("config.toml", toml);
-        let update = config::update(&sources, source, Some(model)).expect("TOML");
+        let update = rc_configuration::update(&sources, source, Some(model)).expect("TOML");
         let changes = update.changes.iter().map(ToString::to_string);
         (changes.collect::<Vec<_>>(), update.text)
     };
@@ -540,13 +539,13 @@ fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
     );
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", "[parameters]\nx = 1\n");
-    let update = config::update(&sources, source, None).expect("TOML");
+    let update = rc_configuration::update(&sources, source, None).expect("TOML");
     assert_eq!(
         update.text,
         "[parameters]\n# No parameter any more (rcgen config --update):\n# x = 1\n"
     );
     let source = sources.add("config.toml", "x = = 1");
-    let found = config::update(&sources, source, None).expect_err("no TOML");
+    let found = rc_configuration::update(&sources, source, None).expect_err("no TOML");
     assert!(found.iter().any(|d| d.code == "toml-syntax"));
 }
 
@@ -579,7 +578,7 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
         let (changes, text) = updated(&model, &toml);
         let mut sources = SourceMap::new();
         let source = sources.add("config.toml", text.as_str());
-        let (_, found) = config::check(&sources, source, Some(&model));
+        let (_, found) = rc_configuration::check(&sources, source, Some(&model));
         assert!(found.has_errors(), "{text}");
         changes
     };
@@ -649,7 +648,8 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
 #[test]
 fn what_is_right_and_what_is_wrong_otherwise_stays() {
     let model = load(BUS);
-    let template = config::template("bus", std::time::Duration::from_millis(100), Some(&model));
+    let template =
+        rc_configuration::template("bus", std::time::Duration::from_millis(100), Some(&model));
     assert_eq!(updated(&model, &template), (Vec::new(), template));
     let wrong = "[parameters]\ndevice = 5\nrate = 1\nsafe_distance = \"x\"\nserial = 1\nlog = 3\nmotors = { x = 1 }\npoints = 4\n";
     assert_eq!(updated(&model, wrong), (Vec::new(), wrong.to_owned()));
@@ -706,14 +706,14 @@ fn whatever_is_written_stays_or_becomes_a_comment() {
             }
             let mut sources = SourceMap::new();
             let source = sources.add("config.toml", toml.as_str());
-            if config::update(&sources, source, Some(&model)).is_err() {
+            if rc_configuration::update(&sources, source, Some(&model)).is_err() {
                 return Ok(());
             }
             let (said, text) = updated(&model, &toml);
             updates += 1;
             changes += said.len();
             let source = sources.add("config.toml", text.as_str());
-            let (_, found) = config::check(&sources, source, Some(&model));
+            let (_, found) = rc_configuration::check(&sources, source, Some(&model));
             // What may be another parameter stays wrong until somebody decides.
             let left = |d: &&rc_diagnostics::Diagnostic| {
                 let path = d.message.strip_prefix("unknown parameter ");

@@ -8,9 +8,8 @@ mod schema;
 
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
+use rc_configuration::model::Parameters;
 use rc_diagnostics::{SourceMap, render};
-use rc_pdsl::config;
-use rc_pdsl::model::Parameters;
 use rc_syntax::MemoryLoader;
 use schema::{Case, json_of};
 use std::collections::HashMap;
@@ -334,7 +333,8 @@ impl Property {
         let once = |text: &str| {
             let mut sources = SourceMap::new();
             let source = sources.add("config.toml", text);
-            let update = config::update(&sources, source, Some(&self.model)).expect("TOML");
+            let update =
+                rc_configuration::update(&sources, source, Some(&self.model)).expect("TOML");
             let changes = update.changes.iter().map(ToString::to_string);
             (changes.collect::<Vec<_>>(), update.text)
         };
@@ -410,7 +410,7 @@ impl Property {
 fn check(model: &Parameters, toml: &str) -> (Vec<(String, usize, String)>, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", toml);
-    let (_, found) = config::check(&sources, source, Some(model));
+    let (_, found) = rc_configuration::check(&sources, source, Some(model));
     let all = found.iter().map(|d| {
         let line = sources.position(d.span.source, d.span.start).line;
         (d.code.to_owned(), line, d.message.clone())
@@ -455,11 +455,14 @@ fn property(u: &mut Unstructured<'_>) -> Result<Property> {
     // A component reads its model from JSON.
     let again = Parameters::from_json(&model.to_json()).expect("its own JSON");
     assert_eq!(again, model);
-    let (text, lines) = fill(&config::template("C", PERIOD, Some(&model)), &nodes);
+    let (text, lines) = fill(
+        &rc_configuration::template("C", PERIOD, Some(&model)),
+        &nodes,
+    );
     let (_, shown) = check(&model, &text.join("\n"));
     assert_eq!(shown, "", "{}\n{pdsl}", text.join("\n"));
     let case = Case {
-        schema: config::schema("C", PERIOD, &[], Some(&model)),
+        schema: rc_configuration::schema("C", PERIOD, &[], Some(&model)),
         instances: vec![(json_of(&text.join("\n")), true)],
     };
     let mut property = Property {
@@ -490,7 +493,7 @@ fn property(u: &mut Unstructured<'_>) -> Result<Property> {
 
 /// What the framework's own tables may hold.
 fn framework() -> Case {
-    let slots = ["Laser", "Laser1"].map(|name| config::Slot {
+    let slots = ["Laser", "Laser1"].map(|name| rc_configuration::Slot {
         name,
         what: "requires `Laser`".to_owned(),
     });
@@ -548,7 +551,7 @@ fn framework() -> Case {
         ("[parametres]", false),
     ];
     Case {
-        schema: config::schema("C", PERIOD, &slots, None),
+        schema: rc_configuration::schema("C", PERIOD, &slots, None),
         instances: instances
             .map(|(toml, allowed)| (json_of(toml), allowed))
             .into(),

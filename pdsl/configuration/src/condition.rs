@@ -151,17 +151,19 @@ impl Comparator {
     }
 }
 
-/// Why a step leaves no value.
+/// Why a condition has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Trouble {
-    /// The smallest or largest of nothing: whatever is said about it holds.
-    Empty,
+pub enum EvaluationError {
+    /// `min` or `max` of an empty list. A condition about it holds.
+    EmptyList,
+    /// A division by zero.
     DivisionByZero,
-    TooLarge,
-    /// NaN, which would make every comparison false and every `not` of one true.
+    /// A whole number beyond 128 bits.
+    Overflow,
+    /// NaN, for which every comparison is false and so every `not` of one is true.
     NotANumber,
-    /// The steps are not those of any condition: JSON that another version wrote.
-    Unfit,
+    /// The steps are not those of a condition: another version wrote the JSON.
+    Malformed,
 }
 
 /// The values of one reference: one of a parameter, any number of a function's.
@@ -181,18 +183,24 @@ impl Condition {
         })
     }
 
+    /// The result of a condition that names no parameter; `None` if it names one.
+    pub fn constant(&self) -> Option<Result<bool, EvaluationError>> {
+        let is_constant = self.references().next().is_none();
+        is_constant.then(|| self.holds(&[]))
+    }
+
     /// Whether it holds for these values, one [`Given`] for each of [`Condition::references`].
-    pub(crate) fn holds(&self, given: &[Given<'_>]) -> Result<bool, Trouble> {
+    pub(crate) fn holds(&self, given: &[Given<'_>]) -> Result<bool, EvaluationError> {
         match compute(&self.steps, given) {
             Ok(Operand::Bool(holds)) => Ok(holds),
-            Ok(_) => Err(Trouble::Unfit),
-            Err(Trouble::Empty) => Ok(true),
+            Ok(_) => Err(EvaluationError::Malformed),
+            Err(EvaluationError::EmptyList) => Ok(true),
             Err(trouble) => Err(trouble),
         }
     }
 }
 
-type Outcome<'a> = Result<Operand<'a>, Trouble>;
+type Outcome<'a> = Result<Operand<'a>, EvaluationError>;
 
 #[derive(Clone, Copy, Debug)]
 enum Operand<'a> {
@@ -218,15 +226,19 @@ fn compute<'a>(steps: &'a [Step], given: &[Given<'a>]) -> Outcome<'a> {
             Step::Value(value) => operand(value),
             Step::Parameter(_) => {
                 let values = given.next().map_or(&[][..], |given| &given.values);
-                values.first().map_or(Err(Trouble::Unfit), |v| operand(v))
+                values
+                    .first()
+                    .map_or(Err(EvaluationError::Malformed), |v| operand(v))
             }
             Step::Call(function, _) => given
                 .next()
-                .map_or(Err(Trouble::Unfit), |given| call(*function, given)),
+                .map_or(Err(EvaluationError::Malformed), |given| {
+                    call(*function, given)
+                }),
             Step::Negate => unary(&mut stack, negative),
             Step::Not => unary(&mut stack, |a| match a {
                 Operand::Bool(a) => Ok(Operand::Bool(!a)),
-                _ => Err(Trouble::Unfit),
+                _ => Err(EvaluationError::Malformed),
             }),
             Step::Add => binary(&mut stack, |a, b| sum(a, b, Number::plus)),
             Step::Subtract => binary(&mut stack, |a, b| sum(a, b, Number::minus)),
@@ -238,11 +250,11 @@ fn compute<'a>(steps: &'a [Step], given: &[Given<'a>]) -> Outcome<'a> {
         };
         stack.push(outcome);
     }
-    stack.pop().unwrap_or(Err(Trouble::Unfit))
+    stack.pop().unwrap_or(Err(EvaluationError::Malformed))
 }
 
 fn take<'a>(stack: &mut Vec<Outcome<'a>>) -> Outcome<'a> {
-    stack.pop().unwrap_or(Err(Trouble::Unfit))
+    stack.pop().unwrap_or(Err(EvaluationError::Malformed))
 }
 
 fn unary<'a>(
@@ -260,7 +272,7 @@ fn binary<'a>(
     operation(a?, b?)
 }
 
-/// `and` and `or`. Trouble on one side does not matter where the other side decides, which `decisive` does:
+/// `and` and `or`. EvaluationError on one side does not matter where the other side decides, which `decisive` does:
 /// `b == 0 or a / b > 2` is a rule that people write.
 fn join<'a>(stack: &mut Vec<Outcome<'a>>, decisive: bool) -> Outcome<'a> {
     let (b, a) = (take(stack), take(stack));
@@ -269,9 +281,9 @@ fn join<'a>(stack: &mut Vec<Outcome<'a>>, decisive: bool) -> Outcome<'a> {
             Ok(Operand::Bool(decisive))
         }
         // Nothing is less trouble than any other.
-        (Err(trouble), Ok(_) | Err(Trouble::Empty)) | (_, Err(trouble)) => Err(trouble),
+        (Err(trouble), Ok(_) | Err(EvaluationError::EmptyList)) | (_, Err(trouble)) => Err(trouble),
         (Ok(Operand::Bool(_)), Ok(Operand::Bool(_))) => Ok(Operand::Bool(!decisive)),
-        (Ok(_), Ok(_)) => Err(Trouble::Unfit),
+        (Ok(_), Ok(_)) => Err(EvaluationError::Malformed),
     }
 }
 
@@ -282,14 +294,14 @@ fn operand(value: &Value) -> Outcome<'_> {
         Value::Float(value) => Operand::Number(Number::float(*value)?),
         Value::Text(value) => Operand::Text(value),
         Value::Duration(value) => Operand::Time(Number::Int(i128::from(*value))),
-        Value::Array(_) => return Err(Trouble::Unfit),
+        Value::Array(_) => return Err(EvaluationError::Malformed),
     })
 }
 
 fn call<'a>(function: Function, given: &Given<'a>) -> Outcome<'a> {
     match function {
         Function::Min | Function::Max => {
-            let at = extreme(function, &given.values).ok_or(Trouble::Empty)?;
+            let at = extreme(function, &given.values).ok_or(EvaluationError::EmptyList)?;
             operand(given.values[at])
         }
         Function::Len => Ok(Operand::Number(Number::Int(given.count as i128))),
@@ -337,19 +349,19 @@ fn negative(a: Operand<'_>) -> Outcome<'_> {
     Ok(match a {
         Operand::Number(a) => Operand::Number(zero.minus(a)?),
         Operand::Time(a) => Operand::Time(zero.minus(a)?),
-        Operand::Bool(_) | Operand::Text(_) => return Err(Trouble::Unfit),
+        Operand::Bool(_) | Operand::Text(_) => return Err(EvaluationError::Malformed),
     })
 }
 
 fn sum<'a>(
     a: Operand<'a>,
     b: Operand<'a>,
-    operation: fn(Number, Number) -> Result<Number, Trouble>,
+    operation: fn(Number, Number) -> Result<Number, EvaluationError>,
 ) -> Outcome<'a> {
     Ok(match (a, b) {
         (Operand::Number(a), Operand::Number(b)) => Operand::Number(operation(a, b)?),
         (Operand::Time(a), Operand::Time(b)) => Operand::Time(operation(a, b)?),
-        _ => return Err(Trouble::Unfit),
+        _ => return Err(EvaluationError::Malformed),
     })
 }
 
@@ -359,7 +371,7 @@ fn multiply<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
         (Operand::Time(a), Operand::Number(b)) | (Operand::Number(a), Operand::Time(b)) => {
             Operand::Time(a.times(b)?)
         }
-        _ => return Err(Trouble::Unfit),
+        _ => return Err(EvaluationError::Malformed),
     })
 }
 
@@ -369,26 +381,26 @@ fn divide<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
             Operand::Number(a.over(b)?)
         }
         (Operand::Time(a), Operand::Number(b)) => Operand::Time(a.over(b)?),
-        _ => return Err(Trouble::Unfit),
+        _ => return Err(EvaluationError::Malformed),
     })
 }
 
 fn compare<'a>(comparator: Comparator, a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
     let ordering = match (a, b) {
         (Operand::Number(a), Operand::Number(b)) | (Operand::Time(a), Operand::Time(b)) => {
-            a.order(b).ok_or(Trouble::NotANumber)?
+            a.order(b).ok_or(EvaluationError::NotANumber)?
         }
         (Operand::Text(a), Operand::Text(b)) => a.cmp(b),
         (Operand::Bool(a), Operand::Bool(b)) => a.cmp(&b),
-        _ => return Err(Trouble::Unfit),
+        _ => return Err(EvaluationError::Malformed),
     };
     Ok(Operand::Bool(comparator.accepts(ordering)))
 }
 
 impl Number {
-    fn float(value: f64) -> Result<Self, Trouble> {
+    fn float(value: f64) -> Result<Self, EvaluationError> {
         if value.is_nan() {
-            return Err(Trouble::NotANumber);
+            return Err(EvaluationError::NotANumber);
         }
         Ok(Self::Float(value))
     }
@@ -405,34 +417,37 @@ impl Number {
         other: Self,
         ints: fn(i128, i128) -> Option<i128>,
         floats: fn(f64, f64) -> f64,
-    ) -> Result<Self, Trouble> {
+    ) -> Result<Self, EvaluationError> {
         match (self, other) {
-            (Self::Int(a), Self::Int(b)) => ints(a, b).map(Self::Int).ok_or(Trouble::TooLarge),
+            (Self::Int(a), Self::Int(b)) => {
+                ints(a, b).map(Self::Int).ok_or(EvaluationError::Overflow)
+            }
             _ => Self::float(floats(self.as_float(), other.as_float())),
         }
     }
 
-    fn plus(self, other: Self) -> Result<Self, Trouble> {
+    fn plus(self, other: Self) -> Result<Self, EvaluationError> {
         self.apply(other, i128::checked_add, |a, b| a + b)
     }
 
-    fn minus(self, other: Self) -> Result<Self, Trouble> {
+    fn minus(self, other: Self) -> Result<Self, EvaluationError> {
         self.apply(other, i128::checked_sub, |a, b| a - b)
     }
 
-    fn times(self, other: Self) -> Result<Self, Trouble> {
+    fn times(self, other: Self) -> Result<Self, EvaluationError> {
         self.apply(other, i128::checked_mul, |a, b| a * b)
     }
 
     /// `6 / 2` is a whole number, `5 / 2` is 2.5.
-    fn over(self, other: Self) -> Result<Self, Trouble> {
+    fn over(self, other: Self) -> Result<Self, EvaluationError> {
         if other.as_float() == 0.0 {
-            return Err(Trouble::DivisionByZero);
+            return Err(EvaluationError::DivisionByZero);
         }
         match (self, other) {
-            (Self::Int(a), Self::Int(b)) if a.checked_rem(b) == Some(0) => {
-                a.checked_div(b).map(Self::Int).ok_or(Trouble::TooLarge)
-            }
+            (Self::Int(a), Self::Int(b)) if a.checked_rem(b) == Some(0) => a
+                .checked_div(b)
+                .map(Self::Int)
+                .ok_or(EvaluationError::Overflow),
             _ => Self::float(self.as_float() / other.as_float()),
         }
     }
@@ -479,7 +494,10 @@ mod tests {
     #[test]
     fn either_side_may_decide_and_trouble_is_kept() {
         let (yes, no) = (Ok(true), Ok(false));
-        let (zero, empty) = (Err(Trouble::DivisionByZero), Err(Trouble::Empty));
+        let (zero, empty) = (
+            Err(EvaluationError::DivisionByZero),
+            Err(EvaluationError::EmptyList),
+        );
         for (a, b, and, or) in [
             (yes, no, no, yes),
             (yes, yes, yes, yes),
@@ -523,7 +541,7 @@ mod tests {
             let condition = Condition { steps };
             assert_eq!(
                 condition.holds(&[]),
-                Err(Trouble::Unfit),
+                Err(EvaluationError::Malformed),
                 "{:?}",
                 condition.steps
             );

@@ -1,47 +1,22 @@
-//! The configuration of one instance: a TOML file, read by the model of the component's parameters.
-//!
-//! `[component]`, `[bindings]` and `[middleware.NAME]` belong to the framework, `[parameters]` to the `.pdsl`.
+//! Checks the configuration of one instance, a TOML file, against the model of the component's parameters.
 
-mod block;
-mod document;
-mod live;
-mod middleware;
-mod parameters;
-mod path;
-mod rules;
-mod save;
-#[cfg(feature = "language")]
-mod schema;
-mod template;
-#[cfg(feature = "language")]
-mod update;
-mod values;
-
-pub use document::argument;
-pub use live::{Accepted, Live, ParamChange, ParameterStatus};
-pub use middleware::{Setting, Settings};
-pub use save::Unsaved;
-#[cfg(feature = "language")]
-pub use schema::{Slot, schema};
-pub use template::template;
-#[cfg(feature = "language")]
-pub use update::{Change, Update, What, unset, update};
-pub use values::Values;
-
+use crate::document::{self, Place};
+use crate::middleware::Settings;
 use crate::model::{Misfit, Parameters, Type, Value};
-use document::Place;
-use parameters::Reader;
+use crate::parameters::Reader;
+use crate::rules;
+use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use toml_edit::{Document, Item, Key, TableLike};
 
 const TABLES: [&str; 4] = ["component", "bindings", "middleware", "parameters"];
-const COMPONENT: [&str; 2] = ["period", "log"];
+pub(crate) const COMPONENT: [&str; 2] = ["period", "log"];
 /// In nanoseconds; the same as in a `.cdsl`.
-const SHORTEST_PERIOD: u64 = 100_000;
+pub(crate) const SHORTEST_PERIOD: u64 = 100_000;
 /// The levels of `log`.
-const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
+pub(crate) const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
 /// What a configuration file says, with the defaults of the parameters that it leaves out.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -115,8 +90,8 @@ fn read(
 
 /// The rules that the defaults break, each by its index, with what breaks it. The rules inside of a list are tried on
 /// an element of which nothing is given.
-#[cfg(feature = "language")]
-pub(crate) fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
+#[cfg(feature = "tools")]
+pub fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
     let mut sources = SourceMap::new();
     let source = sources.add("", "");
     let mut all: Vec<(usize, String)> = Vec::new();
@@ -140,13 +115,13 @@ pub(crate) fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)
     all
 }
 
-struct Checker {
-    place: Place,
+pub(crate) struct Checker {
+    pub(crate) place: Place,
     /// Whether a value at the wrong place may be a secret.
     guarded: bool,
     /// The places of values that are not to be shown.
     secrets: Vec<Span>,
-    found: Diagnostics,
+    pub(crate) found: Diagnostics,
     missing: Vec<String>,
 }
 
@@ -240,7 +215,7 @@ impl Checker {
     }
 
     /// What stands under a key that nobody reads may have been meant for one that is secret.
-    fn misplaced(&mut self, item: &Item) {
+    pub(crate) fn misplaced(&mut self, item: &Item) {
         if self.guarded {
             let mut values = Vec::new();
             document::values_in(item, &mut values);
@@ -248,7 +223,7 @@ impl Checker {
         }
     }
 
-    fn wrong_type(&mut self, item: &Item, path: &str, at: Span, allowed: &str) {
+    pub(crate) fn wrong_type(&mut self, item: &Item, path: &str, at: Span, allowed: &str) {
         // The two keys of `[component]` are no secrets.
         let guarded = self.guarded && !path.starts_with("component.");
         if guarded {

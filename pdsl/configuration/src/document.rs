@@ -8,26 +8,26 @@ use toml_edit::{Item, TableLike};
 
 /// Turns the places of a document into places of a text.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub(super) source: SourceId,
+pub(crate) struct Place {
+    pub(crate) source: SourceId,
 }
 
 impl Place {
     /// The place of `range`; of what is around it where it has none of its own.
-    pub(super) fn of(self, range: Option<Range<usize>>, around: Span) -> Span {
+    pub(crate) fn of(self, range: Option<Range<usize>>, around: Span) -> Span {
         range.map_or(around, |range| {
             Span::new(self.source, range.start, range.end)
         })
     }
 
     /// The beginning of the text.
-    pub(super) fn start(self) -> Span {
+    pub(crate) fn start(self) -> Span {
         Span::new(self.source, 0, 0)
     }
 }
 
 /// A single value or an array; none for a table and for a date, which no parameter can be.
-pub(super) fn value(item: &Item) -> Option<Value> {
+pub(crate) fn value(item: &Item) -> Option<Value> {
     match item.as_value()? {
         toml_edit::Value::String(text) => Some(Value::Text(text.value().clone())),
         toml_edit::Value::Integer(value) => Some(Value::Int(*value.value())),
@@ -40,7 +40,7 @@ pub(super) fn value(item: &Item) -> Option<Value> {
 }
 
 /// The places of all values in `item`.
-pub(super) fn values_in(item: &Item, out: &mut Vec<Range<usize>>) {
+pub(crate) fn values_in(item: &Item, out: &mut Vec<Range<usize>>) {
     if let Some(table) = item.as_table_like() {
         table.iter().for_each(|(_, item)| values_in(item, out));
     } else if let Some(tables) = item.as_array_of_tables() {
@@ -53,7 +53,7 @@ pub(super) fn values_in(item: &Item, out: &mut Vec<Range<usize>>) {
 
 /// What may be a secret in the lines of `shown`, of a text that is no TOML: what follows `=`, and all where that cannot
 /// be told from a key.
-pub(super) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usize>> {
+pub(crate) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usize>> {
     let start = text[..shown.start].rfind('\n').map_or(0, |feed| feed + 1);
     let end = text[shown.end..].find('\n');
     let end = end.map_or(text.len(), |feed| shown.end + feed);
@@ -76,10 +76,10 @@ pub(super) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usiz
 }
 
 /// A table of a list, and its place.
-pub(super) type Element<'a> = (&'a dyn TableLike, Option<Range<usize>>);
+pub(crate) type Element<'a> = (&'a dyn TableLike, Option<Range<usize>>);
 
 /// The tables of `[[name]]` or of `[{ … }, { … }]`, each with its place.
-pub(super) fn tables(item: &Item) -> Option<Vec<Element<'_>>> {
+pub(crate) fn tables(item: &Item) -> Option<Vec<Element<'_>>> {
     if let Some(tables) = item.as_array_of_tables() {
         return Some(
             tables
@@ -99,7 +99,7 @@ pub(super) fn tables(item: &Item) -> Option<Vec<Element<'_>>> {
 }
 
 /// "the number 5", "a table" …, for messages; without the value where it is secret.
-pub(super) fn described(item: &Item, secret: bool) -> String {
+pub(crate) fn described(item: &Item, secret: bool) -> String {
     match value(item) {
         Some(Value::Text(_)) if secret => "this text".to_owned(),
         Some(Value::Int(_) | Value::Float(_)) if secret => "this number".to_owned(),
@@ -114,7 +114,7 @@ pub(super) fn described(item: &Item, secret: bool) -> String {
 }
 
 /// The same as JSON, for whoever reads a table that this crate knows nothing about.
-pub(super) fn json(item: &Item) -> Json {
+pub(crate) fn json(item: &Item) -> Json {
     if let Some(table) = item.as_table_like() {
         return Json::Object(
             table
@@ -153,7 +153,7 @@ pub fn argument(text: &str) -> Json {
 
 /// A value of JSON as one of TOML, so that the same code reads both; none for null. JSON has no word for `nan` and the
 /// infinities: for a `number` they are texts.
-pub(super) fn from_json(json: &Json, number: bool) -> Option<Item> {
+pub(crate) fn from_json(json: &Json, number: bool) -> Option<Item> {
     value_from_json(json, number).map(Item::Value)
 }
 

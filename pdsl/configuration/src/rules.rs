@@ -1,18 +1,18 @@
 //! Rules across parameters: where each applies, and what is said where it is broken.
 
-use super::block::{Block, Content, Field, Origin};
-use crate::condition::{Function, Given, Reference, Trouble, extreme, repeated};
+use crate::block::{Block, Content, Field, Origin};
+use crate::condition::{EvaluationError, Function, Given, Reference, extreme, repeated};
 use crate::model::{Rule, Value};
 use rc_diagnostics::{Diagnostic, Span};
 
 /// A rule that does not hold.
-pub(super) struct Broken<'a> {
+pub(crate) struct Broken<'a> {
     rule: &'a Rule,
     /// The first of the values that break it, of those that are given if there are any.
     main: Spot,
     others: Vec<Spot>,
     /// The condition and the values that break it.
-    pub(super) why: String,
+    pub(crate) why: String,
 }
 
 /// One of the values that break a rule.
@@ -26,7 +26,7 @@ struct Spot {
 
 /// The rules that do not hold, each by its index, once for each element of the lists around it. One that names a
 /// parameter which is itself faulty is not tried.
-pub(super) fn broken<'a>(rules: &'a [Rule], root: &Block) -> Vec<(usize, Broken<'a>)> {
+pub(crate) fn broken<'a>(rules: &'a [Rule], root: &Block) -> Vec<(usize, Broken<'a>)> {
     let mut all = Vec::new();
     for (at, rule) in rules.iter().enumerate() {
         each(&mut vec![root], &rule.scope, &mut |blocks| {
@@ -60,10 +60,10 @@ fn apply<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Broken<'a>> {
     let verdict = match rule.condition.holds(&given) {
         Ok(true) => return None,
         Ok(false) => "does not hold",
-        Err(Trouble::DivisionByZero) => "divides by zero",
-        Err(Trouble::TooLarge) => "gives a number that is too large",
-        Err(Trouble::NotANumber) => "cannot be computed with nan, which is no number",
-        Err(Trouble::Empty | Trouble::Unfit) => "cannot be computed",
+        Err(EvaluationError::DivisionByZero) => "divides by zero",
+        Err(EvaluationError::Overflow) => "gives a number that is too large",
+        Err(EvaluationError::NotANumber) => "cannot be computed with nan, which is no number",
+        Err(EvaluationError::EmptyList | EvaluationError::Malformed) => "cannot be computed",
     };
     let mut spots: Vec<Spot> = Vec::new();
     for spot in named.iter().zip(&given).flat_map(|(n, g)| n.spots(g)) {
@@ -88,7 +88,7 @@ fn apply<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Broken<'a>> {
 
 impl Broken<'_> {
     /// What is said to whoever wrote the configuration.
-    pub(super) fn diagnostic(self) -> Diagnostic {
+    pub(crate) fn diagnostic(self) -> Diagnostic {
         let message = format!("`{}` breaks a rule: {}", self.main.path, self.rule.message);
         let diagnostic = Diagnostic::error("rule-broken", self.main.at, message).help(self.why);
         let others = self

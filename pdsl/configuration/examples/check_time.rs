@@ -2,7 +2,7 @@
 //! nanoseconds. `cargo xtask bench parameters` runs it.
 
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_pdsl::{config, load};
+use rc_pdsl::load;
 use rc_syntax::MemoryLoader;
 use std::time::Instant;
 
@@ -20,7 +20,7 @@ fn main() -> Result<(), Failure> {
     let source = sources.add(toml, std::fs::read_to_string(toml)?);
     for _ in 0..count.parse()? {
         let start = Instant::now();
-        let (configuration, found) = config::check(&sources, source, parameters.as_ref());
+        let (configuration, found) = rc_configuration::check(&sources, source, parameters.as_ref());
         let took = start.elapsed();
         drop(configuration);
         refuse(&sources, &found)?;

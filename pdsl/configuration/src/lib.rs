@@ -1,0 +1,41 @@
+//! Configurations of components: TOML files, read by the model of the component's parameters.
+//!
+//! `[component]`, `[bindings]` and `[middleware.NAME]` belong to the framework, `[parameters]` to the `.pdsl`.
+//! A component links this crate and carries its [`model`] in its own code. [`check`] reads a file, [`Live`] checks
+//! changes of a running component and saves them. The feature `tools` adds what only tools need: the template, the
+//! schema and the update of a configuration.
+
+mod block;
+mod check;
+pub mod condition;
+mod document;
+mod live;
+mod middleware;
+pub mod model;
+mod parameters;
+mod path;
+mod rules;
+mod save;
+#[cfg(feature = "tools")]
+mod schema;
+#[cfg(feature = "tools")]
+mod template;
+#[cfg(feature = "tools")]
+mod update;
+mod values;
+
+#[cfg(feature = "tools")]
+pub use check::broken_by_defaults;
+pub use check::{Configuration, check, defaults};
+pub use document::argument;
+pub use live::{Accepted, Live, ParamChange, ParameterStatus};
+pub use middleware::{Setting, Settings};
+pub use model::Parameters;
+pub use save::Unsaved;
+#[cfg(feature = "tools")]
+pub use schema::{Slot, schema};
+#[cfg(feature = "tools")]
+pub use template::template;
+#[cfg(feature = "tools")]
+pub use update::{Change, Update, What, unset, update};
+pub use values::Values;

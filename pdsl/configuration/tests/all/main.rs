@@ -1,0 +1,6 @@
+//! All integration tests of configurations, in one program.
+
+mod check;
+mod live;
+mod random;
+mod update;
