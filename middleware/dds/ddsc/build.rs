@@ -1,6 +1,9 @@
 //! Compiles Cyclone DDS from the sources of the crate `cyclonedds-src`, with nothing but a C compiler: no cmake, no
 //! libclang. What cmake would find out about the system is written in `include/`.
 
+use std::fs::File;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Folders whose files all belong to the library.
@@ -69,6 +72,9 @@ const SYSTEM: [&str; 40] = [
     "xmlparser.c",
 ];
 
+/// The static library of the C sources, without the shim.
+const LIBRARY: &str = "rc_cyclonedds";
+
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=include");
@@ -79,6 +85,19 @@ fn main() {
         "the DDS backend is built for Linux only, not for {target}"
     );
     let source = cyclonedds_src::source_dir().join("src");
+    // The linker takes the libraries in this order: the shim calls the C library.
+    compiler(&source).file("src/shim.c").compile("rc_ddsc");
+    let library = shared_library(&source).unwrap_or_else(|error| {
+        panic!("the compiled Cyclone DDS cannot be kept in the target folder: {error}")
+    });
+    // Somebody may empty a target folder in part.
+    println!("cargo:rerun-if-changed={}", library.display());
+    println!("cargo:rustc-link-search=native={}", library.display());
+    println!("cargo:rustc-link-lib=static={LIBRARY}");
+}
+
+/// The C compiler with the options of the library.
+fn compiler(source: &Path) -> cc::Build {
     let mut build = cc::Build::new();
     build
         .include("include")
@@ -91,12 +110,85 @@ fn main() {
         .include(source.join("core/ddsc/src"))
         .include(source.join("security/api/include"))
         .include(source.join("security/core/include"))
-        // The library is quick or slow for everybody; who debugs a component does not debug it.
+        // One speed in all profiles: a user debugs a component, not the library.
         .opt_level(2)
         .debug(false)
         .define("NDEBUG", None)
         .flag_if_supported("-fno-strict-aliasing")
         .warnings(false);
+    build
+}
+
+/// The folder with the compiled C sources. All profiles and workspaces of one target folder share it, because the
+/// compilation takes a minute or two and is the same for all of them. The folder's name is a hash of all inputs.
+fn shared_library(source: &Path) -> io::Result<PathBuf> {
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").unwrap_or_default());
+    // TARGET/PROFILE/build/PACKAGE-HASH/out
+    let target = out
+        .ancestors()
+        .nth(4)
+        .ok_or_else(|| io::Error::other("OUT_DIR is not below a target folder"))?;
+    let cache = target.join("rc-ddsc");
+    std::fs::create_dir_all(&cache)?;
+    let folder = cache.join(format!("{:016x}", fingerprint(source)?));
+    let lock = File::create(cache.join(".lock"))?;
+    lock.lock()?;
+    if folder.join(format!("lib{LIBRARY}.a")).exists() {
+        return Ok(folder);
+    }
+    // A build that is killed leaves this folder, and the next one begins anew.
+    let partial = cache.join("partial");
+    if partial.exists() {
+        std::fs::remove_dir_all(&partial)?;
+    }
+    std::fs::create_dir(&partial)?;
+    compiler(source)
+        .files(sources(source))
+        .out_dir(&partial)
+        .cargo_metadata(false)
+        .compile(LIBRARY);
+    // Only the library is kept: the objects take as much room again.
+    for entry in std::fs::read_dir(&partial)? {
+        let path = entry?.path();
+        if path.extension().is_none_or(|ending| ending != "a") {
+            std::fs::remove_file(path)?;
+        }
+    }
+    std::fs::rename(&partial, &folder)?;
+    Ok(folder)
+}
+
+/// A hash of all that the compiled library depends on: sources, options, compiler.
+fn fingerprint(source: &Path) -> io::Result<u64> {
+    let mut hasher = DefaultHasher::new();
+    // The crate with the sources has an exact version, and the path of its folder names it.
+    source.hash(&mut hasher);
+    std::fs::read("build.rs")?.hash(&mut hasher);
+    let mut headers = vec![PathBuf::from("include")];
+    while let Some(path) = headers.pop() {
+        if path.is_dir() {
+            let mut entries: Vec<PathBuf> = std::fs::read_dir(&path)?
+                .map(|entry| entry.map(|entry| entry.path()))
+                .collect::<io::Result<_>>()?;
+            entries.sort();
+            headers.extend(entries);
+        } else {
+            path.hash(&mut hasher);
+            std::fs::read(&path)?.hash(&mut hasher);
+        }
+    }
+    let tool = compiler(source).get_compiler();
+    tool.path().hash(&mut hasher);
+    tool.args().hash(&mut hasher);
+    let version = std::process::Command::new(tool.path())
+        .arg("--version")
+        .output()?;
+    version.stdout.hash(&mut hasher);
+    Ok(hasher.finish())
+}
+
+/// The C files of the library.
+fn sources(source: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = SYSTEM
         .iter()
         .map(|name| source.join("ddsrt/src").join(name))
@@ -105,7 +197,7 @@ fn main() {
     for folder in WHOLE {
         files.extend(c_files(&source.join(folder)));
     }
-    build.files(&files).file("src/shim.c").compile("rc_ddsc");
+    files
 }
 
 fn c_files(folder: &Path) -> Vec<PathBuf> {
