@@ -1,7 +1,7 @@
 //! `cargo xtask bench`: the goal figures, as Markdown for BENCHMARKS.md.
 //!
-//! Latencies are those between two processes. Generated and hand-written programs run at the same time and are
-//! measured in turns, block by block, so that a slow minute of the machine slows both.
+//! Latencies are those between two processes. Generated and hand-written programs run at the same
+//! time and are measured in turns, block by block, so that a slow minute of the machine slows both.
 
 use crate::compare::Peer;
 use crate::languages;

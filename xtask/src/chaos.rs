@@ -1,9 +1,9 @@
-//! `cargo xtask chaos`: kills processes of a network at random moments, many times, and looks whether everything
-//! starts again, works, and in the end leaves nothing.
+//! `cargo xtask chaos`: kills processes of a network at random moments, many times. It checks that
+//! everything starts again and works, and that nothing is left at the end.
 //!
-//! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the one of the
-//! components simulator, avoider and `pose_monitor`: a query, a command and a topic. `--minutes` lets twenty components
-//! work under rcdeploy and kills in time with the clock, see `minutes`.
+//! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the
+//! one of the components simulator, avoider and `pose_monitor`: a query, a command and a topic.
+//! `--minutes` runs twenty components under rcdeploy and kills one a second, see `minutes`.
 
 mod by_hand;
 mod ground;
@@ -14,16 +14,16 @@ use crate::programs::{Failure, cargo};
 use ground::Ground;
 use std::time::{Duration, Instant};
 
-/// What the command line says.
+/// The arguments of the command line.
 pub(crate) struct Orders {
     kills: u32,
-    /// As quick as can be where there is none.
+    /// `None` kills as fast as possible.
     minutes: Option<u32>,
     seed: u64,
 }
 
 impl Orders {
-    /// Reads `[--kills N | --minutes N] [--seed S]`; `None` where there is something else.
+    /// Parses `[--kills N | --minutes N] [--seed S]`; `None` if the arguments are invalid.
     pub(crate) fn parse(words: &[&str]) -> Option<Self> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let mut orders = Self {
@@ -44,7 +44,7 @@ impl Orders {
     }
 }
 
-/// Kills, and says how it went.
+/// Runs the kills and prints a summary.
 pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
     build()?;
     let Orders { kills, seed, .. } = *orders;
@@ -80,18 +80,18 @@ pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
     Ok(())
 }
 
-/// How one half kills.
+/// Parameters of one half of the kills.
 #[derive(Clone, Copy)]
 struct Kills {
     kills: u32,
-    /// Over how long after a start the kills are spread.
+    /// The kills are spread over this time after a start.
     spread: Duration,
 }
 
 /// One half of the kills.
 type Half = fn(&Ground, &mut Dice, Kills, &mut Tally) -> Result<(), Failure>;
 
-/// Builds what is started. Nothing is to be done when the test run has done it.
+/// Builds the programs. After a test run there is nothing to build.
 fn build() -> Result<(), Failure> {
     let words = "build --quiet --bins -p simulator -p avoider -p pose_monitor -p camera -p image_monitor -p rc-deploy";
     let words: Vec<&str> = words.split(' ').collect();
@@ -102,15 +102,15 @@ fn build() -> Result<(), Failure> {
     }
 }
 
-/// What was done, for the summary.
+/// Counters for the summary.
 #[derive(Default)]
 struct Tally {
     kills: u32,
-    /// Of those, the ones between the start of a process and its readiness.
+    /// Kills between the start of a process and its readiness.
     during_start: u32,
-    /// How often all was found at work again.
+    /// How often all components worked again.
     recoveries: u32,
-    /// The longest time from the last kill until all was at work again.
+    /// The longest time from the last kill until all components worked again.
     longest: Duration,
 }
 
@@ -156,12 +156,12 @@ impl Dice {
         (self.next() % count.max(1) as u64) as usize
     }
 
-    /// Whether it falls so, in `percent` of all cases.
+    /// True in `percent` of all cases.
     fn falls(&mut self, percent: usize) -> bool {
         self.below(100) < percent
     }
 
-    /// A time less than `limit`, to the microsecond.
+    /// A time below `limit`, in whole microseconds.
     fn time(&mut self, limit: Duration) -> Duration {
         Duration::from_micros(self.next() % (limit.as_micros() as u64).max(1))
     }

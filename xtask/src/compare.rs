@@ -134,7 +134,8 @@ impl Peer {
         Ok(met)
     }
 
-    /// Measures values that are sent as fast as possible and prints a table; says whether all goals are met.
+    /// Measures values that are sent as fast as possible and prints a table; says whether all goals
+    /// are met.
     pub(crate) fn throughput(
         self,
         ours: &mut Pair,

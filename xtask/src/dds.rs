@@ -1,5 +1,5 @@
-//! `cargo xtask bench dds`: generated components over DDS beside the same by hand on the C library's calls, and beside
-//! ddsperf, the library's own tool, as Debian has it.
+//! `cargo xtask bench dds`: generated components over DDS beside the same by hand on the C
+//! library's calls, and beside ddsperf, the library's own tool, as Debian has it.
 
 use crate::bench::{BUILD, machine};
 use crate::compare::Peer;
@@ -127,7 +127,8 @@ impl Ddsperf {
         Program::spawn(command)
     }
 
-    /// Half of a round trip, which is what it prints: the medians of p50 and of p99 of each second, in µs.
+    /// Half of a round trip, which is what it prints: the medians of p50 and of p99 of each second,
+    /// in µs.
     fn one_way(&self, size: usize) -> Result<[f64; 2], Failure> {
         let _pong = self.start(&["pong"])?;
         let ping = self.start(&["ping", "size", &size.to_string()])?;

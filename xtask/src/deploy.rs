@@ -1,5 +1,6 @@
-//! `cargo xtask bench deploy`: how soon many small programs run and have ended, and what watching them takes: rcdeploy
-//! beside supervisord, and a shell script as the floor. All three start the same executable with the same addresses.
+//! `cargo xtask bench deploy`: the time until many small programs run and have ended, and the
+//! memory of their supervisor: rcdeploy beside supervisord, with a shell script as the lower bound.
+//! All three start the same executable with the same addresses.
 
 use crate::bench::{BUILD, machine};
 use crate::pair::quantile;
@@ -14,19 +15,19 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// The smallest component that others can talk to: one interface, no period.
+/// The smallest component with an interface: no period.
 const PROGRAM: &str = "speech_server";
-/// How many run at once.
+/// How many programs run at once.
 const SIZES: [usize; 2] = [20, 100];
 const ROUNDS: usize = 7;
-/// So many components are up in less than this, on two cores.
+/// The goal for so many components on two cores.
 const GOAL: (usize, Duration) = (100, Duration::from_secs(3));
 /// No start and no end of a network takes longer.
 const LIMIT: Duration = Duration::from_secs(60);
-/// What `PyPI` has of supervisord.
+/// The package of supervisord on `PyPI`.
 const PACKAGE: &str = "supervisor==4.3.0";
 
-/// Who starts and stops programs.
+/// A starter of programs.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Starter {
     Rcdeploy,
@@ -38,11 +39,11 @@ enum Starter {
 struct Turn {
     up: Duration,
     down: Duration,
-    /// MB of the starter itself, without what it starts.
+    /// Memory of the starter without its programs, in MB.
     memory: f64,
 }
 
-/// Measures; `smoke` is one round of a few programs.
+/// Runs the benchmark; `smoke` is one round of a few programs.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let words = "build --release -p speech_server -p rc-deploy";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
@@ -67,7 +68,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let mut met = true;
     for &count in sizes {
         let mut turns: Vec<Vec<Turn>> = starters.iter().map(|_| Vec::new()).collect();
-        // In turns, so that a slow minute of the machine slows all.
+        // In turns, so that a slow minute of the machine slows all three.
         for _ in 0..rounds {
             for (&starter, turns) in starters.iter().zip(&mut turns) {
                 let place = Place::new(count, supervisord.as_deref().ok())?;
@@ -111,7 +112,7 @@ fn spread(median: Duration, all: impl Iterator<Item = Duration> + Clone) -> Stri
     )
 }
 
-/// The program, in an environment below the target folder which is made once.
+/// supervisord, in a virtual environment below the target folder, made once.
 fn install() -> Result<PathBuf, Failure> {
     let folder = target()?.join(PACKAGE.replace("==", "-"));
     let program = folder.join("bin/supervisord");
@@ -143,12 +144,12 @@ impl Starter {
     }
 }
 
-/// A folder for a network that lives once.
+/// The folder of one network.
 struct Place<'s> {
     folder: TempDir,
     count: usize,
     supervisord: Option<&'s Path>,
-    /// Where programs tell that they are ready which nobody supervises by a link (`sd_notify`).
+    /// The socket on which programs without a link report readiness (`sd_notify`).
     notified: UnixDatagram,
 }
 
@@ -173,7 +174,7 @@ impl<'s> Place<'s> {
         self.folder.path().join(name)
     }
 
-    /// Starts all, waits until all run, ends all.
+    /// Starts all programs, waits until all run, stops all.
     fn turn(&self, starter: Starter) -> Result<Turn, Failure> {
         let mut command = match starter {
             Starter::Rcdeploy => self.rcdeploy()?,
@@ -224,7 +225,7 @@ impl<'s> Place<'s> {
         Ok(program.canonicalize()?.display().to_string())
     }
 
-    /// Names and addresses are those that rcdeploy gives.
+    /// Arguments with the names and addresses that rcdeploy gives.
     fn arguments(number: usize) -> String {
         format!("--network bench --name c{number} --bind Speech=bench/c{number}/Speech")
     }
@@ -252,13 +253,14 @@ impl<'s> Place<'s> {
         let program = Self::program()?;
         for number in 0..self.count {
             let arguments = Self::arguments(number);
-            // It is running as soon as it is started: only who waits for more than that would have to wait.
+            // supervisord takes a program for running as soon as it is started.
             writeln!(
                 text,
                 "[program:c{number}]\ncommand={program} {arguments}\nstartsecs=0\nredirect_stderr=true"
             )?;
         }
-        // It ends one group after the other, and each program is one, where they are not told to be of the same.
+        // supervisord stops one group after the other; one group makes it stop all programs
+        // together.
         let all: Vec<String> = (0..self.count).map(|number| format!("c{number}")).collect();
         writeln!(text, "[group:all]\nprograms={}", all.join(","))?;
         let file = self.path("supervisord.conf");
@@ -279,7 +281,7 @@ impl<'s> Place<'s> {
                 "{program} {arguments} >{folder}/c{number}.log 2>&1 & all=\"$all $!\""
             )?;
         }
-        // The first one ends when the signal comes, the second one with the last program.
+        // The first `wait` ends with the signal, the second one with the last program.
         text += "wait\nwait\n";
         let file = self.path("start.sh");
         std::fs::write(&file, text)?;
@@ -288,7 +290,7 @@ impl<'s> Place<'s> {
         Ok(command)
     }
 
-    /// Waits until every program has told that it is ready.
+    /// Waits until every program has reported readiness.
     fn notified(&self) -> Result<(), Failure> {
         let end = Instant::now() + LIMIT;
         let mut ready = 0;
@@ -305,7 +307,7 @@ impl<'s> Place<'s> {
     }
 }
 
-/// Waits until rcdeploy says that the network is up; what it says afterwards is read on by a thread.
+/// Waits until rcdeploy reports that the network is up; a thread reads its further output.
 fn told_up(child: &mut Child) -> Result<(), Failure> {
     let output = BufReader::new(child.stdout.take().ok_or("no pipe")?);
     let (sender, up) = std::sync::mpsc::channel();
@@ -320,7 +322,7 @@ fn told_up(child: &mut Child) -> Result<(), Failure> {
         .map_err(|_| "the network does not get up".into())
 }
 
-/// Proportional memory of whoever watches: rcdeploy has a guard.
+/// Proportional memory of the starter and its helpers: rcdeploy has a guard.
 fn memory_of(pid: u32, starter: Starter) -> Result<f64, Failure> {
     let mut total = memory(pid)?.0;
     if starter == Starter::Rcdeploy {

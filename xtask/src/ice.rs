@@ -1,4 +1,5 @@
-//! `cargo xtask bench ice`: a query beside the same over Ice in C++, RoboComp's own middleware.
+//! `cargo xtask bench ice`: a query beside the same query over Ice in C++, RoboComp's own
+//! middleware.
 
 use crate::bench::{BLOCKS, BUILD, machine};
 use crate::compare::Peer;
@@ -9,7 +10,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// What is measured.
+/// The measured queries.
 const ROWS: [Row; 2] = [
     Row {
         name: Cow::Borrowed("query 64 B, round trip"),
@@ -44,7 +45,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compiles `bench/ice`; gives back the program.
+/// Compiles `bench/ice`; returns the program.
 fn build() -> Result<PathBuf, Failure> {
     let source = root().join("bench/ice");
     let out = target()?.join("ice");
@@ -66,7 +67,7 @@ fn build() -> Result<PathBuf, Failure> {
     Ok(out.join("echo"))
 }
 
-/// Runs a tool of the system; says how to get it where it is not there.
+/// Runs a tool of the system; the error of a missing one says how to install it.
 fn run_tool(command: Command, name: &str) -> Result<(), Failure> {
     let missing = |error: &(dyn std::error::Error + 'static)| {
         let error = error.downcast_ref::<std::io::Error>();

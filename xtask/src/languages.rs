@@ -1,4 +1,5 @@
-//! `cargo xtask bench languages`: how long the generator and the checker take, as whole processes.
+//! `cargo xtask bench languages`: the times of the generator and of the checker, as whole
+//! processes.
 
 use crate::bench::Figure;
 use crate::pair::quantile;
@@ -10,13 +11,13 @@ use std::time::Duration;
 
 /// Runs of each program.
 const RUNS: usize = 20;
-/// No run may take longer.
+/// The limit of a run.
 pub(crate) const LIMIT: Duration = Duration::from_secs(60);
 /// The size of a large text, in bytes.
 const LARGE: usize = 1 << 20;
 
-/// Generates a component with ten interfaces, checks 200 files, and checks one file of 1 MB of every language,
-/// right and wrong.
+/// Generates a component with ten interfaces, checks 200 files, and checks one file of 1 MB of
+/// every language, right and wrong.
 pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     let folder = tempfile::tempdir()?;
     let folder = folder.path();
@@ -64,7 +65,7 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
             let name = format!("large.{ending}");
             fs::write(folder.join(&name), large(ending, wrong))?;
             let mut command = rcgen()?;
-            // A text with mistakes is a failure, as it should be: only the time counts.
+            // A text with mistakes makes the exit code 1; only the time counts here.
             command.args(["check", "--format", "short", &name]);
             let started = std::time::Instant::now();
             let outcome = finish(command, LIMIT);
@@ -95,7 +96,7 @@ pub(crate) fn median(
     Ok(quantile(&mut times, 0.5))
 }
 
-/// 100 interfaces and 100 components, each with ten of them.
+/// 100 interfaces and 100 components with ten interfaces each.
 fn write(folder: &Path) -> Result<(), Failure> {
     for number in 0..100 {
         let interface = format!(

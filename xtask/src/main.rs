@@ -1,5 +1,6 @@
-//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures, `soak` lets components
-//! talk for an hour, `chaos` kills them, `fuzz` searches for texts that do harm.
+//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures,
+//! `soak` runs two components for an hour, `chaos` kills processes, `fuzz` searches for texts that
+//! harm a parser.
 
 mod bench;
 mod chaos;
@@ -24,7 +25,7 @@ use soak::Middleware;
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
 use timings::Timings;
 
-/// What the tests start.
+/// The components that tests start.
 const COMPONENTS: [&str; 15] = [
     "simulator",
     "avoider",
@@ -88,7 +89,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs a soak as its words say; none where they say nothing.
+/// Runs a soak with the arguments `words`; `None` if they are invalid.
 fn soak(middleware: Middleware, usual: &str, words: &[&str]) -> Option<Result<(), Failure>> {
     match *words {
         [] => Some(soak::run(middleware, usual)),
@@ -98,7 +99,7 @@ fn soak(middleware: Middleware, usual: &str, words: &[&str]) -> Option<Result<()
     }
 }
 
-/// Builds what the tests start, then runs every test of the workspace.
+/// Builds the components that tests start, then runs every test of the workspace.
 fn test(rest: &[&str]) -> Result<(), String> {
     let mut build = vec!["build", "--bins"];
     for component in COMPONENTS {
@@ -132,7 +133,8 @@ fn test(rest: &[&str]) -> Result<(), String> {
     tested
 }
 
-/// Reads hostile images under Miri, which sees undefined behaviour; `Err` where there is no Miri and none can be had.
+/// Reads hostile images under Miri, which detects undefined behaviour. The outer error says why
+/// Miri cannot be installed.
 fn miri() -> Result<Result<(), String>, String> {
     let run = |program: &str, args: &[&str]| {
         println!("+ {program} {}", args.join(" "));
@@ -155,7 +157,7 @@ fn miri() -> Result<Result<(), String>, String> {
     })
 }
 
-/// Reads random texts of every language for so long. The clock seeds each run.
+/// Reads random texts of every language for `seconds`. The clock seeds each run.
 fn fuzz(seconds: &str) -> Result<(), String> {
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let seed = now.map_or(0, |since| since.as_secs() * 1_000_000);

@@ -1,4 +1,4 @@
-//! A network of 100 components, and how long `rcdeploy check` takes for it.
+//! A network of 100 components, and the time of `rcdeploy check` for it.
 
 use crate::bench::Figure;
 use crate::languages::{LIMIT, figure, median};
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Checks 100 components that are all different: each has its own description, parameters, configuration and
+/// Checks 100 different components: each has its own description, parameters, configuration and
 /// executable.
 pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     let folder = tempfile::tempdir()?;
@@ -16,7 +16,8 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
         let mut command = Command::new(target()?.join("release/rcdeploy"));
         command.current_dir(folder.path());
         command.args(["check", "--format", "short", "hundred.ddsl"]);
-        // All executables are of another component, which is told: only the time counts.
+        // All executables belong to another component, and the check reports it; only the time
+        // counts here.
         let started = std::time::Instant::now();
         let said = finish(command, LIMIT).err().map(|e| e.to_string());
         let took = started.elapsed();
@@ -38,7 +39,7 @@ fn write(folder: &Path, executable: &Path) -> Result<(), Failure> {
         let own = folder.join(format!("c{number}"));
         fs::create_dir_all(own.join("etc"))?;
         fs::copy(executable, own.join("program"))?;
-        // The first one requires nothing: who requires whom makes no circle.
+        // The first component requires nothing, so that the requirements have no cycle.
         let requires = match number {
             0 => "",
             _ => "requires Laser as scanner, DifferentialRobot as base;",

@@ -1,5 +1,5 @@
-//! `cargo xtask bench parameters`: how long a change of a parameter is on its way to the worker, and how long a
-//! configuration is checked.
+//! `cargo xtask bench parameters`: how long a change of a parameter is on its way to the worker,
+//! and how long a configuration is checked.
 
 use crate::bench::{BUILD, Figure};
 use crate::pair::{Pair, Row, Times, quantile};
@@ -29,9 +29,10 @@ pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     Ok(figures)
 }
 
-/// From before the request is written to the management socket until `params_changed()` of the worker runs, against a query
-/// between the same two processes, in turns. Both are measured in two ways: each as soon as the one before is answered, and
-/// each after a pause, in which all that takes part goes to sleep.
+/// From before the request is written to the management socket until `params_changed()` of the
+/// worker runs, against a query between the same two processes, in turns. Both are measured in two
+/// ways: each as soon as the one before is answered, and each after a pause, in which all that
+/// takes part goes to sleep.
 fn changes() -> Result<Vec<Figure>, Failure> {
     let row = |kind: &'static str| Row {
         name: kind.into(),
@@ -118,8 +119,9 @@ impl Management {
     }
 }
 
-/// A configuration that gives every one of a thousand parameters: checked by the checker alone, as a component does it at
-/// its start, and by a whole process, which first reads what the parameters are.
+/// A configuration that gives every one of a thousand parameters: checked by the checker alone, as
+/// a component does it at its start, and by a whole process, which first reads what the parameters
+/// are.
 fn checks() -> Result<[Figure; 2], Failure> {
     let (pdsl, toml) = large();
     let folder = tempfile::tempdir()?;

@@ -40,7 +40,8 @@ pub(crate) fn cargo(words: &[&str]) -> Result<Command, Failure> {
     Ok(command)
 }
 
-/// Runs a command to its end, at most for `limit`; gives back how long it took and what it said on stderr.
+/// Runs a command to its end, at most for `limit`; gives back how long it took and what it said on
+/// stderr.
 pub(crate) fn finish(mut command: Command, limit: Duration) -> Result<(Duration, String), Failure> {
     let what = format!("{command:?}");
     let said = tempfile::tempfile()?;
@@ -130,8 +131,8 @@ impl Program {
         Self::spawn(command)
     }
 
-    /// Starts it in a process group of its own: what a terminal sends to this process does not reach it. It has to
-    /// end by itself when nobody reads what it says.
+    /// Starts it in a process group of its own: what a terminal sends to this process does not
+    /// reach it. It has to end by itself when nobody reads what it says.
     pub(crate) fn start_apart(path: &Path, arguments: &[&str]) -> Result<Self, Failure> {
         let mut command = Command::new(path);
         command.args(arguments).process_group(0);
@@ -190,7 +191,8 @@ impl Program {
         }
     }
 
-    /// Asks it to end, and waits for that; gives back what it said. An error: it had to be killed, or failed.
+    /// Asks it to end, and waits for that; gives back what it said. An error: it had to be killed,
+    /// or failed.
     pub(crate) fn end(mut self, limit: Duration) -> Result<Vec<String>, Failure> {
         kill_process(Pid::from_child(&self.child.0), Signal::TERM)?;
         if !self.child.ended_within(limit) {

@@ -1,4 +1,5 @@
-//! `cargo xtask bench ros2`: generated components over ROS 2 beside the same by hand on ros2-client.
+//! `cargo xtask bench ros2`: generated components over ROS 2 beside the same by hand on
+//! ros2-client.
 
 use crate::bench::{BUILD, machine};
 use crate::compare::Peer;
@@ -28,8 +29,8 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     };
     let mut ours = Pair::components(&generated, &ROS2)?;
     let mut theirs = Pair::by_hand_over("bench_ros_peer", BY_HAND)?;
-    // What is larger than a packet cannot be answered by hand: `rustdds` writes fragments with a related request in a form that
-    // nobody can read, and ros2-client has no other one.
+    // What is larger than a packet cannot be answered by hand: `rustdds` writes fragments with a
+    // related request in a form that nobody can read, and ros2-client has no other one.
     let is_possible = |row: &Row| !row.is_query() || row.size == SMALL;
     let rows: Vec<Row> = rows().into_iter().flatten().filter(is_possible).collect();
     if !peer.table(&rows, &mut ours, &mut theirs, blocks, share)? {

@@ -61,8 +61,9 @@ fn slots(maker: Maker, sides: [Role; 2]) -> Result<[Cost; 2], Failure> {
     Ok([each(few[0], many[0]), each(few[1], many[1])])
 }
 
-/// What `count` slots of each side cost, with all that is beside them. The shared memory of the first side is what there
-/// is before the second comes, that of the second what is there more when each slot has had a message.
+/// What `count` slots of each side cost, with all that is beside them. The shared memory of the
+/// first side is what there is before the second comes, that of the second what is there more when
+/// each slot has had a message.
 fn connected(maker: Maker, sides: [Role; 2], count: usize) -> Result<[Cost; 2], Failure> {
     let network = Network::new("slots")?;
     let mut first = start(maker, &network, sides[0], count)?;

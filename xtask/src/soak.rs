@@ -1,8 +1,11 @@
-//! `cargo xtask soak`: two generated components talk for an hour, and nothing may grow or get lost.
+//! `cargo xtask soak`: two generated components talk for an hour. Nothing may grow, and no sample
+//! may be lost.
 //!
-//! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and asks (200 Hz); `soak_sink` receives and
-//! answers. Over DDS and ROS 2 there are no images, and over ROS 2 half of the ticks and a quarter of the questions. What counts is what comes after a warm-up, in which every queue runs over once, so that all memory that
-//! can be in use is in use. What is demanded stands in `judge`.
+//! `soak_source` publishes ticks (1 kHz) and images of about 1 MB (30 Hz), and asks (200 Hz);
+//! `soak_sink` receives and answers. Over DDS and ROS 2 there are no images, and over ROS 2 half of
+//! the ticks and a quarter of the questions. What counts is what comes after a warm-up, in which
+//! every queue runs over once, so that all memory that can be in use is in use. What is demanded
+//! stands in `judge`.
 
 mod judge;
 
@@ -26,35 +29,35 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long it may take until a component says its first counts, or its next.
+/// The limit until a component prints its first or next counts.
 const COUNTS: Duration = Duration::from_secs(20);
-/// How long a component may take to end.
+/// The limit for the end of a component.
 const END: Duration = Duration::from_secs(5);
-/// How long a component may take to answer its management.
+/// The limit for a management answer.
 const ANSWER: Duration = Duration::from_secs(2);
-/// The longest status.
+/// The longest status, in bytes.
 const LONGEST: u64 = 1 << 20;
-/// Between two looks at a signal.
+/// The pause between two polls for a signal.
 const LOOK: Duration = Duration::from_millis(50);
-/// Between two samples of the memory.
+/// The pause between two measurements of the memory.
 const SAMPLE: Duration = Duration::from_secs(1);
 
-/// How it is run.
+/// The parameters of a run.
 struct Plan {
-    /// How long, after the warm-up.
+    /// The duration after the warm-up.
     length: Duration,
-    /// The sink and the source.
+    /// The programs of sink and source.
     programs: [PathBuf; 2],
-    /// On what they are run.
+    /// The middleware of both.
     middleware: Middleware,
-    /// Between two lines.
+    /// The pause between two printed lines.
     line: Duration,
 }
 
-/// On what the components are run.
+/// The middleware of a run.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Middleware {
-    /// As they were generated.
+    /// The one of the committed generated code.
     Iceoryx2,
     /// The same components as variants.
     Dds,
@@ -70,18 +73,19 @@ impl Middleware {
         }
     }
 
-    /// What the source is told beside its arguments.
+    /// Further arguments of the source.
     fn variables(self) -> &'static [(&'static str, &'static str)] {
         match self {
             Self::Iceoryx2 => &[],
-            // Of a megabyte each, images leave gaps in the heap of the library that are no leak and look like one.
+            // Images of a megabyte leave gaps in the heap of the library. They look like a leak and
+            // are none.
             Self::Dds => &[(WITHOUT_IMAGES, "1")],
             // `rustdds` has time for a few thousand samples a second.
             Self::Ros2 => &[(WITHOUT_IMAGES, "1"), (HALF, "1")],
         }
     }
 
-    /// The sink and the source where `profile` has them.
+    /// The programs of sink and source in the folder of `profile`.
     fn programs(self, profile: Profile) -> Result<[PathBuf; 2], Failure> {
         match self {
             Self::Iceoryx2 => {
@@ -94,7 +98,7 @@ impl Middleware {
     }
 }
 
-/// Builds the components, and runs them so long.
+/// Builds the components and runs the soak for `seconds`.
 pub(crate) fn run(middleware: Middleware, seconds: &str) -> Result<(), Failure> {
     if middleware == Middleware::Iceoryx2 {
         let words = "build --release -p soak_source -p soak_sink";
@@ -108,7 +112,8 @@ pub(crate) fn run(middleware: Middleware, seconds: &str) -> Result<(), Failure> 
     })
 }
 
-/// The short one of the test run, with the components that it has built; variants are built here.
+/// The short soak of the test run, with the components that the test run has built. It builds
+/// variants itself.
 pub(crate) fn smoke(middleware: Middleware) -> Result<(), Failure> {
     soak(&Plan {
         length: Duration::from_secs(20),
@@ -118,7 +123,7 @@ pub(crate) fn smoke(middleware: Middleware) -> Result<(), Failure> {
     })
 }
 
-/// Runs it, or as much of it as there is time before a signal. An error: something was not as it has to be.
+/// Runs the soak until its end or a signal. An error lists each requirement that was not met.
 fn soak(plan: &Plan) -> Result<(), Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM, SIGHUP] {
@@ -142,13 +147,13 @@ fn soak(plan: &Plan) -> Result<(), Failure> {
     Err(verdict.complaints.join("; ").into())
 }
 
-/// The end of a run: a row of a table, and all that is not as it has to be.
+/// The result of a run: a row of a table, and the requirements that were not met.
 struct Verdict {
     line: String,
     complaints: Vec<String>,
 }
 
-/// A running soak. The source is ended first, the network last.
+/// A running soak. Dropping it ends the source first, the network last.
 struct Soak {
     source: Program,
     sink: Program,
@@ -167,9 +172,10 @@ impl Soak {
         };
         let [sink, source] = &plan.programs;
         let sink = Program::start_apart(sink, &arguments("warn"))?;
-        // Who subscribes first loses nothing.
+        // The sink starts first: a subscriber that is there before the publisher loses nothing.
         let came = counts(&sink.hear(COUNTS)?)?;
-        // Its computes are sometimes longer than a period, because it catches up; that is no warning.
+        // Its computes are sometimes longer than a period, because it catches up; that is no
+        // warning.
         let mut command = Command::new(source);
         command.args(arguments("error")).process_group(0);
         command.envs(plan.middleware.variables().iter().copied());
@@ -185,7 +191,7 @@ impl Soak {
         })
     }
 
-    /// Waits until the counting begins; false: a signal came first.
+    /// Waits until the counting begins; `false` if a signal came first.
     fn warm_up(&mut self, stop: &AtomicBool) -> Result<bool, Failure> {
         let end = Instant::now() + 3 * COUNTS;
         while self.came.get("ticks_next") < WARM_UP_TICKS + TICKS_A_SECOND {
@@ -228,7 +234,7 @@ impl Soak {
         Ok(())
     }
 
-    /// Takes what the components have said meanwhile.
+    /// Handles the lines that the components have printed.
     fn hear(&mut self) -> Result<(), Failure> {
         let said = self.source.heard()?;
         if let Some(line) = said.last() {
@@ -256,7 +262,7 @@ impl Soak {
         Ok(())
     }
 
-    /// How it is going.
+    /// A line on the present state.
     fn progress(&self) -> String {
         let Self { sent, came, .. } = self;
         let [source, sink, shared] = self.samples.last().map_or([0.0; 3], |s| s.memory);
@@ -274,7 +280,8 @@ impl Soak {
         )
     }
 
-    /// Ends the source, lets the sink have all that was sent, ends it, and judges.
+    /// Stops the source, waits until the sink has everything that was sent, stops the sink, and
+    /// judges.
     fn end(mut self) -> Result<Verdict, Failure> {
         let mut complaints = Vec::new();
         complaints.extend(complaint(
@@ -286,7 +293,8 @@ impl Soak {
             self.sent = counts(line)?;
         }
         let sent = &self.sent;
-        // What it said before the source's end tells too little; of what comes now the first may have been on its way.
+        // Counts printed before the source's end are too old, and the first ones afterwards may be,
+        // too.
         self.sink.heard()?;
         for _ in 0..2 {
             self.came = counts(&self.sink.hear(COUNTS)?)?;
@@ -313,7 +321,7 @@ fn counts(line: &str) -> Result<Counts, Failure> {
     Counts::read(line).ok_or_else(|| format!("`{line}` instead of counts").into())
 }
 
-/// What a component says of itself.
+/// The status of a component.
 fn status(network: &Network, name: &str) -> Result<Value, Failure> {
     let path = network.directory.socket(name);
     let mut stream = UnixStream::connect(&path)?;

@@ -1,8 +1,9 @@
 //! Durations of tests, from what a stable test harness prints.
 //!
-//! The harness prints a line when a test ends and nothing when it begins. It starts tests in the order of their names,
-//! as many at a time as there are threads, and the next one whenever one ends. So the start of each test is known: it
-//! is that of the program, or the end of an earlier test.
+//! The harness prints a line when a test ends and nothing when it begins. It starts tests in the
+//! order of their names, as many at a time as there are threads, and the next one whenever one
+//! ends. So the start of each test is known: it is that of the program, or the end of an earlier
+//! test.
 
 use std::io::{BufRead, BufReader, Read};
 use std::time::{Duration, Instant};
@@ -64,7 +65,8 @@ impl Timings {
         names.sort_unstable();
         for (name, end) in &self.ended {
             let place = names.binary_search(&name).unwrap_or_default();
-            // The test began when there was a free thread: that of the test that ended `threads` places before.
+            // The test began when there was a free thread: that of the test that ended `threads`
+            // places before.
             let begin = match place.checked_sub(self.threads) {
                 Some(earlier) => self.ended[earlier].1,
                 None => self.began,

@@ -24,8 +24,9 @@ pub(crate) fn memory(pid: u32) -> Result<(f64, f64), Failure> {
     Ok((pss, rss))
 }
 
-/// Proportional resident memory without the pages of files, in MB: what a process has made itself. The share that it
-/// has of the pages of its executable and of libraries grows when other processes end.
+/// Proportional resident memory without the pages of files, in MB: what a process has made itself.
+/// The share that it has of the pages of its executable and of libraries grows when other processes
+/// end.
 pub(crate) fn made_memory(pid: u32) -> Result<f64, Failure> {
     let [anonymous, shared] = rollup(pid, ["Pss_Anon:", "Pss_Shmem:"])?;
     Ok(anonymous + shared)
@@ -56,7 +57,8 @@ pub(crate) fn descriptors(pid: u32) -> Result<usize, Failure> {
     Ok(fs::read_dir(format!("/proc/{pid}/fd"))?.count())
 }
 
-/// What the files of a network take of the shared memory, in MB. Files that go meanwhile take nothing.
+/// What the files of a network take of the shared memory, in MB. Files that go meanwhile take
+/// nothing.
 pub(crate) fn shared_memory(directory: &RunDirectory) -> f64 {
     let files = rc_iceoryx2::leftovers(directory);
     // The sum of nothing is -0.

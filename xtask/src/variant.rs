@@ -1,4 +1,5 @@
-//! The components of `bench` on another middleware than theirs, as `rcdeploy up --build --middleware` builds them.
+//! The components of `bench` for another middleware, as `rcdeploy up --build --middleware` builds
+//! them.
 
 use crate::bench::BUILD;
 use crate::programs::{Failure, finish, root};
@@ -9,8 +10,8 @@ use rc_diagnostics::{Format, SourceMap, render};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// What components are told that run over DDS: this machine alone, in a domain that nobody else has; who gets no processor
-/// for a second, because others build, has not died.
+/// Settings for DDS: this machine only, a domain of its own, and a lease that outlasts a second
+/// without a processor while others compile.
 pub(crate) const DDS: [&str; 6] = [
     "--set-middleware",
     "dds.lease=10s",
@@ -20,7 +21,7 @@ pub(crate) const DDS: [&str; 6] = [
     "dds.interfaces=lo",
 ];
 
-/// The same of ROS 2.
+/// The same for ROS 2.
 pub(crate) const ROS2: [&str; 6] = [
     "--set-middleware",
     "ros2.lease=10s",
@@ -30,7 +31,8 @@ pub(crate) const ROS2: [&str; 6] = [
     "ros2.interfaces=lo",
 ];
 
-/// Builds the components of `bench/NAME.ddsl` for another middleware; gives the executables of its two in their order.
+/// Builds the components of `bench/NAME.ddsl` for another middleware. Returns both executables in
+/// their order.
 pub(crate) fn build(
     name: &str,
     middleware: Backend,

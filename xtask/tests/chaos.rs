@@ -1,10 +1,10 @@
-//! Short runs of `cargo xtask chaos`, with real components and real kills: the same ones each time, as far as the
-//! machine lets them fall into the same moments.
+//! Short runs of `cargo xtask chaos` with real components and real kills. A fixed seed chooses the
+//! kills; the machine decides at which moments they fall.
 
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
-/// What a run says that ends well. One at a time: each of them measures.
+/// The output of a successful run. One run at a time, because each of them measures.
 fn chaos(words: &[&str]) -> String {
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! A short run of `cargo xtask bench deploy`: all starters start, are measured, and end.
+//! A short run of `cargo xtask bench deploy`: each starter starts, is measured, and ends.
 
 use std::process::Command;
 

@@ -1,4 +1,5 @@
-//! The soak, briefly: what `cargo xtask soak` demands holds for twenty seconds, and it notices when it does not.
+//! A short soak: the requirements of `cargo xtask soak` hold for twenty seconds, and it detects
+//! when they do not.
 
 use rc_middleware::RunDirectory;
 use rustix::process::{Pid, Signal, kill_process};
@@ -7,11 +8,12 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// No line takes longer, and no end; before the first one, variants are built.
+/// The limit for a line and for the end; before the first line, variants are built.
 const LIMIT: Duration = Duration::from_secs(60);
 const BUILD: Duration = Duration::from_secs(900);
 
-/// A running soak. It is killed if the test fails; its components then end because nobody reads what they say.
+/// A running soak. A failing test kills it; its components then end, because nobody reads their
+/// output.
 struct Soak {
     child: Child,
     lines: Receiver<String>,
@@ -66,7 +68,7 @@ impl Soak {
         kill_process(pid.expect("a process"), signal).expect("it runs");
     }
 
-    /// Waits for its end: its last line, its errors and its exit code. Nothing of it is left.
+    /// Waits for the end: the last line, the errors and the exit code. Nothing may be left.
     fn end(mut self) -> (String, String, Option<i32>) {
         let mut last = String::new();
         while let Ok(line) = self.lines.recv_timeout(LIMIT) {
@@ -81,7 +83,7 @@ impl Soak {
         (last, errors, code)
     }
 
-    /// What it said on stderr until its end; it is ended where it has not.
+    /// The output on stderr until the end, which this forces if necessary.
     fn errors(&mut self) -> String {
         if self.lines.recv_timeout(LIMIT) != Err(RecvTimeoutError::Disconnected) {
             let _ = self.child.kill();
@@ -132,7 +134,7 @@ fn a_sink_that_stands_still_is_noticed_and_a_signal_ends_it_in_order() {
     let mut soak = Soak::start(&["soak", "--smoke"]);
     soak.line(LIMIT);
     soak.signal(Some(SINK), Signal::STOP);
-    // Between the second and the third line there is time enough for a question to fail.
+    // There is time enough for a query to fail between the second and the third line.
     soak.line(LIMIT);
     soak.line(LIMIT);
     soak.signal(Some(SINK), Signal::CONT);

@@ -1,4 +1,4 @@
-//! Components that are started by hand, so that nobody holds their services and nobody cleans up for them.
+//! Components started by hand: no process holds their services or cleans up after them.
 
 use super::ground::{END, Ground, LOOK, NAMES, NETWORK, PROGRAMS, RECOVERY};
 use super::{Dice, Kills, Tally};
@@ -7,10 +7,10 @@ use rustix::process::{Pid, Signal, kill_process};
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-/// Most rounds in a row after which nobody looks whether all works.
+/// At least one round in so many checks that all components work.
 const UNSEEN: usize = 5;
 
-/// How long the components need from their start until all of them run, at best.
+/// The time that the components need at least until all of them run.
 pub(super) fn time_to_start(ground: &Ground) -> Result<Duration, Failure> {
     let mut best = RECOVERY;
     for _ in 0..3 {
@@ -47,14 +47,14 @@ pub(super) fn run(
         tally.recovered(since.elapsed());
     }
     if orders.kills > 0 {
-        // One is killed and not started again: the others leave nothing of it, either.
+        // One component is killed and not started again: the others clean up after it.
         hands.kill(dice.below(NAMES.len()))?;
         tally.kill(false);
     }
     hands.stop()
 }
 
-/// The processes that run. What still does is killed at the end.
+/// The running processes. Dropping this kills them.
 struct Hands<'g> {
     ground: &'g Ground,
     running: [Option<Child>; 3],
@@ -68,7 +68,7 @@ impl<'g> Hands<'g> {
         }
     }
 
-    /// Starts those who do not run.
+    /// Starts all components that do not run.
     fn start_all(&mut self) -> Result<(), Failure> {
         for at in 0..NAMES.len() {
             if self.running[at].is_none() {
@@ -85,7 +85,8 @@ impl<'g> Hands<'g> {
         Ok(())
     }
 
-    /// Some of those who run are killed, some of those who do not are started, together, and killed on their way.
+    /// Kills some running components; starts some others at the same time and kills them during
+    /// their start.
     fn round(&mut self, dice: &mut Dice, orders: Kills, tally: &mut Tally) -> Result<(), Failure> {
         let mut due: Vec<(Duration, usize)> = Vec::new();
         for at in 0..NAMES.len() {
@@ -138,7 +139,7 @@ impl<'g> Hands<'g> {
         worked
     }
 
-    /// Ends all in good order.
+    /// Stops all components.
     fn stop(&mut self) -> Result<(), Failure> {
         for (name, child) in NAMES.iter().zip(&mut self.running).rev() {
             let Some(child) = child else { continue };

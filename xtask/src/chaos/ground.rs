@@ -1,4 +1,5 @@
-//! Where it happens: a folder with networks of its own, and what can be seen of them from outside.
+//! The place of a run: a folder with networks of its own, and what an outside observer sees of
+//! them.
 
 use crate::programs::{Failure, root, target};
 use rc_middleware::RunDirectory;
@@ -12,20 +13,20 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// The network, also in the description of the deployment.
+/// The name of the network and of its deployment.
 pub(super) const NETWORK: &str = "chaos";
 /// The components, in the order of their start.
 pub(super) const NAMES: [&str; 3] = ["simulator", "monitor", "avoider"];
-/// Their programs.
+/// The programs of the components.
 pub(super) const PROGRAMS: [&str; 3] = ["simulator", "pose_monitor", "avoider"];
 
-/// How long all may take until it works again: much more than it should, for a machine that is busy.
+/// The limit until all components work again: far above the expected time, for a busy machine.
 pub(super) const RECOVERY: Duration = Duration::from_secs(20);
-/// How long what ends may take.
+/// The limit for an end.
 pub(super) const END: Duration = Duration::from_secs(20);
-/// How long a component may take to answer.
+/// The limit for an answer of a component.
 const ANSWER: Duration = Duration::from_secs(2);
-/// Between two looks at what is awaited.
+/// The pause between two polls.
 pub(super) const LOOK: Duration = Duration::from_millis(2);
 
 /// A folder for run directories, logs and working directories.
@@ -52,7 +53,7 @@ impl Ground {
         self.0.path().join("work/chaos.ddsl")
     }
 
-    /// A program of this workspace that has its place here.
+    /// A command for a program of this workspace, in this folder.
     pub(super) fn command(&self, program: &str) -> Result<Command, Failure> {
         let folder = self.0.path();
         let log = File::options()
@@ -75,7 +76,7 @@ impl Ground {
         RunDirectory::below(&self.0.path().join("run/robocomp"), NETWORK)
     }
 
-    /// Asks what listens on `NAME.sock` for its status.
+    /// Requests the status over `NAME.sock`.
     pub(super) fn status(&self, name: &str) -> Result<Value, Failure> {
         let mut stream = UnixStream::connect(self.directory().socket(name))?;
         stream.set_read_timeout(Some(ANSWER))?;
@@ -87,13 +88,14 @@ impl Ground {
         Ok(answer["result"].take())
     }
 
-    /// Whether a component says that it runs.
+    /// Whether a component reports that it runs.
     pub(super) fn is_ready(&self, name: &str) -> bool {
         self.status(name)
             .is_ok_and(|status| status["state"] == "running")
     }
 
-    /// Waits until calls are answered and values arrive: the counters of all three components go up.
+    /// Waits until calls are answered and samples arrive: the counters of all three components
+    /// increase.
     pub(super) fn works(&self) -> Result<(), Failure> {
         let end = Instant::now() + RECOVERY;
         let mut before = Vec::new();
@@ -102,7 +104,7 @@ impl Ground {
             if is_more(&before, &now) {
                 return Ok(());
             }
-            // Those who were started again count from the beginning.
+            // A restarted component counts from zero.
             if !same_processes(&before, &now) {
                 before = now;
             }
@@ -113,7 +115,7 @@ impl Ground {
         }
     }
 
-    /// Of each component: its process, and how often what it is for was done well.
+    /// For each component: its process, and how often it did its work without an error.
     fn counters(&self) -> Result<Vec<(u64, u64)>, Failure> {
         let mut counters = Vec::new();
         for name in NAMES {
@@ -141,7 +143,8 @@ impl Ground {
         text
     }
 
-    /// Kills one process of this ground, whatever its pid means by now; says whether there was one.
+    /// Kills one process of this folder, even if its pid now belongs to another one; returns
+    /// whether there was one.
     pub(super) fn kill(&self, pid: i32) -> bool {
         let Some(pid) = Pid::from_raw(pid) else {
             return false;
@@ -161,7 +164,8 @@ impl Ground {
             .any(|one| one == mark.as_bytes())
     }
 
-    /// Waits until there is no process, no shared memory and no run directory, or says what there is.
+    /// Waits until there is no process, no shared memory and no run directory; the error lists what
+    /// is left.
     pub(super) fn nothing_is_left(&self) -> Result<(), Failure> {
         let end = Instant::now() + END;
         loop {
@@ -176,7 +180,7 @@ impl Ground {
         }
     }
 
-    /// What is of this ground and still there.
+    /// Processes, shared memory and files that are left of this folder.
     fn left(&self) -> Result<Vec<String>, Failure> {
         let mut left = Vec::new();
         for entry in std::fs::read_dir("/proc")?.flatten() {
@@ -193,7 +197,7 @@ impl Ground {
         Ok(left)
     }
 
-    /// Leaves the folder where it is, and gives it back.
+    /// Keeps the folder, and returns its path.
     pub(super) fn keep(self) -> PathBuf {
         self.0.keep()
     }
@@ -237,7 +241,7 @@ fn deployment(components: &Path) -> String {
     text.end()
 }
 
-/// The description of a network whose components are started again at once.
+/// The `.ddsl` of a network whose components restart at once.
 pub(super) struct Text<'c> {
     components: &'c Path,
     text: String,

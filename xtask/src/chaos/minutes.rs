@@ -1,5 +1,6 @@
-//! Twenty components under load, of which one is killed every second, also while it starts; rcdeploy itself every half
-//! a minute, and now and then its guard. What rcdeploy tells is the measure: its events have times.
+//! Twenty components under load. Every second one component is killed, also during its start; every
+//! half minute rcdeploy, and sometimes its guard. The times in the events of rcdeploy are the
+//! measure.
 
 use super::ground::{Ground, NETWORK, Text};
 use super::supervised::{Supervisor, kill_one, pid};
@@ -16,41 +17,41 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Robots of three components each; with a camera and who looks at it there are twenty.
+/// Robots of three components each; a camera and its viewer make twenty.
 const ROBOTS: usize = 6;
-/// Between two kills of components.
+/// The pause between two kills of components.
 const BEAT: Duration = Duration::from_secs(1);
-/// How long rcdeploy lives.
+/// The life time of one rcdeploy.
 const LIFE: Duration = Duration::from_secs(30);
-/// A component that was started again is ready within this time.
+/// A restarted component is ready within this time.
 const READY: Duration = Duration::from_secs(2);
-/// The deadline of all calls here, which nobody has set.
+/// The default deadline of calls, which holds for all calls here.
 const DEADLINE: Duration = Duration::from_secs(1);
-/// The work beside the call that is timed with it.
+/// The other work in the function whose time is measured.
 const BESIDE: Duration = Duration::from_millis(100);
-/// What takes so many times its limit is no noise of the machine: it fails.
+/// Beyond this multiple of a limit, noise of the machine is no explanation: the run fails.
 const SLACK: u32 = 5;
-/// How long a guard lives at least.
+/// The shortest life time of a guard.
 const GUARDED: Duration = Duration::from_secs(6);
-/// How long a thread sleeps that looks how busy the machine is.
+/// The sleep of the thread that measures how busy the machine is.
 const NAP: Duration = Duration::from_millis(5);
-/// How long the network may take until it is up.
+/// The limit until the network is up.
 const UP: Duration = Duration::from_secs(30);
 
-/// What was seen.
+/// The measurements.
 #[derive(Default)]
 struct Seen {
     tally: Tally,
     supervisors: u32,
     guards: u32,
-    /// From the start of a component that was killed until it was ready.
+    /// From the restart of a killed component until it was ready.
     ready: Vec<Duration>,
     /// From the death of rcdeploy until the network was up again.
     up: Vec<Duration>,
-    /// The longest work of a component that calls another one in it.
+    /// The longest `compute()` that contains a call.
     longest_call: Duration,
     hung: u32,
-    /// What took longer than it may, and when.
+    /// Times beyond a limit, with their time of day.
     late: Vec<String>,
 }
 
@@ -74,7 +75,7 @@ pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Begins to measure how long the machine lets a thread wait that wants to run, in µs: what nobody here can help.
+/// Starts to measure the scheduling delay of the machine, in µs, which no component can avoid.
 fn pauses() -> Arc<AtomicU64> {
     let longest = Arc::new(AtomicU64::new(0));
     let measured = Arc::clone(&longest);
@@ -89,7 +90,7 @@ fn pauses() -> Arc<AtomicU64> {
     longest
 }
 
-/// Writes the network, and configurations for callers in a hurry.
+/// Writes the network, and configurations with a short period for clients.
 fn describe(ground: &Ground) -> Result<(), Failure> {
     let components = root().canonicalize()?.join("components");
     let file = ground.deployment();
@@ -124,7 +125,7 @@ fn describe(ground: &Ground) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Names of the components; those of callers begin with `avoider`.
+/// Names of the components; those of clients begin with `avoider`.
 fn names() -> Vec<String> {
     let of = |robot| ["simulator", "monitor", "avoider"].map(|name| format!("{name}{robot}"));
     let robots = (0..ROBOTS).flat_map(of);
@@ -138,7 +139,7 @@ fn storm(ground: &Ground, dice: &mut Dice, end: Instant, seen: &mut Seen) -> Res
     loop {
         let mut network = Network::start(ground)?;
         if killed.is_some() && dice.falls(20) {
-            // While it starts, which it has to bear as well.
+            // A kill during the start.
             let wait = dice.time(Duration::from_secs(1));
             network.listen_for(wait, seen)?;
             network.supervisor.kill()?;
@@ -166,15 +167,15 @@ fn storm(ground: &Ground, dice: &mut Dice, end: Instant, seen: &mut Seen) -> Res
     }
 }
 
-/// One life of rcdeploy, and what it has told.
+/// One run of rcdeploy, and its events.
 struct Network<'g> {
     ground: &'g Ground,
     supervisor: Supervisor,
     events: Receiver<Value>,
     is_up: bool,
-    /// When its guard was started.
+    /// The start of its guard.
     guarded: Instant,
-    /// Those who have been started, and when, in milliseconds of the day.
+    /// Started components, with the start in milliseconds of the day.
     starting: BTreeMap<String, (i64, Instant)>,
 }
 
@@ -185,7 +186,7 @@ impl<'g> Network<'g> {
         let (sender, events) = channel();
         std::thread::spawn(move || {
             for line in output.lines().map_while(Result::ok) {
-                // A line of one that was killed may be half a line.
+                // A killed process may leave half a line.
                 let Ok(event) = serde_json::from_str(&line) else {
                     return;
                 };
@@ -215,7 +216,7 @@ impl<'g> Network<'g> {
         Ok(())
     }
 
-    /// Takes what is told in this time.
+    /// Handles the events of this time.
     fn listen_for(&mut self, time: Duration, seen: &mut Seen) -> Result<(), Failure> {
         let end = Instant::now() + time;
         loop {
@@ -264,7 +265,7 @@ impl<'g> Network<'g> {
             "exited" if message.contains("SIGKILL") => {
                 self.starting.remove(name);
             }
-            // Whoever was not killed lives, whoever else is dead.
+            // All components that were not killed must be alive.
             "exited" | "gave-up" | "start-failed" | "not-ready" | "link-closed" | "refused"
             | "guard-lost" | "not-written" => {
                 return Err(format!("{name}: {message}").into());
@@ -279,11 +280,11 @@ impl<'g> Network<'g> {
         Ok(())
     }
 
-    /// One second: one component is killed, and perhaps once more when it starts again.
+    /// One second: kills one component, and sometimes once more during its restart.
     fn beat(&mut self, dice: &mut Dice, seen: &mut Seen) -> Result<(), Failure> {
         let end = Instant::now() + BEAT;
         let names = names();
-        // What callers have measured so far, some of them for the last time.
+        // The times that clients have measured so far.
         for name in names.iter().filter(|name| name.starts_with("avoider")) {
             self.look_at(name, seen);
         }
@@ -299,7 +300,7 @@ impl<'g> Network<'g> {
                 break;
             }
         }
-        // A guard that never lives long is given up after a while, as it has to be.
+        // rcdeploy gives up a guard that keeps ending early, as it must.
         if dice.falls(12) && self.guarded.elapsed() > GUARDED {
             self.guarded = Instant::now();
             self.kill_guard(seen);
@@ -331,7 +332,7 @@ impl<'g> Network<'g> {
         }
     }
 
-    /// All get ready once more, and then end in good order.
+    /// Waits until all components are ready once more, then stops the network.
     fn finish(mut self, seen: &mut Seen) -> Result<(), Failure> {
         let end = Instant::now() + READY * SLACK;
         loop {
@@ -359,7 +360,7 @@ impl<'g> Network<'g> {
     }
 }
 
-/// Milliseconds of the day out of a time of RFC 3339 in UTC.
+/// Milliseconds of the day of a time in RFC 3339, UTC.
 fn milliseconds(time: &str) -> Result<i64, Failure> {
     let clock = time
         .split_once('T')

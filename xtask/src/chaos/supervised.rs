@@ -1,4 +1,5 @@
-//! The same network under rcdeploy, which starts again what is killed. Sometimes its supervisor or its guard is.
+//! The same network under rcdeploy, which restarts killed components. Sometimes the supervisor or
+//! its guard is killed.
 
 use super::ground::{END, Ground, LOOK, NAMES, NETWORK, RECOVERY};
 use super::{Dice, Kills, Tally};
@@ -8,9 +9,9 @@ use serde_json::Value;
 use std::process::{Child, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
-/// Most kills of one component before the network is ended: the pauses before its new starts double.
+/// The most kills of one component in one network: the pauses before its restarts double.
 const EACH: usize = 8;
-/// Most kills between two looks whether all works.
+/// The most kills between two checks that all components work.
 const UNSEEN: usize = 4;
 
 pub(super) fn run(
@@ -21,7 +22,7 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     while tally.kills < orders.kills {
         if orders.kills - tally.kills > 1 && dice.falls(30) {
-            // Killed while it starts. The next one waits for its guard.
+            // A kill during the start. The next rcdeploy waits for the guard of this one.
             let mut supervisor = Supervisor::start(ground)?;
             std::thread::sleep(dice.time(orders.spread * 4));
             supervisor.kill()?;
@@ -48,7 +49,7 @@ fn session(
     while tally.kills < orders.kills && killed.iter().all(|count| *count < EACH) {
         let mut since = Instant::now();
         for _ in 0..=dice.below(UNSEEN) {
-            // At work, and then perhaps each time as soon as it is there again.
+            // Once while it works, then sometimes right after each restart.
             let at = dice.below(NAMES.len());
             let mut last = None;
             while tally.kills < orders.kills && killed[at] < EACH {
@@ -78,7 +79,7 @@ fn session(
         })?;
         tally.recovered(since.elapsed());
     }
-    // The last one ends in good order.
+    // The last rcdeploy is stopped, not killed.
     if orders.kills - tally.kills > 1 && dice.falls(30) {
         tally.kill(false);
         return supervisor.kill();
@@ -86,8 +87,8 @@ fn session(
     supervisor.stop()
 }
 
-/// Kills a component that is ready, or, where its `last` process is told, the next one a while after it has come.
-/// Says which process it was, and whether it was ready.
+/// Kills a ready component; with `last`, kills the process that follows `last`, some time after its
+/// start. Returns the process, and whether it was ready.
 pub(super) fn kill_one(
     ground: &Ground,
     name: &str,
@@ -96,7 +97,7 @@ pub(super) fn kill_one(
 ) -> Result<(i32, bool), Failure> {
     let end = Instant::now() + RECOVERY;
     loop {
-        // On a busy machine an answer may come late; who does not answer at all is told below.
+        // On a busy machine an answer may be late; a missing answer is an error below.
         let status = ground.status("rcdeploy").unwrap_or_default();
         let component = component(&status, name);
         if let Some(pid) = pid(&component["pid"])
@@ -127,7 +128,7 @@ pub(super) fn pid(value: &Value) -> Option<i32> {
     value.as_i64().and_then(|pid| pid.try_into().ok())
 }
 
-/// `rcdeploy up`, killed at the latest when it is dropped; its guard then does the rest.
+/// `rcdeploy up`. Dropping it kills it, and its guard cleans up.
 pub(super) struct Supervisor {
     child: Child,
 }
@@ -137,7 +138,7 @@ impl Supervisor {
         Self::start_telling(ground, Stdio::null())
     }
 
-    /// Its events go there.
+    /// The file of its events.
     pub(super) fn start_telling(ground: &Ground, events: Stdio) -> Result<Self, Failure> {
         let mut command = ground.command("rcdeploy")?;
         command
@@ -159,7 +160,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Ends it as Ctrl-C does.
+    /// Stops it as Ctrl-C does.
     pub(super) fn stop(&mut self) -> Result<(), Failure> {
         kill_process(Pid::from_child(&self.child), Signal::INT)?;
         let end = Instant::now() + END;

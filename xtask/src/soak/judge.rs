@@ -1,4 +1,4 @@
-//! What is demanded of a soak, and whether it was so.
+//! The requirements of a soak, and whether a run met them.
 
 use crate::bench::mark;
 use crate::pair::quantile;
@@ -6,30 +6,34 @@ use bench_protocol::soak::Counts;
 use serde_json::Value;
 use std::time::{Duration, Instant};
 
-/// Memory of the last quarter may be so much more than that of the second one, in MB; so much it may differ within the end.
+/// Memory of the last quarter may be so much more than that of the second one, in MB; so much it
+/// may differ within the end.
 const FLAT: f64 = 1.0;
 /// The end is that long, or the second half of a run that is not twice as long.
 const END: Duration = Duration::from_secs(300);
-/// Into so many parts the end is divided, to see whether it is flat: one sample may be of a moment with more in use.
+/// The end is divided into so many parts to see whether it is flat: a single measurement may hit a
+/// moment of more use.
 const PARTS: usize = 5;
-/// Processor time of the last quarter may be so many times that of the second one; the machine is noisy.
+/// The processor time of the last quarter may be this multiple of the second quarter's, since the
+/// machine is noisy.
 const STEADY: f64 = 2.0;
-/// This part of the ticks may be left out because the machine was busy.
+/// The source may skip this part of the ticks on a busy machine.
 const LEFT_OUT: f64 = 0.1;
 
-/// What was measured at one moment.
+/// The measurements of one moment.
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
     pub(super) at: Instant,
-    /// PSS of the source and of the sink without the pages of files, and the shared memory of the network, in MB.
+    /// PSS of the source and of the sink without the pages of files, and the shared memory of the
+    /// network, in MB.
     pub(super) memory: [f64; 3],
-    /// Descriptors of both.
+    /// Open descriptors of source and sink.
     pub(super) descriptors: usize,
     /// Processor time of the source and of the sink.
     pub(super) processor: [Duration; 2],
 }
 
-/// Errors that a component has counted.
+/// The errors in the status of a component.
 pub(super) fn complaint(name: &str, status: &Value) -> Option<String> {
     let errors = |work: &Value| work.get("errors").and_then(Value::as_u64).unwrap_or(1);
     let slots = status.get("slots").and_then(Value::as_array);
@@ -44,7 +48,7 @@ pub(super) fn complaint(name: &str, status: &Value) -> Option<String> {
     })
 }
 
-/// What did not arrive, or not as it was sent.
+/// Lost or damaged messages.
 pub(super) fn lost(sent: &Counts, came: &Counts) -> Vec<String> {
     let mut complaints = Vec::new();
     let mut forbid = |what: &str, count: u64| {
@@ -94,7 +98,7 @@ fn end(samples: &[Sample]) -> impl Iterator<Item = &[Sample]> {
     end.chunks(end.len().div_ceil(PARTS).max(1))
 }
 
-/// How much the memory differs within the end, in MB.
+/// The spread of the memory within the end, in MB.
 fn spread(samples: &[Sample], at: usize) -> f64 {
     let parts: Vec<f64> = end(samples)
         .map(|part| median(part, |s| s.memory[at]))
@@ -113,7 +117,7 @@ const MEMORY: [&str; 3] = [
     "shared memory of the network",
 ];
 
-/// What the last quarter has more of than the second one.
+/// Growth from the second quarter to the last.
 pub(super) fn grown(samples: &[Sample]) -> Vec<String> {
     let Some([second, last]) = quarters(samples) else {
         return vec!["it was too short to say whether the memory is flat".to_owned()];
@@ -154,7 +158,8 @@ pub(super) fn grown(samples: &[Sample]) -> Vec<String> {
     complaints
 }
 
-/// Processor time of the source and of the sink between the first sample and the last, in per cent of a core.
+/// Processor time of the source and of the sink between the first sample and the last, in per cent
+/// of a core.
 pub(super) fn shares(samples: &[Sample]) -> [f64; 2] {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
         return [0.0; 2];
