@@ -1,10 +1,11 @@
-//! What `ping` and `pong` do, written by hand on the calls of the C library Cyclone DDS: the yardstick for generated
-//! components over DDS.
+//! What `ping` and `pong` do, written by hand on the calls of the C library Cyclone DDS: the
+//! yardstick for generated components over DDS.
 //!
-//! `bench_dds_peer ping|pong DOMAIN`. The ends have the configuration and the quality of service of our backend. A listener takes
-//! what comes on the library's thread and wakes the main one by an eventfd, where handlers run. Bodies have the length of ours.
-//! What only our backend does is not here: values in CDR, envelopes, type hashes, who is there, a limit for each call, the loop
-//! of a component.
+//! `bench_dds_peer ping|pong DOMAIN`. The ends have the configuration and the quality of service of
+//! our backend. A listener takes what comes on the library's thread and wakes the main one by an
+//! eventfd, where handlers run. Bodies have the length of ours. What only our backend does is not
+//! here: values in CDR, envelopes, type hashes, who is there, a limit for each call, the loop of a
+//! component.
 
 use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
 use rc_ddsc::{Domain, Event, Listener, Participant, Qos, Reader, Sample, Topic, Writer};

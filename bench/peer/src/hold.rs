@@ -1,4 +1,5 @@
-//! Many ports of one kind, with their services and bells: what a slot costs that is written by hand.
+//! Many ports of one kind, with their services and bells: what a slot costs that is written by
+//! hand.
 
 use crate::services::{Bells, Failure, Ipc, Stamp, bells, calls, node, topic};
 use bench_protocol::LARGEST;

@@ -83,11 +83,12 @@ pub(crate) fn bells(node: &Node<Ipc>, name: &str) -> Result<Bells, Failure> {
         .open_or_create()?)
 }
 
-/// Sleeps until one of `listeners` was rung for, or for a second; takes the rings back. Bit i of the result: the
-/// listener i was rung for.
+/// Sleeps until one of `listeners` was rung for, or for a second; takes the rings back. Bit i of
+/// the result: the listener i was rung for.
 pub(crate) fn wait<const N: usize>(listeners: [&Listener<Ipc>; N]) -> Result<u32, Failure> {
     let mut polled = listeners.map(|listener| {
-        // SAFETY: the listener owns its socket and outlives the call; nothing here reads from it or closes it.
+        // SAFETY: the listener owns its socket and outlives the call; nothing here reads from it or
+        // closes it.
         let descriptor =
             unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) };
         PollFd::from_borrowed_fd(descriptor, PollFlags::IN)

@@ -1,5 +1,5 @@
-//! Does one block a period, as ordered on its standard input. A block is longer than the period, which is reported
-//! and harmless here.
+//! Does one block a period, as ordered on its standard input. A block is longer than the period,
+//! which is reported and harmless here.
 
 use ping_generated::{Context, Worker, WorkerError};
 

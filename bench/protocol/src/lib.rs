@@ -1,5 +1,5 @@
-//! What `cargo xtask bench` and the programs that it measures say to each other, over pipes. Generated and
-//! hand-written programs use the same, so that only what lies between them differs.
+//! What `cargo xtask bench` and the programs that it measures say to each other, over pipes.
+//! Generated and hand-written programs use the same, so that only what lies between them differs.
 //!
 //! | who | says | when |
 //! |---|---|---|
@@ -43,7 +43,8 @@ pub struct Order {
 pub enum Kind {
     /// From before the sending until the receiver's handler has the data in its own memory.
     Publish,
-    /// From before the data are written where the receiver will read them until its handler can look at them there.
+    /// From before the data are written where the receiver will read them until its handler can
+    /// look at them there.
     InPlace,
     /// From before the call until the answer is there.
     Query,
@@ -51,8 +52,8 @@ pub enum Kind {
     Rested,
     /// The same as `Query` where both ends stay awake (`wake spin`), as far as the program can.
     Awake,
-    /// As many values as the sender can send, one after the other without a pause; what the receiver has no time for
-    /// is lost.
+    /// As many values as the sender can send, one after the other without a pause; what the
+    /// receiver has no time for is lost.
     Flood,
 }
 

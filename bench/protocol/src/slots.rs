@@ -1,5 +1,6 @@
-//! What the programs that hold many ports of one kind say, over pipes: `ready` when all are open; to `go`, which lets
-//! each port send or receive one message, `done`. The end of its standard input ends such a program.
+//! What the programs that hold many ports of one kind say, over pipes: `ready` when all are open;
+//! to `go`, which lets each port send or receive one message, `done`. The end of its standard input
+//! ends such a program.
 
 use std::fmt::{self, Display};
 use std::io::{self, BufRead as _};

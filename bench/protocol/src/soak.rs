@@ -1,7 +1,7 @@
 //! What `cargo xtask soak` and its two components agree on.
 //!
-//! Both say `counts NAME=NUMBER …` once a second and, as their last word, when they end. A number says all since the
-//! start; see [`Counts`].
+//! Both say `counts NAME=NUMBER …` once a second and, as their last word, when they end. A number
+//! says all since the start; see [`Counts`].
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,8 +15,8 @@ pub const TICKS_A_QUERY: u64 = 5;
 pub const IMAGES_A_SECOND: u64 = 30;
 /// Ticks of a second.
 pub const TICKS_A_SECOND: u64 = 1000;
-/// In the first ticks the sink stands still once, until every queue has run over: from then on all memory that can ever
-/// be in use is in use. What is lost so is not counted, and nothing is asked.
+/// In the first ticks the sink stands still once, until every queue has run over: from then on all
+/// memory that can ever be in use is in use. What is lost so is not counted, and nothing is asked.
 pub const WARM_UP_TICKS: u64 = 3000;
 /// The same of images.
 pub const WARM_UP_IMAGES: u64 = WARM_UP_TICKS * IMAGES_A_SECOND / TICKS_A_SECOND;
@@ -32,7 +32,8 @@ const PERIOD: u64 = 251;
 
 /// Where this variable is set, the source sends no images.
 pub const WITHOUT_IMAGES: &str = "RC_SOAK_WITHOUT_IMAGES";
-/// Where this variable is set, ticks are twice as far apart, and questions asked after twice as many of them.
+/// Where this variable is set, ticks are twice as far apart, and questions asked after twice as
+/// many of them.
 pub const HALF: &str = "RC_SOAK_HALF";
 
 /// Whether an image is sent at this tick.
@@ -47,8 +48,8 @@ pub fn pattern() -> Vec<u8> {
     (0..length).map(|at| (at % PERIOD) as u8).collect()
 }
 
-/// The data of the image `number`, a part of `pattern`. Its length differs from image to image; the first is the
-/// longest, so that the memory has grown to its size before the warm-up is over.
+/// The data of the image `number`, a part of `pattern`. Its length differs from image to image; the
+/// first is the longest, so that the memory has grown to its size before the warm-up is over.
 pub fn image(pattern: &[u8], number: u64) -> &[u8] {
     let start = number % PERIOD;
     let length = IMAGE.1 - number * 7919 % (IMAGE.1 - IMAGE.0);

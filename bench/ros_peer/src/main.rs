@@ -1,8 +1,10 @@
-//! What `ping` and `pong` do, written by hand on ros2-client: the yardstick for generated components over ROS 2.
+//! What `ping` and `pong` do, written by hand on ros2-client: the yardstick for generated
+//! components over ROS 2.
 //!
-//! `bench_ros_peer ping|pong DOMAIN`. The ends have the quality of service of our backend and the messages those of generated code;
-//! octets are written and read in one piece. What comes wakes the main thread by `mio`, and is handled there. What only our
-//! backend does is not here: who is there and lives, type hashes, what was lost, a limit for each call, the loop of a component.
+//! `bench_ros_peer ping|pong DOMAIN`. The ends have the quality of service of our backend and the
+//! messages those of generated code; octets are written and read in one piece. What comes wakes the
+//! main thread by `mio`, and is handled there. What only our backend does is not here: who is there
+//! and lives, type hashes, what was lost, a limit for each call, the loop of a component.
 
 use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};

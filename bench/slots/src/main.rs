@@ -1,6 +1,8 @@
-//! Holds many ports of one kind, opened as a generated component opens those of its slots: what a slot costs.
+//! Holds many ports of one kind, opened as a generated component opens those of its slots: what a
+//! slot costs.
 //!
-//! `bench_slots publishers|subscribers|servers|clients COUNT NETWORK`. See `bench_protocol::slots` for what is said.
+//! `bench_slots publishers|subscribers|servers|clients COUNT NETWORK`. See `bench_protocol::slots`
+//! for what is said.
 
 use bench_protocol::slots::{Failure, Role, SIZE, each, hold};
 use rc_middleware::typed::{Operation, Request, TypedClient, TypedPublisher};

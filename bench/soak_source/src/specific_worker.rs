@@ -1,5 +1,5 @@
-//! Sends and asks on a schedule. What is late is caught up with, a little in each turn, so that the rates hold on a
-//! machine that is busy with other things.
+//! Sends and asks on a schedule. What is late is caught up with, a little in each turn, so that the
+//! rates hold on a machine that is busy with other things.
 
 use bench_protocol::now;
 use bench_protocol::soak::{

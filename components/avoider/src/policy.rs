@@ -1,14 +1,15 @@
 //! How to get around without bumping into anything: from one scan to one motion.
 //!
-//! While the way is clear the robot drives, and leans towards the most open direction ahead: doors are open, walls are not.
-//! When something is in the way it turns on the spot, to the side with more room, and keeps to that side
-//! until the way is clear by a margin: otherwise it would shake its head in every corner.
+//! While the way is clear the robot drives, and leans towards the most open direction ahead: doors
+//! are open, walls are not. When something is in the way it turns on the spot, to the side with
+//! more room, and keeps to that side until the way is clear by a margin: otherwise it would shake
+//! its head in every corner.
 
-/// Half the width of what counts as ahead, in rad.
+/// Half the width of the sector ahead, in rad.
 const AHEAD: f32 = 0.6;
-/// Half the width of what must not be touched when driving by, in rad.
+/// Half the width of the sector in which the robot must not touch anything it passes, in rad.
 const ASIDE: f32 = 1.3;
-/// How near something aside may be, as a part of the safe distance.
+/// The safe distance aside, as a part of the safe distance ahead.
 const ASIDE_PART: f32 = 0.45;
 /// How much clearer than necessary the way must be before the robot drives again.
 const MARGIN: f32 = 1.25;
@@ -28,7 +29,7 @@ pub(crate) struct Measure {
     pub(crate) distance: f32,
 }
 
-/// What the user chose.
+/// The parameters of the policy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settings {
     /// Nothing ahead may come nearer, in mm.
@@ -39,7 +40,7 @@ pub(crate) struct Settings {
     pub(crate) turn_speed: f32,
 }
 
-/// What the base is to do.
+/// A command for the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Motion {
     /// Forwards, in mm/s.
@@ -54,7 +55,7 @@ enum Side {
     Right,
 }
 
-/// What is remembered from one scan to the next.
+/// The state between two scans.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Policy {
     /// The side to which the robot is turning on the spot.
@@ -62,7 +63,7 @@ pub(crate) struct Policy {
 }
 
 impl Policy {
-    /// What to do now. A scan without measures stops the robot: it cannot see.
+    /// Decides on the next motion. A scan without measures stops the robot.
     pub(crate) fn decide(&mut self, scan: &[Measure], settings: &Settings) -> Motion {
         if scan.is_empty() {
             return Motion::default();

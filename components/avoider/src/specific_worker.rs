@@ -4,7 +4,7 @@ use crate::policy::{Measure, Policy, Settings};
 use avoider_generated::tracing::warn;
 use avoider_generated::{Context, Worker, WorkerError};
 
-/// The policy and what it remembers.
+/// The policy with its state.
 pub struct SpecificWorker {
     policy: Policy,
 }
@@ -18,8 +18,9 @@ impl Worker for SpecificWorker {
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         if ctx.params.lockstep {
-            // Two interfaces are two queues: a server that is late may serve the scan before the motion that was sent
-            // earlier. One answers in the order in which it was asked, so that an answer of the base says it is done.
+            // Two interfaces are two queues: a server that is late may serve the scan before the
+            // motion that was sent earlier. One answers in the order in which it was asked, so that
+            // an answer of the base says it is done.
             ctx.differential_robot.get_base_state()?;
         }
         let data = ctx.laser.get_laser_data()?;

@@ -1,12 +1,12 @@
-//! Sees a pattern that moves by one pixel with each picture. Whoever gets one can tell whether it is whole: the pixel
-//! at column x and row y of the picture n is x + y + n, as a byte.
+//! Publishes a pattern that moves by one pixel with each picture, so that a subscriber can check a
+//! picture: the pixel at column x and row y of the picture n is x + y + n, as a byte.
 
 use camera_generated::{
     Camera, CloudInPlace, Context, ImageInPlace, PixelFormat, Worker, WorkerError,
 };
 use std::time::Instant;
 
-/// What was seen so far.
+/// The pictures and points published so far.
 pub struct SpecificWorker {
     number: i64,
     begun: Instant,

@@ -5,12 +5,12 @@ use image_monitor_generated::{
     CameraPub, CloudInPlace, Context, ImageInPlace, Worker, WorkerError,
 };
 
-/// What came since the last line.
+/// Counters since the last printed line.
 #[derive(Default)]
 pub struct SpecificWorker {
     images: u32,
     points: usize,
-    /// Why the last picture that was not whole was not.
+    /// The reason why the last damaged picture was damaged.
     broken: Option<String>,
 }
 

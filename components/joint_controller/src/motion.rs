@@ -12,7 +12,7 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// What is wrong with this value of the parameter `path`, where the joint cannot do it.
+    /// An error if the joint cannot do this value of the parameter `path`.
     pub(crate) fn fault(self, path: &str, value: f32) -> Option<String> {
         let Self { min, max, .. } = self;
         if path == "sine.amplitude" {
@@ -33,7 +33,8 @@ impl Limits {
     }
 }
 
-/// A sine about the middle of the range. It keeps its phase, so that a change of its frequency is no jump.
+/// A sine about the middle of the range. It keeps its phase, so that a change of its frequency is
+/// no jump.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sine {
     /// From 0 to 1.
@@ -63,7 +64,7 @@ pub(crate) struct Tour {
 }
 
 impl Tour {
-    /// The way point that is next, as far as the joint can go; none where there are none.
+    /// The next way point, limited to the joint's range; `None` without way points.
     pub(crate) fn target(&self, limits: Limits, way_points: &[f32]) -> Option<f32> {
         // There may be fewer of them than before.
         let index = self.next.checked_rem(way_points.len())?;

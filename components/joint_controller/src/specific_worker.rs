@@ -7,19 +7,21 @@ use joint_controller_generated::{
 };
 use std::time::{Duration, Instant};
 
-/// How often the bus is asked for the limits of the motor: they are parameters there, and may change.
+/// How often the bus is asked for the limits of the motor: they are parameters there, and may
+/// change.
 const LIMITS_PAUSE: Duration = Duration::from_secs(1);
 
 /// What the motor can do, and how far the motion has come.
 pub struct SpecificWorker {
-    /// None until the bus has told them.
+    /// The limits from the bus; `None` before its first answer.
     limits: Option<Limits>,
-    /// When it has told them.
+    /// The time of that answer.
     told: Instant,
     sine: Sine,
     tour: Tour,
     now: Instant,
-    /// Where the joint was when it was last seen to move, in rad, and whether it moved towards larger angles.
+    /// Where the joint was when it was last seen to move, in rad, and whether it moved towards
+    /// larger angles.
     seen: Option<(f32, bool)>,
 }
 
@@ -70,8 +72,8 @@ impl Worker for SpecificWorker {
         Ok(sent?)
     }
 
-    /// Refuses what the joint cannot do. What the configuration asks for at the start, or before the bus has told the
-    /// limits, is cut off instead.
+    /// Refuses what the joint cannot do. What the configuration asks for at the start, or before
+    /// the bus has told the limits, is cut off instead.
     fn params_changed(
         &mut self,
         _ctx: &mut Context,
@@ -95,7 +97,7 @@ impl Worker for SpecificWorker {
 }
 
 impl SpecificWorker {
-    /// What the motor can do, as the bus has told at most [`LIMITS_PAUSE`] ago.
+    /// The limits of the motor, at most [`LIMITS_PAUSE`] old.
     fn limits(&mut self, ctx: &mut Context) -> Result<Limits, WorkerError> {
         if let Some(limits) = self.limits
             && self.now.duration_since(self.told) < LIMITS_PAUSE

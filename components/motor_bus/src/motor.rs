@@ -1,4 +1,5 @@
-//! One simulated motor. Its limits are parameters that may change while it moves, so it is given them each time.
+//! One simulated motor. Its limits are parameters that may change while it moves, so it is given
+//! them each time.
 
 use motor_bus_generated::parameters::MotorsParams;
 use std::f64::consts::TAU;
@@ -60,7 +61,7 @@ impl Goal {
     }
 }
 
-/// What is asked for; `otherwise` where it is 0.
+/// The requested value, or `otherwise` if it is 0.
 fn unless_zero(
     limits: &MotorsParams,
     what: &str,
@@ -99,7 +100,8 @@ impl Motor {
         }
     }
 
-    /// Whether it may have these limits where it is now: it does not move because somebody edits a number.
+    /// Whether the present position is within these limits: an edited number must not move the
+    /// motor.
     pub(crate) fn stays_within(&self, limits: &MotorsParams) -> Result<(), String> {
         let MotorsParams { name, min, max, .. } = limits;
         let position = self.position;
@@ -171,7 +173,7 @@ mod tests {
         }
     }
 
-    /// The motor after so many ticks.
+    /// Advances the motor by a number of ticks.
     fn after(goal: Result<Goal, String>, ticks: u32) -> Motor {
         let mut motor = Motor::new(&limits());
         motor.goal = goal.expect("a goal within the limits");

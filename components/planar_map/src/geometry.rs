@@ -2,7 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Turns slower than this in one motion are driven as a straight line, in rad; the arc would divide by it.
+/// Turns slower than this in one motion are driven as a straight line, in rad; the arc would divide
+/// by it.
 const STRAIGHT: f64 = 1e-9;
 
 /// A place on the floor.
@@ -55,7 +56,8 @@ impl Pose {
 
     /// Where one is after driving `advance` mm along an arc that turns by `turn` rad.
     ///
-    /// This is the exact motion of a differential drive whose two wheels keep their speed meanwhile.
+    /// This is the exact motion of a differential drive whose two wheels keep their speed
+    /// meanwhile.
     #[must_use]
     pub fn after(self, advance: f64, turn: f64) -> Self {
         let heading = self.heading + turn;
@@ -102,7 +104,8 @@ impl Segment {
         point.distance_to(Point::new(self.a.x + t * dx, self.a.y + t * dy))
     }
 
-    /// How far a ray from `origin` in the unit direction (`cos`, `sin`) goes until it hits, in mm; none if it never does.
+    /// How far a ray from `origin` in the unit direction (`cos`, `sin`) goes until it hits, in mm;
+    /// none if it never does.
     ///
     /// A ray along the segment itself does not hit it.
     pub fn hit_from(&self, origin: Point, cos: f64, sin: f64) -> Option<f64> {

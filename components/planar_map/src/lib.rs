@@ -1,7 +1,9 @@
-//! A map of a floor: walls, furniture and where a robot starts, with the geometry that moves a robot on it.
+//! A map of a floor: walls, furniture and where a robot starts, with the geometry that moves a
+//! robot on it.
 //!
-//! Lengths are millimetres, angles radians. x points right, y up, and angles grow counter-clockwise from x.
-//! Sines and cosines are those of the crate `libm`, so that a simulated run is the same on every machine.
+//! Lengths are millimetres, angles radians. x points right, y up, and angles grow counter-clockwise
+//! from x. Sines and cosines are those of the crate `libm`, so that a simulated run is the same on
+//! every machine.
 
 mod geometry;
 mod map;

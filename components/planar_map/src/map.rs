@@ -29,7 +29,7 @@ pub enum MapError {
         path: PathBuf,
         /// Which line, from 1.
         line: usize,
-        /// What is wrong, and what is allowed.
+        /// The mistake, and what is allowed.
         message: String,
     },
 }

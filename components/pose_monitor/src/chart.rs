@@ -14,14 +14,16 @@ const BAR: f64 = 1000.0;
 const TEXT: f64 = 170.0;
 /// How many colours the way has from its start to its end.
 const COLOURS: usize = 64;
-/// The colours at the start, the middle and the end: they differ in brightness too, for prints in grey.
+/// The colours at the start, the middle and the end: they differ in brightness too, for prints in
+/// grey.
 const STOPS: [[f64; 3]; 3] = [
     [46.0, 49.0, 146.0],
     [196.0, 62.0, 111.0],
     [250.0, 176.0, 60.0],
 ];
 
-/// A document of its own: walls, furniture, the way coloured by time, marks of its start and end, a scale bar.
+/// A document of its own: walls, furniture, the way coloured by time, marks of its start and end, a
+/// scale bar.
 pub(crate) fn svg(map: &Map, track: &Track) -> Result<String, fmt::Error> {
     let page = Page::over(map);
     let mut out = String::new();

@@ -13,7 +13,8 @@ const ASPECT: f64 = 2.0;
 /// A robot that looks along x, then each eighth of a turn farther to the left.
 const ARROWS: [char; 8] = ['→', '↗', '↑', '↖', '←', '↙', '↓', '↘'];
 
-/// Walls as `#`, the way as `·`, the robot as an arrow; at most 60 by 20 characters, each line ended.
+/// Walls as `#`, the way as `·`, the robot as an arrow; at most 60 by 20 characters, each line
+/// ended.
 pub(crate) fn picture(map: &Map, track: &Track) -> String {
     let mut grid = Grid::over(map.bounds());
     for wall in map.segments() {

@@ -9,10 +9,10 @@ use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Write};
 use std::path::Path;
 
-/// Moves the cursor of a terminal to the upper left corner and clears what is below.
+/// Moves the cursor of a terminal to the upper left corner and clears the screen.
 const CLEAR: &str = "\x1b[H\x1b[J";
 
-/// The map, the way so far, and where it is written.
+/// The map, the path so far, and the outputs.
 pub struct SpecificWorker {
     map: Map,
     track: Track,
@@ -70,7 +70,8 @@ impl SpecificWorker {
         std::fs::write(path, page)
     }
 
-    /// Writes one line of the trace, with every digit of its numbers. A trace that fails is given up.
+    /// Writes one line of the trace, with every digit of its numbers. A trace that fails is given
+    /// up.
     fn write_trace(&mut self, pose: &FullPoseEuler) {
         let Some(trace) = &mut self.trace else { return };
         if let Err(why) = writeln!(

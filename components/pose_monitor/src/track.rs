@@ -1,25 +1,25 @@
-//! What is kept of the poses that were seen.
+//! The path of a robot, made of its poses.
 
 use pose_monitor_generated::planar_map::Pose;
 
-/// A pose nearer than this to the last one that was kept adds nothing to a picture, in mm.
+/// A pose nearer than this to the last kept one adds nothing to a picture, in mm.
 const SPACING: f64 = 20.0;
 
-/// The way of a robot.
+/// The path of a robot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
-    /// How many poses were seen.
+    /// The number of poses.
     pub(crate) count: usize,
-    /// How far the robot went, in mm.
+    /// The length of the path, in mm.
     pub(crate) length: f64,
     /// The last pose.
     pub(crate) last: Option<Pose>,
-    /// The poses that a picture shows, each with its number among all that were seen.
+    /// The poses that a picture shows, each with its number among all poses.
     pub(crate) kept: Vec<(usize, Pose)>,
 }
 
 impl Track {
-    /// The robot is here now.
+    /// Adds a pose.
     pub(crate) fn add(&mut self, pose: Pose) {
         self.count += 1;
         if let Some(last) = self.last.replace(pose) {
@@ -31,7 +31,7 @@ impl Track {
         }
     }
 
-    /// How far the robot went, in m.
+    /// The length of the path, in m.
     pub(crate) fn metres(&self) -> f64 {
         self.length / 1000.0
     }

@@ -1,4 +1,4 @@
-//! What it hears in shared memory it says in ROS 2.
+//! Forwards poses from shared memory to ROS 2.
 
 use pose_relay_generated::{Context, FullPoseEuler, Robot, Worker, WorkerError};
 

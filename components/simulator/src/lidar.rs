@@ -19,7 +19,7 @@ pub(crate) struct Lidar {
     pub(crate) beams: u16,
     /// From the first measure to the last, in rad; straight ahead is its middle.
     pub(crate) field_of_view: f64,
-    /// What is farther is not seen, in mm.
+    /// The range of the scanner, in mm.
     pub(crate) max_range: f64,
     /// Standard deviation of a distance, in mm.
     pub(crate) noise: f64,
@@ -31,7 +31,7 @@ impl Lidar {
         self.field_of_view / f64::from(self.beams.max(2) - 1)
     }
 
-    /// What the scanner sees from `pose`, from right to left.
+    /// A scan from `pose`, from right to left.
     pub(crate) fn scan(&self, walls: &[Segment], pose: Pose, noise: &mut Noise) -> Vec<Beam> {
         (0..self.beams)
             .map(|index| {

@@ -3,7 +3,8 @@
 use simulator_generated::planar_map::libm;
 use std::f64::consts::TAU;
 
-/// Weyl constant of `SplitMix64` (Steele, Lea, Flood: Fast Splittable Pseudorandom Number Generators, 2014).
+/// Weyl constant of `SplitMix64` (Steele, Lea, Flood: Fast Splittable Pseudorandom Number
+/// Generators, 2014).
 const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// `SplitMix64`, and normal numbers from it by the method of Box and Muller.

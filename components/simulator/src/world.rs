@@ -1,10 +1,10 @@
-//! A robot on a floor: what its wheels do, where that takes it and what it bumps into.
+//! A robot on a floor: wheels, motion and collisions.
 
 use crate::lidar::{Beam, Lidar};
 use crate::noise::Noise;
 use simulator_generated::planar_map::{Map, Point, Pose, Segment};
 
-/// How often the last way to a wall is halved; the robot ends nearer to it than a micrometre.
+/// How often the last distance to a wall is halved: the robot stops within a micrometre of it.
 const HALVINGS: u32 = 24;
 
 /// How a base moves.
@@ -16,7 +16,7 @@ pub(crate) struct Speed {
     pub(crate) turn: f64,
 }
 
-/// What does not change during a run.
+/// The properties that are constant during a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Robot {
     /// Of the circle that the robot fills, in mm.
@@ -36,15 +36,15 @@ pub(crate) struct Simulation {
     seed: i64,
     /// How many steps were made.
     pub(crate) steps: u64,
-    /// Where the robot really is.
+    /// The true pose.
     pub(crate) pose: Pose,
-    /// Where its wheels say it is.
+    /// The pose by odometry.
     pub(crate) odometer: Pose,
-    /// Where it is after a correction of its odometer.
+    /// The pose after a correction of the odometry.
     pub(crate) corrected: Pose,
-    /// What was asked of it.
+    /// The commanded speed.
     pub(crate) wanted: Speed,
-    /// What it did in the last step.
+    /// The speed in the last step.
     pub(crate) actual: Speed,
 }
 
@@ -80,7 +80,8 @@ impl Simulation {
         &self.robot
     }
 
-    /// Asks the robot to move; what it cannot do is cut to what it can, and what is no number stops it.
+    /// Commands a speed. It is limited to the robot's maximum; a value that is not a number stops
+    /// the robot.
     pub(crate) fn ask(&mut self, wanted: Speed) {
         let cut = |value: f64, limit: f64| {
             if value.is_nan() {
@@ -115,7 +116,7 @@ impl Simulation {
         self.steps += 1;
     }
 
-    /// What the scanner sees now; the same as often as it is asked for between two steps.
+    /// The present scan; all calls between two steps return the same one.
     pub(crate) fn scan(&self) -> Vec<Beam> {
         let mut noise = Noise::of_step(self.seed, self.steps);
         self.robot.lidar.scan(&self.walls, self.pose, &mut noise)

@@ -15,7 +15,8 @@ pub(crate) enum Next {
 
 /// How far the conversation has come.
 ///
-/// Each `…ed` method is called after what [`Dialogue::next`] asked for has worked; until then it asks for the same again.
+/// Each `…ed` method is called after what [`Dialogue::next`] asked for has worked; until then it
+/// asks for the same again.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dialogue {
     sentences: usize,
@@ -26,7 +27,7 @@ pub(crate) struct Dialogue {
 }
 
 impl Dialogue {
-    /// So many sentences, once or again and again.
+    /// A dialogue of `sentences`, once or repeated.
     pub(crate) fn new(sentences: usize, repeat: bool) -> Self {
         Self {
             sentences,
@@ -37,7 +38,7 @@ impl Dialogue {
         }
     }
 
-    /// What is to be done now.
+    /// The next action.
     pub(crate) fn next(&self) -> Next {
         if !self.synchronized {
             Next::Synchronize
@@ -50,7 +51,7 @@ impl Dialogue {
         }
     }
 
-    /// The voice was told how to announce its words.
+    /// The voice knows how to announce its words.
     pub(crate) fn synchronized(&mut self) {
         self.synchronized = true;
     }
@@ -86,7 +87,7 @@ mod tests {
         assert_eq!(dialogue.next(), Next::Synchronize);
         dialogue.synchronized();
         assert_eq!(dialogue.next(), Next::Say(0));
-        // Refused, or nobody there: the same again.
+        // The voice refused, or is not there: try the same again.
         assert_eq!(dialogue.next(), Next::Say(0));
         sentence(&mut dialogue);
         assert_eq!(dialogue.next(), Next::Say(1));

@@ -1,4 +1,4 @@
-//! Says what it is asked to say, into the log.
+//! Writes the texts that clients ask it to say into the log.
 
 use crate::voice::Voice;
 use speech_server_generated::tracing::info;

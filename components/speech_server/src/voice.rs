@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What is spoken and what waits.
+/// The spoken text and the waiting ones.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Voice {
     waiting: VecDeque<String>,
@@ -30,7 +30,7 @@ impl Voice {
         true
     }
 
-    /// Forgets what is spoken and what waits.
+    /// Drops the spoken text and the waiting ones.
     pub(crate) fn silence(&mut self) {
         self.waiting.clear();
         self.spoken = None;
@@ -41,7 +41,8 @@ impl Voice {
         self.spoken.is_some() || !self.waiting.is_empty()
     }
 
-    /// Lets time pass; what is announced in it, in order. A character takes `per_character`.
+    /// Advances the time and returns the announcements of that time, in order. A character takes
+    /// `per_character`.
     pub(crate) fn advance(&mut self, mut time: Duration, per_character: Duration) -> Vec<String> {
         let mut announced = Vec::new();
         loop {
