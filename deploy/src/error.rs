@@ -104,6 +104,9 @@ pub enum Error {
         /// The file or folder.
         what: String,
     },
+    /// A network cannot be built or planned.
+    #[error(transparent)]
+    Network(#[from] rc_deploy_network::Error),
     /// The system refused something.
     #[error("cannot {action}: {source}{}", advice(.source))]
     System {
@@ -118,7 +121,11 @@ impl Error {
     /// The exit code of the command: 1 for a wrong plan, a command or a change that is refused and a secret that is not there, else 3.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Plan(_) | Self::Command(_) | Self::Refused { .. } | Self::NoSecret => 1,
+            Self::Network(rc_deploy_network::Error::Workspace(_))
+            | Self::Plan(_)
+            | Self::Command(_)
+            | Self::Refused { .. }
+            | Self::NoSecret => 1,
             _ => 3,
         }
     }

@@ -6,9 +6,6 @@
 //!          └─ guard     a second process, which cleans up when the first one is gone
 //! ```
 //!
-//! - [`network`]: a `.ddsl` with everything that it names: read, checked, made into a plan. The only module that knows
-//!   a language.
-//! - [`graph`], [`export`](mod@export): a network as a picture, and for other orchestrators.
 //! - [`process`]: the processes of this machine: identity, start, signals, end.
 //! - [`guard`](mod@guard): lock, process registry and guard process. Nothing outlives its network, whichever process is
 //!   killed.
@@ -25,11 +22,8 @@
 pub mod cli;
 pub mod client;
 pub mod error;
-pub mod export;
-pub mod graph;
 pub mod guard;
 pub mod log;
-pub mod network;
 pub mod process;
 mod remote;
 pub mod supervisor;
@@ -42,7 +36,7 @@ pub use guard::guard_process::{GuardCommand, guard};
 pub use guard::process_registry::recover;
 pub use log::events::{Event, Severity};
 pub use log::reporter::Format;
-pub use network::plan::{Component, Host, Plan, Policy, Restart};
+pub use rc_deploy_network::plan::{Component, Host, Plan, Policy, Restart};
 pub use remote::agent;
 pub use supervisor::commands::{CommandResult, Verb};
 pub use supervisor::detach::detach;

@@ -7,7 +7,7 @@ use crate::pair::{Pair, Row, quantile};
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::variant::{self, DDS};
 use rc_cdsl::model::Backend;
-use rc_deploy::network::Profile;
+use rc_deploy_network::Profile;
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};

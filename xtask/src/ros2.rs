@@ -8,7 +8,7 @@ use crate::pair::{Pair, Row};
 use crate::programs::{Failure, cargo, finish};
 use crate::variant::{self, ROS2};
 use rc_cdsl::model::Backend;
-use rc_deploy::network::Profile;
+use rc_deploy_network::Profile;
 
 /// At p50 a generated component may take so many times what the hand-written program takes.
 const GOAL: f64 = 1.10;

@@ -17,7 +17,7 @@ use crate::variant::{self, DDS, ROS2};
 use bench_protocol::soak::{Counts, HALF, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_IMAGES};
 use judge::{Sample, complaint, grown, lost, row, shares};
 use rc_cdsl::model::Backend;
-use rc_deploy::network::Profile;
+use rc_deploy_network::Profile;
 use serde_json::Value;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};

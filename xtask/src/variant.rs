@@ -5,7 +5,7 @@ use crate::bench::BUILD;
 use crate::programs::{Failure, finish, root};
 use rc_cdsl::model::Backend;
 use rc_codegen::load::FileLoader;
-use rc_deploy::network::{self, Profile};
+use rc_deploy_network::{self as network, Profile};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::path::PathBuf;
 use std::process::Command;

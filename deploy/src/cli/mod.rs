@@ -5,10 +5,8 @@
 mod top;
 
 use crate::client::{connection as client, params};
-use crate::export::{self, Engine};
-use crate::graph::GraphFormat;
-use crate::network::services;
-use crate::network::{self, Network, Profile};
+use crate::guard::services;
+use crate::process::machine;
 use crate::terminal;
 use crate::{CommandResult, Format, GuardCommand, Options, Verb};
 use clap::{ArgAction, Args, Parser, Subcommand};
@@ -17,6 +15,9 @@ use rc_codegen::FileLoader;
 use rc_codegen::files::Change;
 use rc_codegen::view::BACKENDS;
 use rc_configuration::ParameterStatus;
+use rc_deploy_export::{self as export, Engine};
+use rc_deploy_graph::{Graph, GraphFormat};
+use rc_deploy_network::{Network, Profile};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_middleware::RunDirectory;
 use serde::Serialize;
@@ -610,8 +611,9 @@ fn read(
 ) -> Result<(Option<Network>, SourceMap, Diagnostics), Failure> {
     let mut sources = SourceMap::new();
     let loader = FileLoader::new(&input.include);
-    let (network, mut found) = network::load(&input.file, input.middleware, &mut sources, &loader)
-        .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
+    let (network, mut found) =
+        rc_deploy_network::load(&input.file, input.middleware, &mut sources, &loader)
+            .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
     if let Some(network) = &network {
         more(network, &mut found);
     }
@@ -635,7 +637,7 @@ fn load(
 fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
     move |network, found| {
         if !unbuilt {
-            network.check_machine(false, found);
+            machine::check(network, false, found);
             network.check_generated(found);
             network.check_executables(input.profile, found);
         }
@@ -652,7 +654,7 @@ fn graph(
     let (network, sources, found) = read(input, human, examine(input, unbuilt))?;
     // There is nothing to draw where not even the name of the network can be read.
     let network = network.ok_or(Failure(1, String::new()))?;
-    let graph = network.graph(&sources, &found);
+    let graph = Graph::of(&network, &sources, &found);
     let text = graph.draw(format).map_err(|e| system(&e))?;
     match output {
         Some(path) => {
@@ -700,7 +702,7 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
     let human = rc_diagnostics::Format::Human;
     let network = if build {
         let network = load(input, human, |network, found| {
-            network.check_machine(true, found);
+            machine::check(network, true, found);
             network.check_generated(found);
         })?;
         cargo_build(&network, input.profile)?;
@@ -713,7 +715,7 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
         }
     } else {
         load(input, human, |network, found| {
-            network.check_machine(true, found);
+            machine::check(network, true, found);
             network.check_executables(input.profile, found);
         })?
     };
@@ -806,7 +808,7 @@ fn export(
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
     for build in network.builds(profile) {
-        let build = build?;
+        let build = build.map_err(crate::Error::from)?;
         let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         let status = cargo
             .current_dir(&build.root)

@@ -1,9 +1,9 @@
 //! The other end of the supervisor's socket: what `rcdeploy status`, `down`, `start`, `stop` and `restart` do.
 
 use crate::client::lines::LIMIT;
+use crate::client::names::check_name;
 use crate::client::status::Status;
 use crate::error::{Error, ErrorContext};
-use crate::network::plan::check_name;
 use crate::process::identity::KILL_LIMIT;
 use crate::supervisor::commands::{CommandResult, Verb};
 use crate::supervisor::control;

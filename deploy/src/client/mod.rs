@@ -2,5 +2,6 @@
 
 pub mod connection;
 pub(crate) mod lines;
+pub(crate) mod names;
 pub mod params;
 pub mod status;

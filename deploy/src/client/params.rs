@@ -3,8 +3,8 @@
 
 use crate::client::connection::Connection;
 use crate::client::lines::LIMIT;
+use crate::client::names::check_name;
 use crate::error::{Error, ErrorContext};
-use crate::network::plan::check_name;
 use rc_configuration::ParameterStatus;
 use rc_middleware::RunDirectory;
 use serde::de::DeserializeOwned;

@@ -5,3 +5,4 @@ pub(crate) mod custody;
 pub mod guard_process;
 pub(crate) mod lock;
 pub mod process_registry;
+pub mod services;

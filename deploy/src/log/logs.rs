@@ -1,11 +1,11 @@
 //! What components printed: where it is kept, and how it is shown.
 
+use crate::client::names::{check_name, is_reserved};
 use crate::error::{Error, ErrorContext};
 use crate::log::events::{Event, Severity};
 use crate::log::follower::Follower;
 use crate::log::reporter::Format;
 use crate::log::rotation;
-use crate::network::plan::{check_name, is_reserved};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fs::inotify;
 use std::collections::BTreeMap;

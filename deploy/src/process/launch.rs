@@ -2,9 +2,9 @@
 
 use crate::client::lines::{Line, Lines, Overlong};
 use crate::guard::process_registry::RegisteredProcess;
-use crate::network::plan::Component;
 use crate::process::identity::{self, COMPONENT, Identity, MARK, Mark, kill_group};
 use crate::process::realtime;
+use rc_deploy_network::plan::Component;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use serde::{Deserialize, Serialize};
 use std::fs::OpenOptions;

@@ -2,6 +2,7 @@
 
 pub mod identity;
 pub(crate) mod launch;
+pub mod machine;
 pub(crate) mod orphans;
 pub(crate) mod realtime;
 pub(crate) mod signals;

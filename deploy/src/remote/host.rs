@@ -5,10 +5,10 @@ use super::protocol::{AgentMessage, File, LONGEST, SupervisorMessage, line, mirr
 use super::socket_proxy::{Received, SocketProxy};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::client::lines::{Line, Lines, Overlong};
-use crate::network::plan::{self, Component};
 use crate::process::identity::{Mark, first_readable, kill_group};
 use crate::process::launch::Exit;
-use crate::supervisor::restart::LONGEST_PAUSE;
+use rc_deploy_network::plan::LONGEST_PAUSE;
+use rc_deploy_network::plan::{self, Component};
 use rustix::event::PollFlags;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use std::cell::RefCell;

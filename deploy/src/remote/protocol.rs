@@ -4,8 +4,8 @@
 //! [`AgentMessage::There`]; from then on both sides speak whenever they have to say something.
 
 use crate::client::lines::LIMIT;
-use crate::network::plan::Component;
 use crate::process::launch::Exit;
+use rc_deploy_network::plan::Component;
 use serde::{Deserialize, Serialize};
 use std::path::{Component as Part, Path, PathBuf};
 

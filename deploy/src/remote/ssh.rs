@@ -1,7 +1,7 @@
 //! The `ssh` program: how it is called, what it runs on the other machine, and what its refusals mean.
 
-use crate::network::plan::Host;
 use crate::process::identity::{MARK, Mark};
+use rc_deploy_network::plan::Host;
 use std::fs::File;
 use std::io;
 use std::os::fd::OwnedFd;

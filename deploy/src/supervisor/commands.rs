@@ -4,10 +4,10 @@
 //! needs another one is stopped before it and started after it. Parameters that were changed and not saved survive a
 //! `restart`; a `start` begins with the configuration.
 
-use crate::network::plan::reachable;
 use crate::process::identity::KILL_LIMIT;
 use crate::supervisor::control::Request;
 use crate::supervisor::unit::Unit;
+use rc_deploy_network::plan::reachable;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};

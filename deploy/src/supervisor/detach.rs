@@ -3,9 +3,11 @@
 use crate::client::lines::{Line, Lines, Overlong};
 use crate::error::{Error, ErrorContext};
 use crate::log::logs;
-use crate::network::plan::Plan;
 use crate::process::identity::first_readable;
+use crate::remote;
+use crate::supervisor::check;
 use crate::supervisor::up::Outcome;
+use rc_deploy_network::plan::Plan;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -74,7 +76,7 @@ pub fn detach(plan: &Plan, mut command: Command) -> Outcome {
 }
 
 fn start(plan: &Plan, command: &mut Command) -> Result<Outcome, Error> {
-    plan.check()?;
+    check::check(plan)?;
     let log_path = logs::file(&logs::open_directory(&plan.network)?, logs::SUPERVISOR);
     // The supervisor empties it when it has the network; it may be another one's until then.
     let log = File::options()
@@ -93,12 +95,12 @@ fn start(plan: &Plan, command: &mut Command) -> Result<Outcome, Error> {
         .context("start the supervisor")?;
     // The command holds its end of the socket open; without it, the end of the supervisor is seen.
     command.stdout(Stdio::null());
-    let limit = plan.start_limit();
+    let limit = start_limit(plan);
     let word = listen(OwnedFd::from(ours), limit);
     let message = match word {
         Some(StartReport::Up) => return Ok(Outcome::Done),
         Some(StartReport::Failed(message)) => {
-            wait(&mut child, plan.stop_limit());
+            wait(&mut child, stop_limit(plan));
             message
         }
         None => {
@@ -131,6 +133,24 @@ fn listen(socket: OwnedFd, limit: Duration) -> Option<StartReport> {
         }
         socket = OwnedFd::from(stream);
     }
+}
+
+/// The longest time that an `up` of this plan may take until it succeeds or has failed and stopped everything.
+fn start_limit(plan: &Plan) -> Duration {
+    let components: Duration = plan.components.iter().map(|c| c.ready + c.stop).sum();
+    let remote = plan.components.iter().any(|c| c.host.is_some());
+    let hosts = if remote {
+        remote::SET_UP_LIMIT
+    } else {
+        Duration::ZERO
+    };
+    components + hosts + Duration::from_secs(15)
+}
+
+/// The longest time that stopping this plan may take.
+fn stop_limit(plan: &Plan) -> Duration {
+    let components: Duration = plan.components.iter().map(|c| c.stop).sum();
+    components + Duration::from_secs(10)
 }
 
 /// How the supervisor ended, if it does within `limit`.

@@ -5,11 +5,11 @@ use crate::client::lines::Line;
 use crate::error::advice;
 use crate::log::events::Severity;
 use crate::log::logs;
-use crate::network::addresses::process_name;
-use crate::network::plan::Plan;
 use crate::process::launch::Exit;
 use crate::remote::{AgentMessage, AgentReady, Host, HostEvent, Setup};
 use crate::supervisor::up::Options;
+use rc_deploy_network::plan::Plan;
+use rc_deploy_network::process_name;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::Path;
@@ -22,11 +22,11 @@ pub(super) fn of(
     options: &Options,
     log_directory: &Path,
 ) -> (Vec<Host>, Vec<Option<usize>>) {
-    let mut hosts: Vec<crate::network::plan::Host> = Vec::new();
+    let mut hosts: Vec<rc_deploy_network::plan::Host> = Vec::new();
     let mut host_of = Vec::new();
     for component in &plan.components {
         host_of.push(component.host.as_ref().map(|host| {
-            let same = |h: &crate::network::plan::Host| {
+            let same = |h: &rc_deploy_network::plan::Host| {
                 (&h.address, &h.user) == (&host.address, &host.user)
             };
             hosts.iter().position(same).unwrap_or_else(|| {

@@ -1,11 +1,9 @@
 //! Whether and when a component that has ended is started again. It only counts; others start.
 
-use crate::network::plan::{Policy, Restart};
+use rc_deploy_network::plan::{LONGEST_PAUSE, Policy, Restart};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// The longest pause before a start, unless the description names a longer one.
-pub(crate) const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 /// A run of this length was no part of a series of failures: the pauses start anew.
 const STEADY: Duration = Duration::from_secs(10);
 

@@ -6,10 +6,11 @@ use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
 use crate::log::events::{Event, Severity};
 use crate::log::reporter::{Format, Output, Reporter};
-use crate::network::plan::Plan;
+use crate::supervisor::check;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::supervise::Supervisor;
 use crate::terminal::SideView;
+use rc_deploy_network::plan::Plan;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io;
@@ -130,7 +131,7 @@ fn prepare<'p>(
     cleanup: &dyn Fn(),
     report: &'p Reporter,
 ) -> Result<Supervisor<'p>, Error> {
-    plan.check()?;
+    check::check(plan)?;
     let lock = Lock::acquire(&plan.network)?;
     if let Recovered::Killed(count) = recover_locked(&lock, cleanup)? {
         let text = format!(

@@ -28,8 +28,8 @@ mod usage;
 
 pub use screen::usable;
 
+use crate::client::names::check_name;
 use crate::error::{Error, ErrorContext};
-use crate::network::plan::check_name;
 use crate::process::signals::Signals;
 use model::{Host, Model};
 use screen::Screen;

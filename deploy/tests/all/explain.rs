@@ -3,7 +3,7 @@
 use rc_cdsl::model::Backend;
 use rc_codegen::explain::{Page, pages};
 use rc_codegen::{FileLoader, Project};
-use rc_deploy::network::{self, Profile};
+use rc_deploy_network::{self as network, Profile};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use std::collections::BTreeSet;
 use std::fs;

@@ -3,7 +3,7 @@
 
 use rc_codegen::FileLoader;
 use rc_codegen::note::Note;
-use rc_deploy::network;
+use rc_deploy_network as network;
 use rc_diagnostics::{Format, SourceMap, render};
 use std::fs;
 

@@ -6,7 +6,7 @@ mod syntax;
 mod wrong;
 
 use rc_codegen::FileLoader;
-use rc_deploy::network::{self, Network};
+use rc_deploy_network::{self as network, Network};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 

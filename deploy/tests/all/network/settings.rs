@@ -1,7 +1,7 @@
 //! What a network sets of a middleware reaches its components, and what they set themselves comes first.
 
 use rc_codegen::FileLoader;
-use rc_deploy::network::{self, Network, Profile};
+use rc_deploy_network::{self as network, Network, Profile};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::path::Path;
 

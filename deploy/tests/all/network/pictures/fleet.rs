@@ -1,7 +1,7 @@
 //! Forty components on two hosts, in groups in groups, over two middlewares.
 
 use super::load;
-use rc_deploy::graph::{Graph, GraphFormat};
+use rc_deploy_graph::{Graph, GraphFormat};
 use rc_diagnostics::{Format, render};
 use std::path::Path;
 
@@ -89,7 +89,7 @@ pub(super) fn fleet(folder: &Path) -> Graph {
     let file = folder.join("fleet.ddsl");
     std::fs::write(&file, text()).expect("a file");
     let (network, sources, found) = load(&file);
-    let graph = network.graph(&sources, &found);
+    let graph = Graph::of(&network, &sources, &found);
     assert!(
         !graph.has_errors(),
         "{}",

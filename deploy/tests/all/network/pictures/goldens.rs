@@ -2,8 +2,8 @@
 
 use super::load;
 use expect_test::expect_file;
-use rc_deploy::graph::GraphFormat;
-use rc_deploy::network::{Network, Profile};
+use rc_deploy_graph::{Graph, GraphFormat};
+use rc_deploy_network::{Network, Profile};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_middleware::RunDirectory;
 use std::path::Path;
@@ -17,7 +17,7 @@ fn shipped(name: &str) -> (Network, SourceMap, Diagnostics) {
 
 pub(super) fn draw(name: &str, format: GraphFormat) -> String {
     let (network, sources, found) = shipped(name);
-    let graph = network.graph(&sources, &found);
+    let graph = Graph::of(&network, &sources, &found);
     assert!(!graph.has_errors());
     graph.draw(format).expect("a picture")
 }

@@ -4,7 +4,7 @@ use super::fleet::fleet;
 use super::goldens::{NETWORKS, draw};
 use super::wrong::broken;
 use crate::python::{run, skipped};
-use rc_deploy::graph::GraphFormat;
+use rc_deploy_graph::GraphFormat;
 use std::path::{Path, PathBuf};
 
 /// Pictures of all networks, of a wrong and of a large one, as files.

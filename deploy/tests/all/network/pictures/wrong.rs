@@ -1,7 +1,7 @@
 //! Networks in which something is wrong: it is drawn all the same, and what is wrong is said where it is.
 
 use super::load;
-use rc_deploy::graph::{Finding, Graph};
+use rc_deploy_graph::{Finding, Graph};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -38,7 +38,7 @@ fn write(folder: &Path, text: &str) -> std::path::PathBuf {
 pub(super) fn broken(folder: &Path) -> Graph {
     let file = write(folder, BROKEN);
     let (network, sources, found) = load(&file);
-    network.graph(&sources, &found)
+    Graph::of(&network, &sources, &found)
 }
 
 fn finding<'a>(graph: &'a Graph, code: &str) -> &'a Finding {

@@ -1,0 +1,206 @@
+//! A file for `docker compose`, one a machine. The programs, the folder of the network and those of the configurations
+//! are those of the machine, in their places: nothing has to be built.
+//!
+//! `ipc: host` and `pid: host`, since iceoryx2 asks the kernel which process has locked a file, and all of them have to
+//! name it alike; `network_mode: host`, since DDS finds its peers by multicast and names addresses of the machine.
+
+use super::yaml::{Map, Yaml, comment, print};
+use super::{Export, Machine, Part, Source, seconds, time};
+use rc_codegen::Files;
+use rc_codegen::files::Owner;
+use rc_deploy_network::plan::{Component, Policy};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Has the C library that programs are linked with, `chrt` and `taskset`.
+const IMAGE: &str = "debian:stable-slim";
+
+pub(super) fn files(source: &Source<'_>) -> Export {
+    let mut notes = vec![
+        "the C library of the image must not be older than that of the machine that built the programs; another image: ROBOCOMP_IMAGE".to_owned(),
+        "all containers run as one user, 1000:1000 unless ROBOCOMP_USER says otherwise: the shared memory is private to its user".to_owned(),
+        "a component that fails for good, or is not ready in time, does not stop the others (those that need it do not start); `docker compose up --abort-on-container-failure` stops all when one fails".to_owned(),
+        super::RUN_DIRECTORY.to_owned(),
+    ];
+    if source.restarts() {
+        notes.push("the pause between restarts is Docker's: 100 ms, doubled up to a minute, set back by a run of ten seconds".to_owned());
+    }
+    for part in source.parts() {
+        let restart = part.component.restart;
+        if restart.policy != Policy::Never && restart.limit.is_some() {
+            notes.push(format!(
+                "the limit of restarts of {} has no window of time in Compose{}",
+                part.component.name,
+                match restart.policy {
+                    Policy::Always => ", and none at all with `always`",
+                    _ => "",
+                }
+            ));
+        }
+    }
+    if source.parts().any(|part| part.component.priority.is_some()) {
+        notes.push("real-time priorities are set by `chrt`, which the image needs, within the limit `rtprio`".to_owned());
+    }
+    notes.extend(source.notes());
+    let mut files = Files::default();
+    for machine in &source.machines {
+        let name = machine.host.map_or_else(
+            || "compose.yaml".to_owned(),
+            |host| format!("compose.{}.yaml", host.name.text),
+        );
+        files.add(name, Owner::Exported, file(source, machine, &notes));
+    }
+    Export { files, notes }
+}
+
+fn file(source: &Source<'_>, machine: &Machine<'_>, notes: &[String]) -> String {
+    let mut services = Map::default();
+    for part in &machine.parts {
+        services = services.with(&part.name, service(source, part));
+    }
+    let all = Map::default()
+        .with("name", source.network.to_lowercase())
+        .with("services", services);
+    let notes: String = notes.iter().map(|note| format!("- {note}\n")).collect();
+    let told = format!(
+        "{}\nWhat is different from rcdeploy, and what is needed:\n{notes}",
+        source.head()
+    );
+    format!("{}\n{}", comment(&told, 0), print(&all))
+}
+
+fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
+    let component = part.component;
+    let image = source.image.unwrap_or(IMAGE);
+    let mut entrypoint = vec![component.executable.to_string_lossy().into_owned()];
+    if let Some(priority) = component.priority {
+        entrypoint.splice(
+            ..0,
+            ["chrt".to_owned(), "-f".to_owned(), priority.to_string()],
+        );
+    }
+    let mut out = Map::default()
+        .with(
+            "image",
+            Yaml::Text(format!("${{ROBOCOMP_IMAGE:-{}}}", literal(image))),
+        )
+        .with("entrypoint", literals(&entrypoint))
+        .with("command", literals(&component.args))
+        .with(
+            "working_dir",
+            literal(&component.directory.to_string_lossy()),
+        )
+        .with("user", "${ROBOCOMP_USER:-1000:1000}");
+    if !component.env.is_empty() {
+        let all = component
+            .env
+            .iter()
+            .fold(Map::default(), |all, (name, value)| {
+                all.with(name, literal(value))
+            });
+        out = out.with("environment", all);
+    }
+    let volumes: Vec<Map> = mounts(component)
+        .into_iter()
+        .map(|(path, writes)| {
+            let path = literal(&path);
+            Map::default()
+                .with("type", "bind")
+                .with("source", path.clone())
+                .with("target", path)
+                .with("read_only", !writes)
+        })
+        .collect();
+    out = out.with("volumes", volumes);
+    // The run directory of all is in it, where the probe looks.
+    out = out.told(
+        if part.memory {
+            "iceoryx2: one /dev/shm, and process numbers that all agree on"
+        } else {
+            "the run directory is in /dev/shm"
+        },
+        "ipc",
+        "host",
+    );
+    if part.memory {
+        out = out.with("pid", "host");
+    }
+    out = out.told(
+        if part.dds {
+            "DDS: multicast, and addresses of the machine"
+        } else {
+            ""
+        },
+        "network_mode",
+        "host",
+    );
+    if !part.needs.is_empty() {
+        let all = part.needs.iter().fold(Map::default(), |all, need| {
+            all.with(
+                &need.replace('.', "-"),
+                Map::default().with("condition", "service_healthy"),
+            )
+        });
+        out = out.with("depends_on", all);
+    }
+    let test: Vec<String> = ["CMD".to_owned()]
+        .into_iter()
+        .chain(part.probe(source.network))
+        .collect();
+    // Once a second; what fails before `start_period` is over does not count.
+    let health = Map::default()
+        .with("test", literals(&test))
+        .with("interval", "1s")
+        .with("timeout", "3s")
+        .with("retries", 3)
+        .with("start_period", time(component.ready));
+    out = out.with("healthcheck", health);
+    let restart = match (component.restart.policy, component.restart.limit) {
+        (Policy::Never, _) => "no".to_owned(),
+        (Policy::Always, _) => "always".to_owned(),
+        (Policy::OnFailure, Some((count, _))) => format!("on-failure:{count}"),
+        (Policy::OnFailure, None) => "on-failure".to_owned(),
+    };
+    out = out
+        .with("restart", restart)
+        .with("stop_grace_period", format!("{}s", seconds(component.stop)));
+    if !component.cpu.is_empty() {
+        let all: Vec<String> = component.cpu.iter().map(u16::to_string).collect();
+        out = out.with("cpuset", all.join(","));
+    }
+    if let Some(priority) = component.priority {
+        out = out.with(
+            "ulimits",
+            Map::default().with("rtprio", u64::from(priority)),
+        );
+    }
+    out
+}
+
+/// What a component needs of the machine, and whether it writes there: `params save` replaces the configuration.
+fn mounts(component: &Component) -> Vec<(String, bool)> {
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    let mut writes = BTreeSet::from([text(&component.directory)]);
+    let mut args = component.args.iter();
+    while let Some(arg) = args.next() {
+        if arg == "--config"
+            && let Some(folder) = args.next().and_then(|file| Path::new(file).parent())
+        {
+            writes.insert(text(folder));
+        }
+    }
+    let program = text(&component.executable);
+    [(program, false)]
+        .into_iter()
+        .chain(writes.into_iter().map(|path| (path, true)))
+        .collect()
+}
+
+/// A text in which Compose replaces nothing.
+fn literal(text: &str) -> String {
+    text.replace('$', "$$")
+}
+
+fn literals(texts: &[String]) -> Vec<String> {
+    texts.iter().map(|text| literal(text)).collect()
+}

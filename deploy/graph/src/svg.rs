@@ -1,0 +1,332 @@
+//! The picture itself: boxes with their slots, lines in the sense of the call or of the data, and a legend.
+//!
+//! It needs no colour to be read: what is wrong is also bold and numbered, middlewares differ by their dashes, calls
+//! and data by their arrowheads.
+
+mod boxes;
+mod legend;
+#[cfg(test)]
+mod tests;
+
+use crate::marks::{Level, Mark, Marks};
+use crate::model::{Graph, provider_and_consumer, sentence};
+use crate::text::{width, xml};
+use boxes::Boxes;
+use rc_deploy_network::topology::Kind;
+use rc_graph_layout::{Layout, Net, Point, Port, Rect};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Around all.
+const MARGIN: i32 = 16;
+/// Sizes of the letters of names and of slots.
+const NAME: f64 = 12.0;
+const SMALL: f64 = 10.0;
+/// Half of the edge of the square that stands for a slot.
+const PORT: i32 = 3;
+/// How round the corners of lines are.
+const ROUND: i32 = 5;
+
+const INK: &str = "#222222";
+const RED: &str = "#b00020";
+const ORANGE: &str = "#c25b00";
+
+impl Level {
+    fn colour(self) -> &'static str {
+        match self {
+            Self::Error => RED,
+            Self::Warning => ORANGE,
+        }
+    }
+}
+
+/// The dashes of a middleware; none is a whole line.
+fn dashes(middleware: &str) -> &'static str {
+    match middleware {
+        "iceoryx2" => "",
+        "dds" => "7 3",
+        "ros2" => "2 3",
+        _ => "9 3 2 3",
+    }
+}
+
+/// All lines that come from one slot.
+struct Bundle {
+    net: Net,
+    /// For each end, the number of its connection.
+    connections: Vec<usize>,
+}
+
+/// Draws a network.
+pub(crate) fn draw(graph: &Graph) -> String {
+    let marks = Marks::new(graph);
+    let boxes = Boxes::new(graph, &marks);
+    let bundles = bundles(graph, &boxes);
+    let nets: Vec<Net> = bundles.iter().map(|b| b.net.clone()).collect();
+    let layout = rc_graph_layout::layout(&boxes.nodes, &nets);
+    let legend = legend::Legend::new(graph, &marks, layout.width);
+    let inner = layout.width.max(legend.width);
+    let total = (
+        inner + 2 * MARGIN,
+        layout.height + legend.height + 2 * MARGIN,
+    );
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" font-family=\"sans-serif\" font-size=\"{SMALL}\" fill=\"{INK}\">\n<title>{2}</title>\n<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
+        total.0,
+        total.1,
+        xml(&format!("The network {}", graph.network)),
+    );
+    let by = Point::new(MARGIN + (inner - layout.width) / 2, MARGIN);
+    out += &format!("<g transform=\"translate({} {})\">\n", by.x, by.y);
+    out += &boxes.clusters(graph, &marks, &layout.boxes);
+    out += &lines(graph, &marks, &bundles, &layout);
+    out += &boxes.components(graph, &marks, &layout.boxes);
+    out += &arrows(graph, &marks, &bundles, &layout);
+    out += "</g>\n";
+    out += &legend.draw(Point::new(MARGIN, MARGIN + layout.height));
+    out + "</svg>\n"
+}
+
+/// One bundle for each slot that provides, in the order of slots.
+fn bundles(graph: &Graph, boxes: &Boxes) -> Vec<Bundle> {
+    let mut bundles: BTreeMap<(usize, usize), Bundle> = BTreeMap::new();
+    for (number, connection) in graph.connections.iter().enumerate() {
+        let (provider, consumer) = provider_and_consumer(connection);
+        let (Some(from), Some(to)) = (boxes.port(provider), boxes.port(consumer)) else {
+            continue;
+        };
+        let bundle = bundles.entry(provider).or_insert_with(|| Bundle {
+            net: Net {
+                from,
+                to: Vec::new(),
+            },
+            connections: Vec::new(),
+        });
+        bundle.net.to.push(to);
+        bundle.connections.push(number);
+    }
+    bundles.into_values().collect()
+}
+
+fn text(x: i32, y: i32, attributes: &str, text: &str) -> String {
+    format!(
+        "<text x=\"{x}\" y=\"{y}\"{attributes}>{}</text>\n",
+        xml(text)
+    )
+}
+
+/// The attributes of a text that may be marked.
+fn emphasis(mark: Option<&Mark>) -> String {
+    mark.map_or_else(String::new, |m| {
+        format!(" fill=\"{}\" font-weight=\"bold\"", m.level.colour())
+    })
+}
+
+/// What a reader sees who points at a thing: a first line, and what is wrong with it.
+fn title(first: &str, marks: &Marks<'_>, mark: Option<&Mark>) -> String {
+    let mut all = vec![first.to_owned()];
+    let numbers = mark.iter().flat_map(|m| &m.numbers);
+    all.extend(numbers.map(|number| marks.line(*number)));
+    format!("<title>{}</title>", xml_lines(&all))
+}
+
+/// Lines of a title; the one place where line feeds stay.
+fn xml_lines(lines: &[String]) -> String {
+    let lines = lines.iter().flat_map(|line| line.lines());
+    lines.map(xml).collect::<Vec<_>>().join("\n")
+}
+
+/// The last part of the path of an interface.
+fn interface(path: &str) -> &str {
+    path.rsplit("::").next().unwrap_or(path)
+}
+
+/// The lines of all connections: those with nothing wrong first, then warnings, then errors above them. Lines of one
+/// slot that look the same are one path, so that what they share is drawn once.
+fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
+    let mut all: Vec<(Option<Level>, String)> = Vec::new();
+    let mut dots = String::new();
+    for (bundle, routes) in bundles.iter().zip(&layout.routes) {
+        let forks = forks(routes);
+        let mut paths: BTreeMap<(Option<Level>, &str), (Vec<usize>, String)> = BTreeMap::new();
+        for (number, route) in bundle.connections.iter().zip(routes) {
+            let level = marks.connection(*number).map(|m| m.level);
+            let dashes = dashes(graph.connections[*number].middleware);
+            let (numbers, drawn) = paths.entry((level, dashes)).or_default();
+            numbers.push(*number);
+            *drawn += &path(route, &forks);
+        }
+        for ((level, dashes), (numbers, drawn)) in paths {
+            let colour = level.map_or(INK, Level::colour);
+            let thick = if level.is_some() { "2.2" } else { "1.2" };
+            let dashes = match dashes {
+                "" => String::new(),
+                dashes => format!(" stroke-dasharray=\"{dashes}\""),
+            };
+            let words: Vec<String> = numbers
+                .iter()
+                .map(|number| in_words(graph, marks, *number))
+                .collect();
+            let title = xml_lines(&words);
+            let drawn = format!(
+                "<g><title>{title}</title><path d=\"{drawn}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{thick}\"{dashes}/></g>\n"
+            );
+            all.push((level, drawn));
+        }
+        for fork in forks {
+            dots += &format!("<circle cx=\"{}\" cy=\"{}\" r=\"2.4\"/>\n", fork.x, fork.y);
+        }
+    }
+    all.sort_by_key(|(level, _)| *level);
+    let lines: String = all.into_iter().map(|(_, drawn)| drawn).collect();
+    lines + &dots
+}
+
+/// A connection, and what is wrong with it, as lines.
+fn in_words(graph: &Graph, marks: &Marks<'_>, number: usize) -> String {
+    let mut words = sentence(&graph.connections[number]);
+    for finding in marks.connection(number).iter().flat_map(|m| &m.numbers) {
+        words += &format!("\n{}", marks.line(*finding));
+    }
+    words
+}
+
+/// Where lines of one net part: three or four ways lead from there.
+fn forks(routes: &[Vec<Point>]) -> BTreeSet<Point> {
+    let mut corners: BTreeSet<Point> = BTreeSet::new();
+    routes.iter().flatten().for_each(|p| {
+        corners.insert(*p);
+    });
+    let mut ways: BTreeMap<Point, BTreeSet<(i32, i32)>> = BTreeMap::new();
+    for pair in routes.iter().flat_map(|route| route.windows(2)) {
+        let (from, to) = (pair[0], pair[1]);
+        let sense = ((to.x - from.x).signum(), (to.y - from.y).signum());
+        let within = |p: &Point| {
+            (from.x.min(to.x)..=from.x.max(to.x)).contains(&p.x)
+                && (from.y.min(to.y)..=from.y.max(to.y)).contains(&p.y)
+        };
+        for point in corners.iter().filter(|p| within(p)) {
+            let ways = ways.entry(*point).or_default();
+            if *point != to {
+                ways.insert(sense);
+            }
+            if *point != from {
+                ways.insert((-sense.0, -sense.1));
+            }
+        }
+    }
+    ways.retain(|_, ways| ways.len() > 2);
+    ways.into_keys().collect()
+}
+
+/// A way with round corners, except where others part from it.
+fn path(route: &[Point], forks: &BTreeSet<Point>) -> String {
+    let Some(first) = route.first() else {
+        return String::new();
+    };
+    let mut out = format!("M{} {}", first.x, first.y);
+    for at in 1..route.len() {
+        let here = route[at];
+        let Some(next) = route.get(at + 1).filter(|_| !forks.contains(&here)) else {
+            out += &format!("L{} {}", here.x, here.y);
+            continue;
+        };
+        let before = route[at - 1];
+        let length = |p: Point| (p.x - here.x).abs() + (p.y - here.y).abs();
+        let round = ROUND.min(length(before) / 2).min(length(*next) / 2);
+        let towards = |p: Point| {
+            Point::new(
+                here.x + (p.x - here.x).signum() * round,
+                here.y + (p.y - here.y).signum() * round,
+            )
+        };
+        let (one, other) = (towards(before), towards(*next));
+        out += &format!(
+            "L{} {}Q{} {} {} {}",
+            one.x, one.y, here.x, here.y, other.x, other.y
+        );
+    }
+    out
+}
+
+/// Arrowheads and the numbers of what is wrong, above all else.
+fn arrows(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
+    let mut heads: BTreeMap<(Point, bool), Option<Level>> = BTreeMap::new();
+    let mut numbers = String::new();
+    for (bundle, routes) in bundles.iter().zip(&layout.routes) {
+        for (number, route) in bundle.connections.iter().zip(routes) {
+            let mark = marks.connection(*number);
+            let call = graph.connections[*number].kind == Kind::Call;
+            // A line runs from who provides to who consumes, a call the other way round.
+            let end = if call { route.first() } else { route.last() };
+            if let Some(end) = end {
+                let head = heads.entry((*end, call)).or_default();
+                *head = (*head).max(mark.map(|m| m.level));
+            }
+            if let Some(mark) = mark {
+                numbers += &line_number(route, mark);
+            }
+        }
+    }
+    let heads: String = heads
+        .into_iter()
+        .map(|((end, call), level)| {
+            let colour = level.map_or(INK, Level::colour);
+            arrow(end, call, colour)
+        })
+        .collect();
+    heads + &numbers
+}
+
+/// The head of an arrow that ends at a slot: of data at the left side of a box, of a call at its right side.
+fn arrow(end: Point, call: bool, colour: &str) -> String {
+    let (x, y) = (end.x, end.y);
+    if call {
+        let tip = x + PORT + 1;
+        format!(
+            "<path d=\"M{0} {1}L{tip} {y}L{0} {2}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"/>\n",
+            tip + 7,
+            y - 4,
+            y + 4
+        )
+    } else {
+        let tip = x - PORT - 1;
+        format!(
+            "<path d=\"M{0} {1}L{tip} {y}L{0} {2}Z\" fill=\"{colour}\"/>\n",
+            tip - 8,
+            y - 4,
+            y + 4
+        )
+    }
+}
+
+/// The numbers of what is wrong with a connection, on the longest piece of its line near its end.
+fn line_number(route: &[Point], mark: &Mark) -> String {
+    let level = route.windows(2).filter(|p| p[0].y == p[1].y);
+    let Some(piece) = level.max_by_key(|p| (p[1].x - p[0].x).abs()) else {
+        return String::new();
+    };
+    let (x, y) = (i32::midpoint(piece[0].x, piece[1].x), piece[0].y);
+    let label = mark.text();
+    let wide = width(&label, SMALL, true) + 4;
+    let colour = mark.level.colour();
+    let attributes = format!(" text-anchor=\"middle\" font-weight=\"bold\" fill=\"{colour}\"");
+    format!(
+        "<rect x=\"{}\" y=\"{}\" width=\"{wide}\" height=\"13\" fill=\"#ffffff\" stroke=\"{colour}\"/>\n{}",
+        x - wide / 2,
+        y - 7,
+        text(x, y + 3, &attributes, &label)
+    )
+}
+
+/// A box with round corners.
+fn rounded(rect: &Rect, radius: i32, attributes: &str) -> String {
+    format!(
+        "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"{radius}\" {attributes}/>\n",
+        rect.x, rect.y, rect.width, rect.height
+    )
+}
+
+/// A slot as the layout knows it.
+fn port(node: usize, port: usize) -> Port {
+    Port { node, port }
+}

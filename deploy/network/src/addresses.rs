@@ -1,0 +1,107 @@
+//! What instances and slots are called outside of their network's description: names of processes, files, sockets and
+//! services.
+//!
+//! | of the instance `arm.left.motor` | |
+//! |---|---|
+//! | in messages, `status` and `logs`; its log | `arm.left.motor`, `arm.left.motor.log` |
+//! | its own name (`--name`), its socket in the run directory, its node | `arm-left-motor`, `arm-left-motor.sock` |
+//! | the address of its slot `Motor` | `NETWORK/arm/left/motor/Motor` |
+//!
+//! Names of the language consist of letters, digits and `_`, so that neither `.` nor `-` nor `/` can make two of them
+//! equal; and in one block nothing else is called as a group is.
+
+use crate::model::Network;
+use rc_cdsl::model::Role;
+use rc_ddsl::{Connection, Endpoint};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use std::collections::{BTreeMap, HashSet};
+
+/// What the process of an instance calls itself: addresses and options of a component know no `.`.
+pub fn process_name(path: &str) -> String {
+    path.replace('.', "-")
+}
+
+impl Network {
+    /// Where each slot meets its other ends: the address of the provider's. Topics that share a subscriber share one
+    /// address, that of the first of them.
+    pub(crate) fn addresses(&self) -> BTreeMap<Endpoint, String> {
+        let name = |end: &Endpoint| {
+            let instance = &self.deployment.instances[end.instance].path;
+            let slot = self.slot(*end).map_or("", |s| s.name.as_str());
+            format!("{}/{}/{slot}", self.name(), instance.replace('.', "/"))
+        };
+        let leaders = self.leaders();
+        leaders
+            .iter()
+            .map(|(end, leader)| (*end, name(leader)))
+            .collect()
+    }
+
+    /// For each slot, the one whose address it has.
+    fn leaders(&self) -> BTreeMap<Endpoint, Endpoint> {
+        let mut leader: BTreeMap<Endpoint, Endpoint> = BTreeMap::new();
+        for (instance, project) in self.projects.iter().enumerate() {
+            let slots = project.as_ref().map_or(0, |p| p.component.slots.len());
+            let ends = (0..slots).map(|slot| Endpoint { instance, slot });
+            leader.extend(ends.map(|end| (end, end)));
+        }
+        for Connection { consumer, provider } in &self.connections.connections {
+            let (from, to) = (leader[consumer], leader[provider]);
+            // A consumer that leads nobody yet follows its provider; two groups follow the first provider.
+            let provides = matches!(
+                self.slot(from).map(|s| s.role),
+                Some(Role::Implements | Role::Publishes)
+            );
+            let first = if provides && from < to { from } else { to };
+            leader
+                .values_mut()
+                .filter(|l| **l == from || **l == to)
+                .for_each(|l| *l = first);
+        }
+        leader
+    }
+
+    /// A slot has one address in this version. Where topics share one, all their subscribers hear all of them; one
+    /// that should not is told of here, and not by what it does on the robot.
+    pub(crate) fn check_topics(&self, found: &mut Diagnostics) {
+        let connections = &self.connections.connections;
+        let joined: HashSet<(Endpoint, Endpoint)> = connections
+            .iter()
+            .map(|c| (c.consumer, c.provider))
+            .collect();
+        let leaders = self.leaders();
+        let mut topics: BTreeMap<Endpoint, (Vec<Endpoint>, Vec<Endpoint>)> = BTreeMap::new();
+        for (end, leader) in leaders {
+            let (subscribers, publishers) = topics.entry(leader).or_default();
+            match self.slot(end).map(|s| s.role) {
+                Some(Role::SubscribesTo) => subscribers.push(end),
+                Some(Role::Publishes) => publishers.push(end),
+                _ => {}
+            }
+        }
+        for (subscribers, publishers) in topics.values() {
+            let mut pairs = subscribers
+                .iter()
+                .flat_map(|s| publishers.iter().map(move |p| (*s, *p)));
+            // One such pair says enough of an address.
+            let Some((subscriber, strange)) = pairs.find(|pair| !joined.contains(pair)) else {
+                continue;
+            };
+            let message = format!(
+                "`{}` would hear `{}` as well, to which it is not connected: in this version, publishers that have a subscriber in common share all their subscribers",
+                self.full_name(subscriber),
+                self.full_name(strange)
+            );
+            let name = |end: Endpoint| self.deployment.instances[end.instance].name.span;
+            let error = Diagnostic::error("mixed-topics", name(subscriber), message)
+                .label(name(strange), "the other publisher")
+                .help("by `bind`, let no subscriber hear publishers that others must not hear");
+            found.push(error);
+        }
+    }
+
+    fn full_name(&self, end: Endpoint) -> String {
+        let slot = self.slot(end).map_or("", |s| s.name.as_str());
+        format!("{}.{slot}", self.deployment.instances[end.instance].path)
+    }
+}

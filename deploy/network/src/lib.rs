@@ -1,0 +1,31 @@
+//! The description of a network: read, checked, and made into a plan. Nothing here starts a process.
+//!
+//! ```text
+//! .ddsl → load → Network → plan → Plan      what is to run, in which order, with which limits
+//!                        → preview          the same for people
+//!                        → topology         machines and connections, for pictures
+//!                        → programs         where executables are, and how cargo builds them
+//!                        → services         the shared memory that guards hold open
+//! ```
+
+mod addresses;
+mod configuration;
+mod error;
+mod load;
+mod model;
+pub mod plan;
+mod planning;
+pub mod preview;
+mod programs;
+mod ros_names;
+pub mod services;
+pub mod topology;
+mod unsupported;
+mod variant;
+
+pub use addresses::process_name;
+pub use error::Error;
+pub use load::load;
+pub use model::{Network, Profile};
+pub use plan::Plan;
+pub use programs::Build;

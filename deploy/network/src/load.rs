@@ -1,0 +1,103 @@
+//! Reads a `.ddsl` with everything that it names, and checks it.
+
+use crate::configuration::{configurations, settings};
+use crate::model::Network;
+use crate::programs::variants;
+use rc_cdsl::model::Backend;
+use rc_codegen::{FileLoader, Project};
+use rc_ddsl::model::Deployment;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// Reads a network. There is none only where its own file could not be read as one; it may be used only where
+/// no diagnostic is an error. Executables are not looked at. With a `middleware`, all components are variants of
+/// themselves for it, whatever the files say.
+pub fn load(
+    path: &Path,
+    middleware: Option<Backend>,
+    sources: &mut SourceMap,
+    loader: &FileLoader,
+) -> io::Result<(Option<Network>, Diagnostics)> {
+    let source = sources.add(path, rc_codegen::load::read(path)?);
+    let (deployment, mut found) = rc_ddsl::load(sources, loader, source);
+    let Some(mut deployment) = deployment else {
+        return Ok((None, found));
+    };
+    if let Some(middleware) = middleware {
+        let instances = deployment.instances.iter_mut();
+        instances.for_each(|instance| instance.middleware = middleware);
+    }
+    let mut texts = HashMap::new();
+    let projects = projects(&deployment, sources, loader, &mut texts, &mut found);
+    let configured = configurations(&deployment, &projects, sources, &mut found);
+    let passed_settings = settings(&mut deployment, configured);
+    let components: Vec<_> = projects
+        .iter()
+        .map(|p| p.as_ref().map(|p| &p.component))
+        .collect();
+    let (connections, more) = rc_ddsl::connect(&deployment, &components);
+    found.extend(more);
+    let variants = variants(&deployment, &projects, middleware);
+    let network = Network {
+        path: path.to_path_buf(),
+        deployment,
+        projects,
+        connections,
+        middleware,
+        variants,
+        passed_settings,
+        texts,
+    };
+    network.check_topics(&mut found);
+    network.check_ros_names(&mut found);
+    network.warn_of_what_has_no_effect(&mut found);
+    Ok((Some(network), found))
+}
+
+/// The component of each instance; one that several instances share is read, and complained of, once.
+fn projects(
+    deployment: &Deployment,
+    sources: &mut SourceMap,
+    loader: &FileLoader,
+    texts: &mut HashMap<PathBuf, Vec<usize>>,
+    found: &mut Diagnostics,
+) -> Vec<Option<Rc<Project>>> {
+    let mut known: HashMap<PathBuf, (Option<Rc<Project>>, Vec<PathBuf>)> = HashMap::new();
+    let instances = deployment.instances.iter().enumerate();
+    instances
+        .map(|(at, instance)| {
+            let named = instance.cdsl.as_ref()?;
+            let path = instance.folder.join(&named.text);
+            let mut belong = |read: &[PathBuf]| {
+                for file in read {
+                    texts.entry(file.clone()).or_default().push(at);
+                }
+            };
+            if let Some((project, read)) = known.get(&path) {
+                belong(read);
+                return project.clone();
+            }
+            let first = sources.ids().count();
+            match Project::load(&path, sources, loader) {
+                Ok((project, more)) => {
+                    let project = project.filter(|_| !more.has_errors()).map(Rc::new);
+                    found.extend(more);
+                    let read = sources.ids().skip(first);
+                    let read: Vec<PathBuf> = read.map(|id| sources.path(id).into()).collect();
+                    belong(&read);
+                    known.insert(path, (project.clone(), read));
+                    project
+                }
+                Err(error) => {
+                    let message = format!("`{}` cannot be read: {error}", named.text);
+                    let error = Diagnostic::error("component-not-found", named.span, message);
+                    found.push(error.help("the path is relative to this file"));
+                    None
+                }
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,119 @@
+//! Makes the plan of a network: processes with all their arguments.
+
+use crate::addresses::process_name;
+use crate::configuration::{config, named_files};
+use crate::model::{Network, Profile};
+use crate::plan::{self, Component, Plan, Policy, Restart};
+use rc_ddsl::Endpoint;
+use rc_ddsl::model::Setting;
+use std::collections::BTreeSet;
+use std::io;
+use std::path::{Path, PathBuf};
+
+impl Network {
+    /// What an instance has to be told of the middlewares that it uses.
+    fn passed_settings(&self, at: usize) -> impl Iterator<Item = &Setting> {
+        let default = self.deployment.instances[at].middleware;
+        let project = self.projects[at].as_deref();
+        let slots = project.map_or(&[][..], |project| &project.component.slots);
+        self.passed_settings[at].iter().filter(move |set| {
+            let mut chosen = slots.iter().filter_map(|slot| slot.backend);
+            set.middleware == default || chosen.any(|backend| backend == set.middleware)
+        })
+    }
+
+    /// What is to be started, where no diagnostic is an error. Paths are absolute.
+    pub fn plan(&self, profile: Profile) -> io::Result<Plan> {
+        let addresses = self.addresses();
+        let instances = &self.deployment.instances;
+        let mut out = Vec::new();
+        for (at, instance) in instances.iter().enumerate() {
+            // Where there is none, that was an error, or nobody asked.
+            let executable = self.executable(at, profile);
+            let executable = executable.map(std::path::absolute).transpose()?;
+            let executable = executable.unwrap_or_default();
+            let directory = match instance.folder.as_path() {
+                here if here.as_os_str().is_empty() => Path::new(".").canonicalize()?,
+                folder => folder.canonicalize()?,
+            };
+            let mut args: Vec<String> = Vec::new();
+            let mut option = |name: &str, value: String| args.extend([name.to_owned(), value]);
+            option("--network", self.name().to_owned());
+            option("--name", process_name(&instance.path));
+            let project = self.projects[at].as_deref();
+            let host = self.deployment.remote_host(instance);
+            let config = config(instance, project).map(std::path::absolute);
+            let config = config.transpose()?;
+            let mut files = Vec::new();
+            if let Some(config) = &config {
+                option("--config", config.to_string_lossy().into_owned());
+            }
+            if let Some(host) = host {
+                files.extend(config.clone());
+                // In a folder of its own it finds what is there.
+                if host.workspace.is_none() {
+                    files.extend(named_files(project, config.as_deref(), &directory));
+                }
+            }
+            let component = project.map(|p| &p.component);
+            for set in self.passed_settings(at) {
+                let (middleware, key) = (set.middleware.word(), set.key);
+                let values = set.values.join(",");
+                option("--set-middleware", format!("{middleware}.{key}={values}"));
+            }
+            for (slot, index) in component.iter().flat_map(|c| c.slots.iter().zip(0..)) {
+                let end = Endpoint {
+                    instance: at,
+                    slot: index,
+                };
+                option("--bind", format!("{}={}", slot.name, addresses[&end]));
+            }
+            args.extend(instance.args.iter().map(|a| a.text.clone()));
+            let after = instance.after.iter();
+            let after = after.flat_map(|(place, _)| self.deployment.instances_of(*place));
+            let required = self.connections.required[at].iter().copied();
+            let after: BTreeSet<usize> = after.chain(required).collect();
+            out.push(Component {
+                args,
+                after: after.iter().map(|i| instances[*i].path.clone()).collect(),
+                env: instance
+                    .env
+                    .iter()
+                    .map(|(n, v)| (n.text.clone(), v.text.clone()))
+                    .collect(),
+                ready: instance.ready,
+                stop: instance.stop,
+                restart: restart(instance.restart),
+                cpu: instance.cpu.clone(),
+                priority: instance.priority.map(|(priority, _)| priority),
+                middleware: instance.middleware.word().to_owned(),
+                host: host.map(|host| plan::Host {
+                    name: host.name.text.clone(),
+                    address: host.address.text.clone(),
+                    user: host.user.as_ref().map(|user| user.text.clone()),
+                    workspace: host.workspace.as_ref().map(|w| PathBuf::from(&w.text)),
+                }),
+                files,
+                ..Component::new(instance.path.clone(), executable, directory)
+            });
+        }
+        Ok(Plan {
+            network: self.name().to_owned(),
+            ddsl: self.path.canonicalize()?,
+            components: out,
+        })
+    }
+}
+
+fn restart(described: rc_ddsl::model::Restart) -> Restart {
+    use rc_ddsl::model::Policy as Described;
+    Restart {
+        policy: match described.policy {
+            Described::Never => Policy::Never,
+            Described::OnFailure => Policy::OnFailure,
+            Described::Always => Policy::Always,
+        },
+        limit: described.limit,
+        backoff: described.backoff,
+    }
+}

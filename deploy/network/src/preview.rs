@@ -1,0 +1,401 @@
+//! What `rcdeploy plan` prints: everything that `rcdeploy up` would do, without doing any of it.
+
+use crate::addresses::process_name;
+use crate::model::{Network, Profile};
+use crate::topology::{Connection, End, Host, Kind};
+use rc_ddsl::model::{Policy, Restart};
+use rc_diagnostics::duration_text;
+use rc_middleware::RunDirectory;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// No line is longer where names leave the choice.
+const LINE: usize = 100;
+
+/// What would happen.
+#[derive(Clone, Debug, Serialize)]
+pub struct Preview {
+    /// The name of the network.
+    pub network: String,
+    /// The file that describes it, an absolute path.
+    pub ddsl: PathBuf,
+    /// The machines on which something runs; this one, unless it is named otherwise, is `localhost`.
+    pub hosts: Vec<Host>,
+    /// The names of the components that may start at the same time, in the order of their start. None of them waits
+    /// for a whole wave: each starts as soon as what it needs itself is ready.
+    pub waves: Vec<Vec<String>>,
+    /// What runs, in the order of the file.
+    pub components: Vec<Process>,
+    /// Who talks to whom, where, and over what.
+    pub connections: Vec<Connection>,
+}
+
+/// One process.
+#[derive(Clone, Debug, Serialize)]
+pub struct Process {
+    /// The whole name of the component.
+    pub name: String,
+    /// What it is called in its `.cdsl`.
+    pub component: Option<String>,
+    /// The name of its host.
+    pub host: String,
+    /// The middleware of its slots that choose none.
+    pub middleware: String,
+    /// Its number in `waves`, from 1.
+    pub wave: usize,
+    /// What has to be ready before it starts.
+    pub starts_after: Vec<String>,
+    /// What is run, an absolute path; none for a component that is in no cargo workspace.
+    pub executable: Option<PathBuf>,
+    /// Its configuration, an absolute path; none where all parameters have their defaults.
+    pub configuration: Option<PathBuf>,
+    /// The folder in which it runs.
+    pub directory: PathBuf,
+    /// All its arguments.
+    pub arguments: Vec<String>,
+    /// Its environment, in addition to that of rcdeploy.
+    pub environment: BTreeMap<String, String>,
+    /// The Unix socket of its management.
+    pub management: PathBuf,
+    /// The TCP address of its management, where it has one.
+    pub endpoint: Option<SocketAddr>,
+    /// How long it may take to get ready, in milliseconds.
+    pub ready_ms: u64,
+    /// How long it may take to end, in milliseconds.
+    pub stop_ms: u64,
+    /// Whether it is started again.
+    pub restart: RestartRule,
+    /// The processors that it may run on; all where there is none.
+    pub cpu: Vec<u16>,
+    /// Its real-time priority.
+    pub priority: Option<u8>,
+}
+
+/// Whether a component is started again when it has ended by itself.
+#[derive(Clone, Debug, Serialize)]
+pub struct RestartRule {
+    /// `never`, `on_failure` or `always`.
+    pub policy: &'static str,
+    /// How often within `within_ms` at most; without a limit where there is none.
+    pub max: Option<u32>,
+    /// The time in which `max` counts, in milliseconds.
+    pub within_ms: Option<u64>,
+    /// How long after its end it is started again for the first time, in milliseconds; the time doubles.
+    pub backoff_ms: u64,
+}
+
+fn milliseconds(time: Duration) -> u64 {
+    time.as_millis().try_into().unwrap_or(u64::MAX)
+}
+
+impl From<&Restart> for RestartRule {
+    fn from(restart: &Restart) -> Self {
+        let word = Policy::WORDS.iter().find(|(_, p)| *p == restart.policy);
+        Self {
+            policy: word.map_or("never", |(word, _)| word),
+            max: restart.limit.map(|(max, _)| max),
+            within_ms: restart.limit.map(|(_, within)| milliseconds(within)),
+            backoff_ms: milliseconds(restart.backoff),
+        }
+    }
+}
+
+impl Network {
+    /// What would happen, where no diagnostic is an error.
+    pub fn preview(&self, profile: Profile) -> io::Result<Preview> {
+        let plan = self.plan(profile)?;
+        let needs = plan.needs();
+        let waves = waves(&needs);
+        let run = RunDirectory::of(self.name());
+        let mut components = Vec::new();
+        for (at, planned) in plan.components.into_iter().enumerate() {
+            let instance = &self.deployment.instances[at];
+            let project = self.projects[at].as_ref();
+            let mut options = planned.args.windows(2);
+            let configuration = options.find(|option| option[0] == "--config");
+            let configuration = configuration.map(|option| Path::new(&option[1]));
+            let needed = needs[at].iter();
+            let needed = needed.map(|other| self.deployment.instances[*other].path.clone());
+            components.push(Process {
+                component: project.map(|p| p.component.name.text.clone()),
+                host: self.host_name(at).to_owned(),
+                middleware: planned.middleware,
+                wave: waves[at] + 1,
+                starts_after: needed.collect(),
+                executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
+                configuration: configuration.map(Path::canonicalize).transpose()?,
+                directory: planned.directory,
+                arguments: planned.args,
+                environment: planned.env,
+                management: run.socket(&process_name(&planned.name)),
+                endpoint: instance.endpoint.map(|(address, _)| address),
+                ready_ms: milliseconds(planned.ready),
+                stop_ms: milliseconds(planned.stop),
+                restart: RestartRule::from(&instance.restart),
+                cpu: instance.cpu.clone(),
+                priority: instance.priority.map(|(priority, _)| priority),
+                name: planned.name,
+            });
+        }
+        let count = waves.iter().max().map_or(0, |last| last + 1);
+        let in_wave = |wave| {
+            let members = components.iter().filter(move |c| c.wave == wave + 1);
+            members.map(|c| c.name.clone()).collect()
+        };
+        Ok(Preview {
+            network: plan.network,
+            ddsl: plan.ddsl,
+            hosts: self.hosts(),
+            waves: (0..count).map(in_wave).collect(),
+            components,
+            connections: self
+                .connections_between()
+                .into_iter()
+                .map(|(_, c)| c)
+                .collect(),
+        })
+    }
+}
+
+/// How many others, one after the other, each component has to wait for at most.
+fn waves(needs: &[std::collections::BTreeSet<usize>]) -> Vec<usize> {
+    let mut waves = vec![0; needs.len()];
+    // What is needed never leads back, so that this ends.
+    for _ in 0..needs.len() {
+        let next = |all: &std::collections::BTreeSet<usize>| {
+            all.iter().map(|other| waves[*other] + 1).max().unwrap_or(0)
+        };
+        let better: Vec<usize> = needs.iter().map(next).collect();
+        if better == waves {
+            break;
+        }
+        waves = better;
+    }
+    waves
+}
+
+/// A time as people write it.
+fn time(milliseconds: u64) -> String {
+    duration_text(milliseconds.saturating_mul(1_000_000))
+}
+
+impl fmt::Display for RestartRule {
+    /// As the language says it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.policy)?;
+        if self.policy == "never" {
+            return Ok(());
+        }
+        if let (Some(max), Some(within)) = (self.max, self.within_ms) {
+            write!(f, " max {max} within {}", time(within))?;
+        }
+        write!(f, " backoff {}", time(self.backoff_ms))
+    }
+}
+
+/// A path as short as it can be named from here.
+fn short(path: &Path) -> String {
+    let here = std::env::current_dir().unwrap_or_default();
+    path.strip_prefix(here)
+        .unwrap_or(path)
+        .display()
+        .to_string()
+}
+
+/// Words in lines that go on at column `indent` when they would be longer than [`LINE`].
+fn listed(words: &[String], indent: usize) -> String {
+    let mut out = String::new();
+    let mut column = indent;
+    for (number, word) in words.iter().enumerate() {
+        let last = number + 1 == words.len();
+        let length = word.chars().count() + usize::from(!last);
+        if number > 0 && column + 1 + length > LINE {
+            out += &format!("\n{:indent$}", "");
+            column = indent;
+        } else if number > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out += word;
+        if !last {
+            out.push(',');
+        }
+        column += length;
+    }
+    out
+}
+
+fn widest<'a>(all: impl Iterator<Item = &'a str>, title: &str) -> usize {
+    let widths = all.map(|text| text.chars().count());
+    widths.max().unwrap_or(0).max(title.len())
+}
+
+impl fmt::Display for Preview {
+    /// Tables for people.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let count = |number: usize, what: &str| match number {
+            1 => format!("1 {what}"),
+            more => format!("{more} {what}s"),
+        };
+        writeln!(
+            f,
+            "{}: {}, {}, {}; {}",
+            self.network,
+            count(self.components.len(), "component"),
+            count(self.connections.len(), "connection"),
+            count(self.hosts.len(), "host"),
+            short(&self.ddsl)
+        )?;
+        self.order(f)?;
+        self.connections(f)?;
+        self.processes(f)
+    }
+}
+
+impl Preview {
+    fn order(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = widest(self.components.iter().map(|c| c.name.as_str()), "component");
+        let host = widest(self.components.iter().map(|c| c.host.as_str()), "host");
+        writeln!(
+            f,
+            "\nwave  {:name$}  {:host$}  {:>6}  {:>6}  starts when these are ready",
+            "component", "host", "ready", "stop"
+        )?;
+        let mut order: Vec<&Process> = self.components.iter().collect();
+        order.sort_by_key(|c| c.wave);
+        for c in order {
+            let line = format!(
+                "{:4}  {:name$}  {:host$}  {:>6}  {:>6}  {}",
+                c.wave,
+                c.name,
+                c.host,
+                time(c.ready_ms),
+                time(c.stop_ms),
+                listed(&c.starts_after, 4 + 2 + name + 2 + host + 2 + 6 + 2 + 6 + 2)
+            );
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+
+    fn connections(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.connections.is_empty() {
+            return Ok(());
+        }
+        let rows: Vec<[String; 5]> = self
+            .connections
+            .iter()
+            .map(|c| {
+                let end = |end: &End| format!("{}.{}", end.component, end.slot);
+                let kind = match c.kind {
+                    Kind::Call => "call",
+                    Kind::Topic => "topic",
+                };
+                let address = c.address.clone().unwrap_or_default();
+                [
+                    end(&c.from),
+                    end(&c.to),
+                    kind.into(),
+                    c.middleware.into(),
+                    address,
+                ]
+            })
+            .collect();
+        let titles = ["from", "to", "what", "over", "address"];
+        let width = |at: usize| widest(rows.iter().map(|r| r[at].as_str()), titles[at]);
+        let widths: [usize; 5] = std::array::from_fn(width);
+        // Where they do not fit beside each other, addresses stand below.
+        let beside = widths.iter().sum::<usize>() + 8 <= LINE;
+        writeln!(f)?;
+        for row in std::iter::once(titles.map(str::to_owned)).chain(rows) {
+            let [from, to, what, over, address] = row;
+            let gap = if beside {
+                "  ".to_owned()
+            } else {
+                "\n    ".to_owned()
+            };
+            let line = format!(
+                "{from:0$}  {to:1$}  {what:2$}  {over:3$}",
+                widths[0], widths[1], widths[2], widths[3]
+            );
+            writeln!(
+                f,
+                "{}{gap}{address}",
+                if beside { &line } else { line.trim_end() }
+            )?;
+        }
+        Ok(())
+    }
+
+    fn processes(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for c in &self.components {
+            writeln!(f, "\n{}", c.name)?;
+            let mut row = |what: &str, text: &str| writeln!(f, "    {what:13}  {text}");
+            let path =
+                |path: &Option<PathBuf>, none: &str| path.as_deref().map_or(none.to_owned(), short);
+            row(
+                "executable",
+                &path(&c.executable, "none: it is in no cargo workspace"),
+            )?;
+            row("configuration", &path(&c.configuration, "defaults"))?;
+            row("management", &short(&c.management))?;
+            if let Some(endpoint) = c.endpoint {
+                row("endpoint", &endpoint.to_string())?;
+            }
+            row("middleware", &c.middleware)?;
+            row("restart", &c.restart.to_string())?;
+            if !c.environment.is_empty() {
+                let all = c
+                    .environment
+                    .iter()
+                    .map(|(name, value)| format!("{name}={value}"));
+                row("environment", &listed(&all.collect::<Vec<_>>(), 19))?;
+            }
+            let cpu: Vec<String> = c.cpu.iter().map(ToString::to_string).collect();
+            let numbers = [
+                ("cpu", Some(cpu.join(", ")).filter(|cpu| !cpu.is_empty())),
+                ("priority", c.priority.map(|p| p.to_string())),
+            ];
+            for (what, number) in numbers {
+                if let Some(number) = number {
+                    row(what, &number)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_wave_is_behind_all_that_is_needed() {
+        let set = |all: &[usize]| all.iter().copied().collect::<BTreeSet<usize>>();
+        let needs = [set(&[2]), set(&[]), set(&[1]), set(&[1])];
+        assert_eq!(waves(&needs), [2, 0, 1, 1]);
+    }
+
+    #[test]
+    fn long_lists_go_on_below() {
+        let words: Vec<String> = (0..30).map(|n| format!("component{n}")).collect();
+        let text = listed(&words, 40);
+        assert!(
+            text.lines()
+                .skip(1)
+                .all(|l| l.starts_with(&" ".repeat(40)) && l.len() <= LINE)
+        );
+        assert!(
+            text.lines().next().is_some_and(|l| l.len() <= LINE - 40),
+            "{text}"
+        );
+        assert!(text.ends_with("component28, component29"), "{text}");
+    }
+}

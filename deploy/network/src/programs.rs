@@ -1,0 +1,309 @@
+//! The programs of a network: where they are, what builds them, and whether they are those that the network means.
+//!
+//! The middleware is no property of a component: what was generated into its folder is for one, and an instance may
+//! want another. Then its program is a variant, which is built beside the one of the folder.
+
+use crate::error::Error;
+use crate::model::{Network, Profile};
+use crate::variant::{self, Staged};
+use rc_cdsl::model::Backend;
+use rc_codegen::note::Note;
+use rc_codegen::{Project, names};
+use rc_ddsl::model::{Deployment, Instance};
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ffi::OsString;
+use std::fmt::Write;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// For each instance the middleware that it is a variant for: the one that `all` are to be for, else its own, where the
+/// code in its folder is for another one. What names its program is none, and neither is what was never generated.
+pub(crate) fn variants(
+    deployment: &Deployment,
+    projects: &[Option<Rc<Project>>],
+    all: Option<Backend>,
+) -> Vec<Option<Backend>> {
+    let instances = deployment.instances.iter().zip(projects);
+    let variant = |(instance, project): (&Instance, &Option<Rc<Project>>)| {
+        let project = built(instance, project.as_ref())?;
+        all.or_else(|| {
+            let note = Note::of_generated(project.folder()).ok()??;
+            (note.middleware != instance.middleware.word()).then_some(instance.middleware)
+        })
+    };
+    instances.map(variant).collect()
+}
+
+/// The component of an instance whose program is built, and not named.
+fn built<'a>(instance: &Instance, project: Option<&'a Rc<Project>>) -> Option<&'a Project> {
+    let project = project.filter(|_| instance.executable.is_none());
+    project.map(Rc::as_ref)
+}
+
+/// Checks one executable by the note that was read from it.
+fn check_executable(
+    path: &Path,
+    note: &io::Result<Option<Note>>,
+    place: Span,
+    instance: &Instance,
+    project: &Project,
+    build: &str,
+    found: &mut Diagnostics,
+) {
+    let name = &instance.path;
+    let (code, message) = match note {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => (
+            "missing-executable",
+            format!(
+                "the executable of `{name}`, {}, does not exist",
+                path.display()
+            ),
+        ),
+        Err(error) => (
+            "missing-executable",
+            format!("{} cannot be read: {error}", path.display()),
+        ),
+        Ok(None) => (
+            "not-a-component",
+            format!(
+                "{} is not a component: it has no note of its model",
+                path.display()
+            ),
+        ),
+        Ok(Some(note)) if note.component != project.component.name.text => (
+            "other-component",
+            format!(
+                "{} is the component `{}`, not `{}`",
+                path.display(),
+                note.component,
+                project.component.name.text
+            ),
+        ),
+        Ok(Some(note)) if note.model != hash(project) => (
+            "stale-executable",
+            format!(
+                "the executable of `{name}` was generated from another version of {}",
+                project.path.display()
+            ),
+        ),
+        Ok(Some(note)) if note.middleware != instance.middleware.word() => (
+            "middleware-mismatch",
+            format!(
+                "the executable of `{name}` uses {}, the network {}",
+                note.middleware,
+                instance.middleware.word()
+            ),
+        ),
+        Ok(Some(_)) if may_run(path) => return,
+        Ok(Some(_)) => {
+            let message = format!("{} may not be executed by anybody", path.display());
+            let error = Diagnostic::error("not-executable", place, message);
+            found.push(error.help(format!("`chmod +x {}`", path.display())));
+            return;
+        }
+    };
+    found.push(Diagnostic::error(code, place, message).help(build));
+}
+
+/// The hash of a component's model, as notes have it.
+fn hash(project: &Project) -> String {
+    format!("{:016x}", project.hash)
+}
+
+/// Whether a file is one that somebody may execute.
+fn may_run(path: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = |file: std::fs::Metadata| file.permissions().mode();
+    path.metadata().is_ok_and(|file| mode(file) & 0o111 != 0)
+}
+
+/// Checks that code can be generated for a variant, and that there is something to join it with.
+fn check_variant(
+    instance: &Instance,
+    project: &Project,
+    middleware: Backend,
+    found: &mut Diagnostics,
+) {
+    // A template that does not fit is told where it is written.
+    if let Ok((_, more)) = rc_codegen::generate::generate(project, middleware) {
+        let errors = more.iter().filter(|d| d.severity == Severity::Error);
+        found.extend(errors.cloned());
+    }
+    if !project.folder().join("Cargo.toml").exists() {
+        let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
+        let message = format!("`{}` has no code yet", instance.path);
+        let generate = format!("generate it: `rcgen {}`", project.path.display());
+        let error = Diagnostic::error("missing-generated", named.span, message);
+        found.push(error.help(generate));
+    }
+}
+
+/// Checks that the generated code in a component's folder is of the present model.
+fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics) {
+    let name = &instance.path;
+    let (code, message) = match Note::of_generated(project.folder()) {
+        Ok(Some(note)) if note.model == hash(project) => return,
+        Ok(_) => (
+            "stale-generated",
+            format!("the generated code of `{name}` is of an older model"),
+        ),
+        Err(_) => (
+            "missing-generated",
+            format!("`{name}` has no generated code"),
+        ),
+    };
+    let named = instance.cdsl.as_ref().unwrap_or(&instance.name);
+    let generate = format!("generate it: `rcgen {}`", project.path.display());
+    found.push(Diagnostic::error(code, named.span, message).help(generate));
+}
+
+impl Network {
+    /// The program of an instance.
+    pub fn executable(&self, at: usize, profile: Profile) -> Option<PathBuf> {
+        let instance = &self.deployment.instances[at];
+        if let Some(executable) = &instance.executable {
+            return Some(instance.folder.join(&executable.text));
+        }
+        let project = self.projects.get(at)?.as_ref()?;
+        let package = names::package(&project.component.name.text);
+        let program = match self.variants[at] {
+            Some(middleware) => variant::program(&package, middleware),
+            None => package,
+        };
+        let target = variant::target(&workspace(project.folder())?);
+        Some(target.join(profile.folder()).join(program))
+    }
+
+    /// The instances whose programs are built, with their components and what they are variants for.
+    fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Backend>)> {
+        let instances = self.deployment.instances.iter();
+        let instances = instances.zip(&self.projects).zip(&self.variants);
+        instances.filter_map(|((instance, project), variant)| {
+            Some((instance, built(instance, project.as_ref())?, *variant))
+        })
+    }
+
+    /// Checks what is to be built: that generated code is of the present model, and that code can be generated for
+    /// variants.
+    pub fn check_generated(&self, found: &mut Diagnostics) {
+        let mut seen: HashSet<(&Path, Backend)> = HashSet::new();
+        for (instance, project, variant) in self.built() {
+            match variant {
+                None => check_folder(instance, project, found),
+                Some(middleware) => {
+                    if seen.insert((&project.path, middleware)) {
+                        check_variant(instance, project, middleware, found);
+                    }
+                }
+            }
+        }
+    }
+
+    /// What to type where a program is not what it has to be.
+    fn how_to_build(&self, instance: &Instance, profile: Profile) -> String {
+        let mut command = "rcdeploy up --build".to_owned();
+        if profile != Profile::Release {
+            let _ = write!(command, " --profile {}", profile.word());
+        }
+        if let Some(middleware) = self.middleware {
+            let _ = write!(command, " --middleware {}", middleware.word());
+        }
+        let _ = write!(command, " {}", self.path.display());
+        if instance.executable.is_none() {
+            return format!("build it: `{command}`");
+        }
+        format!(
+            "leave `executable` out, so that `{command}` builds it, or let it name a program that was generated for {}",
+            instance.middleware.word(),
+        )
+    }
+
+    /// Checks that every executable is there, and of the present model and middleware.
+    pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
+        // Executables are large, and instances of one component share one.
+        let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
+                continue;
+            };
+            let named = instance.executable.as_ref().or(instance.cdsl.as_ref());
+            let place = named.map_or(instance.name.span, |n| n.span);
+            let Some(path) = self.executable(at, profile) else {
+                let message = format!("{} is in no cargo workspace", project.path.display());
+                let help = "make one with `rcgen init`, or name the program with `executable`";
+                found.push(Diagnostic::error("missing-executable", place, message).help(help));
+                continue;
+            };
+            let note = notes
+                .entry(path.clone())
+                .or_insert_with(|| Note::read(&path));
+            let build = self.how_to_build(instance, profile);
+            check_executable(&path, note, place, instance, project, &build, found);
+        }
+    }
+
+    /// What has to be built, a command of cargo for each workspace, and for each middleware that there are variants of
+    /// its components for. Variants are generated when their turn comes, and nobody else changes them as long as the
+    /// [`Build`] is there.
+    pub fn builds(&self, profile: Profile) -> impl Iterator<Item = Result<Build, Error>> {
+        let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
+        for (_, project, variant) in self.built() {
+            if let Some(root) = workspace(project.folder()) {
+                let package = names::package(&project.component.name.text);
+                let packages = groups.entry((root, variant)).or_default();
+                packages.entry(package).or_insert(project);
+            }
+        }
+        groups.into_iter().map(move |((root, variant), projects)| {
+            let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
+                .map(Into::into)
+                .to_vec();
+            let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
+            for package in projects.keys() {
+                option("--package", package.into());
+            }
+            let mut staged = None;
+            if let Some(middleware) = variant {
+                for package in projects.keys() {
+                    option("--bin", variant::program(package, middleware).into());
+                }
+                let components: Vec<&Project> = projects.values().copied().collect();
+                let there = variant::stage(&root, &components, middleware)?;
+                option("--manifest-path", there.manifest().into());
+                option("--target-dir", variant::target(&root).into());
+                staged = Some(there);
+            }
+            let packages = projects.into_keys().collect();
+            Ok(Build {
+                root,
+                args,
+                packages,
+                _staged: staged,
+            })
+        })
+    }
+}
+
+/// One command of cargo.
+#[derive(Debug)]
+pub struct Build {
+    /// The user's workspace, where it runs.
+    pub root: PathBuf,
+    /// Its arguments.
+    pub args: Vec<OsString>,
+    /// What it builds, for people.
+    pub packages: Vec<String>,
+    _staged: Option<Staged>,
+}
+
+/// The nearest folder above whose `Cargo.toml` is that of a workspace.
+fn workspace(folder: &Path) -> Option<PathBuf> {
+    let folder = folder.canonicalize().ok()?;
+    let is_root = |dir: &&Path| {
+        let manifest = std::fs::read_to_string(dir.join("Cargo.toml")).unwrap_or_default();
+        manifest.lines().any(|line| line.trim() == "[workspace]")
+    };
+    folder.ancestors().find(is_root).map(Path::to_path_buf)
+}

@@ -1,0 +1,367 @@
+//! Where two nodes, or ends that nobody connects, become the same name in ROS 2, and where ends that are connected become
+//! two: before anything starts, and not as calls that two components execute or values that nobody hears.
+//!
+//! Names are made here as the components make them, by `rc_settings::ros`.
+
+use crate::addresses::process_name;
+use crate::model::Network;
+use rc_cdsl::model::{Backend, Role, Slot};
+use rc_codegen::Project;
+use rc_ddsl::model::{Instance, Setting};
+use rc_ddsl::{Connection, Endpoint};
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
+use rc_idsl::canonical::{interface_hash, operation_hash};
+use rc_idsl::model::Operation;
+use rc_settings::ros::{self, Rule};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Options of a component after which its names are others than the files say: nothing is said of them.
+const RENAMING: [&str; 3] = ["--ros-args", "--set-middleware", "--bind"];
+/// How many names a message lists.
+const LISTED: usize = 8;
+
+/// A component that is in ROS 2.
+struct Node<'a> {
+    at: usize,
+    instance: &'a Instance,
+    project: &'a Project,
+    /// What the files say of its domain.
+    domain: Option<u16>,
+    /// Its name in full.
+    name: String,
+    rules: Vec<Rule>,
+}
+
+/// An operation of a slot that is in ROS 2.
+struct End<'a> {
+    node: &'a Node<'a>,
+    place: Endpoint,
+    slot: &'a Slot,
+    operation: &'a Operation,
+    address: String,
+    /// Its name in full.
+    name: String,
+    is_renamed: bool,
+}
+
+impl Network {
+    /// Finds nodes, services and topics that are several by the network and one in ROS 2, and connections whose ends are
+    /// not. Types that are one are told by `check_generated`.
+    pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
+        let nodes = self.ros_nodes();
+        let ends = self.ros_ends(&nodes);
+        let Merged {
+            slots,
+            nodes: merged,
+        } = check_that_no_others_meet(&ends, found);
+        self.check_that_ends_meet(&ends, &slots, found);
+        let mut named: BTreeMap<(Option<u16>, &str), Vec<&Node<'_>>> = BTreeMap::new();
+        for node in &nodes {
+            named
+                .entry((node.domain, &node.name))
+                .or_default()
+                .push(node);
+        }
+        for ((_, name), mut same) in named {
+            let first = same[0].at;
+            // Another name for the one that this was told of is another one for its node.
+            same.retain(|node| !merged.contains(&(first, node.at)));
+            if same.len() > 1 {
+                found.push(one_node(name, &same));
+            }
+        }
+    }
+
+    /// The components that are in ROS 2 under names that are known.
+    fn ros_nodes(&self) -> Vec<Node<'_>> {
+        let instances = self.deployment.instances.iter().zip(&self.projects);
+        let nodes = instances
+            .enumerate()
+            .filter_map(|(at, (instance, project))| {
+                self.ros_node(at, instance, project.as_deref()?)
+            });
+        nodes.collect()
+    }
+
+    fn ros_node<'a>(
+        &self,
+        at: usize,
+        instance: &'a Instance,
+        project: &'a Project,
+    ) -> Option<Node<'a>> {
+        let mut slots = project.component.slots.iter();
+        let is_in_ros = instance.middleware == Backend::Ros2
+            || slots.any(|slot| slot.backend == Some(Backend::Ros2));
+        let mut args = instance.args.iter();
+        if !is_in_ros || args.any(|a| RENAMING.iter().any(|r| a.text.starts_with(r))) {
+            return None;
+        }
+        let values = |key| setting(instance, key).map_or(&[][..], |set| &set.values);
+        let one = |key| values(key).first().cloned();
+        let mut env = instance.env.iter();
+        let variable = || {
+            let (_, value) = env.find(|(name, _)| name.text == "ROS_DOMAIN_ID")?;
+            Some(value.text.clone())
+        };
+        let domain = one("domain").or_else(variable);
+        let (namespace, own) = ros::node(
+            self.name(),
+            &process_name(&instance.path),
+            one("namespace"),
+            one("node"),
+        );
+        let rules = values("remap").iter();
+        let rules = rules.filter_map(|rule| Rule::parse(rule, &namespace, &own));
+        Some(Node {
+            at,
+            instance,
+            project,
+            domain: domain.and_then(|domain| domain.parse().ok()),
+            name: ros::full(&own, &namespace, ""),
+            rules: rules.collect(),
+        })
+    }
+
+    /// The ends of these components in ROS 2, but those that are refused: that has been told, and they may be meant to meet.
+    fn ros_ends<'a>(&'a self, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
+        let diagnostics = self.connections.diagnostics.iter();
+        let refused: BTreeSet<Endpoint> = diagnostics
+            .filter(|t| t.peer.is_some() && t.diagnostic.severity == Severity::Error)
+            .map(|t| t.endpoint)
+            .collect();
+        let addresses = self.addresses();
+        let mut ends = Vec::new();
+        for node in nodes {
+            let component = &node.project.component;
+            for (slot, index) in component.slots.iter().zip(0..) {
+                let place = Endpoint {
+                    instance: node.at,
+                    slot: index,
+                };
+                let backend = slot.backend.unwrap_or(node.instance.middleware);
+                if backend != Backend::Ros2 || refused.contains(&place) {
+                    continue;
+                }
+                for operation in &component.library.interface(slot.interface).operations {
+                    let address = format!("{}/{}", addresses[&place], operation.name.text);
+                    let name =
+                        ros::operation(&address, &slot.name, &operation.name.text, &node.rules);
+                    ends.push(End {
+                        node,
+                        place,
+                        slot,
+                        operation,
+                        is_renamed: name != ros::name(&address),
+                        name,
+                        address,
+                    });
+                }
+            }
+        }
+        ends
+    }
+
+    /// Finds connections of which one end was renamed, once a connection. Where both were, something of somebody else may
+    /// be meant to stand between them. Of slots in `told` another mistake is known.
+    fn check_that_ends_meet(
+        &self,
+        ends: &[End<'_>],
+        told: &BTreeSet<Endpoint>,
+        found: &mut Diagnostics,
+    ) {
+        let mut of: BTreeMap<Endpoint, Vec<&End<'_>>> = BTreeMap::new();
+        for end in ends.iter().filter(|end| !told.contains(&end.place)) {
+            of.entry(end.place).or_default().push(end);
+        }
+        let of = |place| of.get(place).map_or(&[][..], Vec::as_slice);
+        for Connection { consumer, provider } in &self.connections.connections {
+            let mut pairs = of(consumer).iter().zip(of(provider));
+            let parted = pairs
+                .find(|(one, other)| one.name != other.name && one.is_renamed != other.is_renamed);
+            if let Some((one, other)) = parted {
+                found.push(two_names(one, other));
+            }
+        }
+    }
+}
+
+/// What has been told of.
+#[derive(Default)]
+struct Merged {
+    /// The slots of ends that are one, and were renamed.
+    slots: BTreeSet<Endpoint>,
+    /// Pairs of components whose own names are one.
+    nodes: BTreeSet<(usize, usize)>,
+}
+
+/// Compares the ends at each name.
+fn check_that_no_others_meet(ends: &[End<'_>], found: &mut Diagnostics) -> Merged {
+    let mut named: BTreeMap<_, Vec<&End<'_>>> = BTreeMap::new();
+    for end in ends {
+        let key = (end.node.domain, end.slot.role.is_topic(), &end.name);
+        named.entry(key).or_default().push(end);
+    }
+    // What is said of one operation holds for the others of a slot, and what is said of the name of a component for
+    // all of its slots.
+    let (mut told, mut merged) = (BTreeSet::new(), Merged::default());
+    for (one, other) in named.values().filter_map(|ends| pair(ends)) {
+        let is_own = one.node.at == other.node.at;
+        let is_new = if is_own || one.is_renamed || other.is_renamed {
+            merged.slots.extend([one.place, other.place]);
+            told.insert((one.place, other.place))
+        } else {
+            merged.nodes.insert((one.node.at, other.node.at))
+        };
+        if is_new {
+            found.push(one_name(one, other));
+        }
+    }
+    merged
+}
+
+fn setting<'a>(instance: &'a Instance, key: &str) -> Option<&'a Setting> {
+    instance.setting(Backend::Ros2, key)
+}
+
+/// Two ends at one name that must not be there together. Ends of one type that somebody has renamed so are meant to meet.
+fn pair<'a>(ends: &[&'a End<'a>]) -> Option<(&'a End<'a>, &'a End<'a>)> {
+    let first = *ends.first().filter(|_| ends.len() > 1)?;
+    let all = ends.iter().copied();
+    let mut servers = all.clone().filter(|e| e.slot.role == Role::Implements);
+    let servers = servers.next().zip(servers.next());
+    let differ = || {
+        let types = first.types();
+        Some((first, all.clone().find(|other| other.types() != types)?))
+    };
+    let merged = || {
+        let mut usual = all.clone().filter(|end| !end.is_renamed);
+        let first = usual.next()?;
+        Some((first, usual.find(|end| end.address != first.address)?))
+    };
+    servers.or_else(differ).or_else(merged)
+}
+
+impl End<'_> {
+    /// The hash that ends which run compare.
+    fn types(&self) -> u64 {
+        let (library, interface) = (&self.node.project.component.library, self.slot.interface);
+        if self.slot.role.is_topic() {
+            operation_hash(library, interface, self.operation)
+        } else {
+            interface_hash(library, interface)
+        }
+    }
+
+    /// What people call it.
+    fn text(&self) -> String {
+        let (instance, slot) = (&self.node.instance.path, &self.slot.name);
+        format!("`{instance}.{slot}/{}`", self.operation.name.text)
+    }
+
+    /// Adds where it was renamed.
+    fn label(&self, finding: Diagnostic) -> Diagnostic {
+        match setting(self.node.instance, "remap").filter(|_| self.is_renamed) {
+            Some(set) => label(finding, set.span, "renamed here"),
+            None => finding,
+        }
+    }
+}
+
+/// Adds a further place, once.
+fn label(finding: Diagnostic, span: Span, what: &str) -> Diagnostic {
+    let known = finding.span == span || finding.labels.iter().any(|l| l.span == span);
+    if known {
+        finding
+    } else {
+        finding.label(span, what)
+    }
+}
+
+fn one_name(one: &End<'_>, other: &End<'_>) -> Diagnostic {
+    let (ends, name) = (format!("{} and {}", one.text(), other.text()), &one.name);
+    let is_topic = one.slot.role.is_topic();
+    let (code, kind) = if is_topic {
+        ("ros-same-topic", "topic")
+    } else {
+        ("ros-same-service", "service")
+    };
+    let effect = if (one.slot.role, other.slot.role) == (Role::Implements, Role::Implements) {
+        "a service has one server"
+    } else if one.types() != other.types() {
+        "their types differ, so they cannot meet there"
+    } else {
+        "they would meet, though nobody connects them"
+    };
+    let message = format!("{ends} are one {kind} in ROS 2, `{name}`: {effect}");
+    let span = other.node.instance.name.span;
+    let mut error = Diagnostic::error(code, span, message);
+    error = label(error, one.node.instance.name.span, "the other one");
+    for end in [one, other] {
+        if one.node.at == other.node.at {
+            error = label(error, end.slot.span, "one of both");
+        }
+        error = end.label(error);
+    }
+    error.help(if one.is_renamed || other.is_renamed {
+        "give one of them another name in `remap`"
+    } else {
+        "names of ROS 2 have letters, digits and single `_`: call one of them otherwise, or give it another name in `remap`"
+    })
+}
+
+/// Of a connection, the end that was renamed and the other one.
+fn two_names(one: &End<'_>, other: &End<'_>) -> Diagnostic {
+    let (renamed, usual) = if one.is_renamed {
+        (one, other)
+    } else {
+        (other, one)
+    };
+    let message = format!(
+        "{} and {} are connected, and do not meet in ROS 2: one is `{}`, the other one `{}`",
+        renamed.text(),
+        usual.text(),
+        renamed.name,
+        usual.name
+    );
+    let warning = Diagnostic::warning("ros-renamed-alone", usual.node.instance.name.span, message);
+    let rule = format!(
+        "{}/{}:={}",
+        usual.slot.name, usual.operation.name.text, renamed.name
+    );
+    renamed.label(warning).help(format!(
+        "give `{}` the same name, `remap \"{rule}\"`, unless something between them that is no component is meant to hear one and tell the other",
+        usual.node.instance.path
+    ))
+}
+
+fn one_node(name: &str, same: &[&Node<'_>]) -> Diagnostic {
+    let listed = same.iter().take(LISTED);
+    let mut names: Vec<String> = listed.map(|n| format!("`{}`", n.instance.path)).collect();
+    let last = match same.len() - names.len() {
+        0 => names.pop().unwrap_or_default(),
+        more => format!("{more} more"),
+    };
+    let names = names.join(", ");
+    let message = format!("{names} and {last} are one node in ROS 2, `{name}`");
+    let span = same[1].instance.name.span;
+    let with_parameters = same.iter().filter(|n| n.project.parameters.is_some());
+    let mut finding = if with_parameters.count() > 1 {
+        let message = format!("{message}: only one of those with parameters could start");
+        Diagnostic::error("ros-same-node", span, message)
+    } else {
+        let message = format!("{message}: tools of ROS 2 take them for the same");
+        Diagnostic::warning("ros-same-node", span, message)
+    };
+    for node in same.iter().take(LISTED) {
+        finding = label(finding, node.instance.name.span, "another one");
+        for set in ["node", "namespace"]
+            .iter()
+            .filter_map(|key| setting(node.instance, key))
+        {
+            finding = label(finding, set.span, "named here");
+        }
+    }
+    finding.help(
+        "give one of them a `node` or a `namespace` of its own in `middleware ros2 { … }`, or call it otherwise",
+    )
+}

@@ -1,0 +1,97 @@
+//! The shared-memory services of a network, which the guard holds open.
+//!
+//! A process that is killed while it starts can leave a service half made, and nobody can open it then; one that
+//! somebody holds open is whole. The guard makes them all before the first component starts, with the greatest
+//! depth that an end of a topic asks for, so that ends may come in any order.
+
+use crate::model::Network;
+use rc_cdsl::model::{Backend, Role};
+use rc_ddsl::Endpoint as End;
+use rc_ddsl::model::Host;
+use rc_idsl::canonical::{interface_hash, operation_hash};
+use rc_middleware::Qos;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// One service. The guard gets a JSON list of pairs, address and service.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+pub struct Service {
+    /// The name of its types.
+    pub types: String,
+    /// Their hash.
+    pub hash: u64,
+    /// Whether it is a topic. Otherwise it is called.
+    pub topic: bool,
+    /// Of a topic: how many samples its receivers hold.
+    pub depth: u32,
+    /// Of a topic: whether late subscribers get the last sample.
+    pub keeps: bool,
+}
+
+impl Network {
+    /// The services on the default middleware that other machines need, by the names of these, see [`Self::services`].
+    pub fn services_elsewhere(&self) -> BTreeMap<String, String> {
+        let instances = self.deployment.instances.iter();
+        let hosts = instances.filter_map(|instance| self.deployment.remote_host(instance));
+        let services = |host: &Host| (host.name.text.clone(), self.services(Some(host)));
+        hosts.map(services).collect()
+    }
+
+    /// All services of this network on the default middleware that a machine needs (`None`: this one), as the JSON
+    /// text of a list of pairs, address and [`Service`].
+    pub fn services(&self, host: Option<&Host>) -> String {
+        let mut services: BTreeMap<String, Service> = BTreeMap::new();
+        for (End { instance, slot }, address) in self.addresses() {
+            let on = self
+                .deployment
+                .remote_host(&self.deployment.instances[instance]);
+            let is_there = match (on, host) {
+                (Some(on), Some(host)) => on.is_same(host),
+                (on, host) => on.is_none() && host.is_none(),
+            };
+            if !is_there {
+                continue;
+            }
+            let Some(project) = self.projects.get(instance).and_then(Option::as_ref) else {
+                continue;
+            };
+            let (library, slot) = (&project.component.library, &project.component.slots[slot]);
+            let chosen = self.deployment.instances[instance].middleware;
+            if slot.backend.unwrap_or(chosen) != Backend::Iceoryx2 {
+                continue;
+            }
+            let path = library.interface_path(slot.interface);
+            if !slot.role.is_topic() {
+                let hash = interface_hash(library, slot.interface);
+                let service = Service {
+                    types: path,
+                    hash,
+                    topic: false,
+                    depth: 0,
+                    keeps: false,
+                };
+                services.insert(address, service);
+                continue;
+            }
+            for operation in &library.interface(slot.interface).operations {
+                let name = &operation.name.text;
+                let service = services
+                    .entry(format!("{address}/{name}"))
+                    .or_insert_with(|| Service {
+                        types: format!("{path}/{name}"),
+                        hash: operation_hash(library, slot.interface, operation),
+                        topic: true,
+                        depth: 0,
+                        keeps: false,
+                    });
+                service.depth = service
+                    .depth
+                    .max(slot.qos.depth.unwrap_or(Qos::PUBLISHER.depth));
+                service.keeps |=
+                    slot.role == Role::Publishes && slot.qos.transient_local == Some(true);
+            }
+        }
+        // Keys are texts, so that this cannot fail.
+        serde_json::to_string(&services.into_iter().collect::<Vec<_>>()).unwrap_or_default()
+    }
+}

@@ -1,0 +1,145 @@
+//! Which machines and connections a network has, as the plan and the picture show them.
+
+use crate::model::Network;
+use rc_cdsl::model::Role;
+use rc_ddsl::{Connection as Pair, Endpoint};
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// A machine.
+#[derive(Clone, Debug, Serialize)]
+pub struct Host {
+    /// Its name.
+    pub name: String,
+    /// Its name or IP address in the network of machines.
+    pub address: String,
+    /// Who runs components there, where the file says.
+    pub user: Option<String>,
+}
+
+/// What travels over a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Calls, and their answers.
+    Call,
+    /// Data, from one to many.
+    Topic,
+}
+
+/// One end of a connection.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct End {
+    /// The whole name of a component.
+    pub component: String,
+    /// One of its slots.
+    pub slot: String,
+    /// The numbers of both, for those who draw.
+    #[serde(skip)]
+    pub at: (usize, usize),
+}
+
+/// A connection.
+#[derive(Clone, Debug, Serialize)]
+pub struct Connection {
+    /// Who calls, or sends data.
+    pub from: End,
+    /// Who is called, or gets the data.
+    pub to: End,
+    /// What is said: `Module::Interface`.
+    pub interface: String,
+    /// What travels.
+    pub kind: Kind,
+    /// Over what.
+    pub middleware: &'static str,
+    /// Where both meet; none where they are refused.
+    pub address: Option<String>,
+}
+
+impl Network {
+    /// The name of the machine that an instance runs on.
+    pub fn host_name(&self, at: usize) -> &str {
+        let host = self.deployment.instances[at].host;
+        host.map_or("localhost", |(host, _)| {
+            &self.deployment.hosts[host].name.text
+        })
+    }
+
+    /// The machines on which something runs.
+    pub fn hosts(&self) -> Vec<Host> {
+        let used: BTreeSet<Option<usize>> = self
+            .deployment
+            .instances
+            .iter()
+            .map(|i| i.host.map(|(host, _)| host))
+            .collect();
+        used.into_iter()
+            .map(|host| {
+                let host = host.map(|host| &self.deployment.hosts[host]);
+                Host {
+                    name: host.map_or("localhost", |h| &h.name.text).to_owned(),
+                    address: host.map_or("localhost", |h| &h.address.text).to_owned(),
+                    user: host.and_then(|h| Some(h.user.as_ref()?.text.clone())),
+                }
+            })
+            .collect()
+    }
+
+    /// An end of a connection by names.
+    pub fn end(&self, end: Endpoint) -> End {
+        End {
+            component: self.deployment.instances[end.instance].path.clone(),
+            slot: self.slot(end).map_or_else(String::new, |s| s.name.clone()),
+            at: (end.instance, end.slot),
+        }
+    }
+
+    /// All connections, also those that are refused, as far as they go from a provider to a consumer.
+    pub fn connections_between(&self) -> Vec<(Pair, Connection)> {
+        let provides = |end: Endpoint| {
+            let role = self.slot(end).map(|s| s.role);
+            role.map(|r| matches!(r, Role::Implements | Role::Publishes))
+        };
+        let refused = self.connections.diagnostics.iter().filter_map(|found| {
+            let (one, other) = (found.endpoint, found.peer?);
+            match (provides(one)?, provides(other)?) {
+                (false, true) => Some((one, other)),
+                (true, false) => Some((other, one)),
+                _ => None,
+            }
+        });
+        let refused = refused.map(|(consumer, provider)| Pair { consumer, provider });
+        let made: BTreeSet<Pair> = self.connections.connections.iter().copied().collect();
+        let all: BTreeSet<Pair> = refused.chain(made.iter().copied()).collect();
+        let addresses = self.addresses();
+        all.into_iter()
+            .filter_map(|pair| {
+                let slot = self.slot(pair.provider)?;
+                let component = &self.projects[pair.provider.instance].as_ref()?.component;
+                let instance = &self.deployment.instances[pair.consumer.instance];
+                let own = self.slot(pair.consumer)?.backend;
+                let kind = if slot.role.is_topic() {
+                    Kind::Topic
+                } else {
+                    Kind::Call
+                };
+                let (from, to) = match kind {
+                    Kind::Topic => (pair.provider, pair.consumer),
+                    Kind::Call => (pair.consumer, pair.provider),
+                };
+                let connection = Connection {
+                    from: self.end(from),
+                    to: self.end(to),
+                    interface: component.library.interface_path(slot.interface),
+                    kind,
+                    middleware: own.unwrap_or(instance.middleware).word(),
+                    address: made
+                        .contains(&pair)
+                        .then(|| addresses.get(&pair.consumer).cloned())
+                        .flatten(),
+                };
+                Some((pair, connection))
+            })
+            .collect()
+    }
+}

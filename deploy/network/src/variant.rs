@@ -1,0 +1,458 @@
+//! Components for another middleware than that of their `generated/`: a workspace below the target folder in which each
+//! is generated anew, and where all else is the user's, in place.
+//!
+//! `TARGET/rc/MIDDLEWARE` has a manifest with what the user's workspace says of dependencies, patches and profiles, and
+//! its lock file; `NAME` in it has the user's manifest with another program name, a `generated/` of its own, and links
+//! to all other files of the component. Cargo builds into the user's target folder, so that nothing that both need is
+//! built twice.
+
+use crate::error::{Error, cannot};
+use rc_cdsl::model::Backend;
+use rc_codegen::files::{Files, GENERATED, Owner};
+use rc_codegen::{Project, generate, names};
+use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, value};
+
+/// What the manifest of a workspace says for all that is in it.
+const SHARED: [&str; 4] = ["workspace", "patch", "replace", "profile"];
+/// What of a component's folder is not the user's, or not the variant's.
+const OWN: [&str; 4] = ["Cargo.toml", "Cargo.lock", GENERATED, "target"];
+const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-dependencies"];
+
+/// How long a build waits for another one; a first one compiles a middleware.
+const PATIENCE: Duration = Duration::from_secs(30 * 60);
+
+/// The program of a variant; it lies beside the one that the user builds.
+pub(crate) fn program(package: &str, middleware: Backend) -> String {
+    format!("{package}-{}", middleware.word())
+}
+
+/// The target folder of the workspace `root`.
+pub(crate) fn target(root: &Path) -> PathBuf {
+    match std::env::var_os("CARGO_TARGET_DIR").filter(|dir| !dir.is_empty()) {
+        // A relative one is meant from where cargo runs; an absolute one stays as it is.
+        Some(dir) => root.join(dir),
+        None => root.join("target"),
+    }
+}
+
+/// Variants that are there to be built. As long as this lives, nobody else changes which they are.
+#[derive(Debug)]
+pub(crate) struct Staged {
+    folder: PathBuf,
+    _held: File,
+}
+
+impl Staged {
+    /// The manifest of their workspace.
+    pub(crate) fn manifest(&self) -> PathBuf {
+        self.folder.join("Cargo.toml")
+    }
+}
+
+/// Makes or renews the variants of components of the workspace `root`.
+pub(crate) fn stage(
+    root: &Path,
+    projects: &[&Project],
+    middleware: Backend,
+) -> Result<Staged, Error> {
+    let folder = target(root).join("rc").join(middleware.word());
+    let held = lock_folder(&folder, PATIENCE)?;
+    let mut members: Vec<String> = Vec::new();
+    let mut shared = shared(root)?;
+    for project in projects {
+        let package = names::package(&project.component.name.text);
+        component(
+            project,
+            &package,
+            middleware,
+            &shared,
+            &folder.join(&package),
+            root,
+        )?;
+        members.push(package);
+    }
+    members.sort();
+    let list: toml_edit::Array = members.iter().map(String::as_str).collect();
+    shared["workspace"]["members"] = value(list);
+    let mut files = Files::default();
+    files.add("Cargo.toml", Owner::Generic, shared.to_string());
+    write(&files, &folder)?;
+    lock(root, &folder, &members)?;
+    Ok(Staged {
+        folder,
+        _held: held,
+    })
+}
+
+/// Holds the folder of variants. Networks of one target folder have different ones in it, and cargo reads there until it
+/// is done.
+fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
+    std::fs::create_dir_all(folder).map_err(cannot(format!("make {}", folder.display())))?;
+    let path = folder.join(".lock");
+    let file = File::create(&path).map_err(cannot(format!("open {}", path.display())))?;
+    let deadline = Instant::now() + patience;
+    let mut told = false;
+    loop {
+        let error = match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => return Ok(file),
+            Err(Errno::WOULDBLOCK) if Instant::now() < deadline => {
+                if !std::mem::replace(&mut told, true) {
+                    let folder = folder.display();
+                    // Whoever closed standard error does not want to know.
+                    let _ = writeln!(
+                        io::stderr(),
+                        "rcdeploy: waiting for another build in {folder}"
+                    );
+                }
+                std::thread::sleep(Duration::from_millis(50));
+                continue;
+            }
+            Err(Errno::WOULDBLOCK) => {
+                io::Error::new(io::ErrorKind::TimedOut, "another build holds it")
+            }
+            Err(error) => error.into(),
+        };
+        return Err(error).map_err(cannot(format!("lock {}", path.display())));
+    }
+}
+
+fn write(files: &Files, folder: &Path) -> Result<(), Error> {
+    let written = files.write(folder).map(drop);
+    written.map_err(cannot(format!("write the variant in {}", folder.display())))
+}
+
+fn read(path: &Path) -> Result<DocumentMut, Error> {
+    let text = rc_codegen::load::read(path).map_err(cannot(format!("read {}", path.display())))?;
+    text.parse()
+        .map_err(|error| Error::Workspace(format!("{}: {error}", path.display())))
+}
+
+/// The manifest of the user's workspace, without its members; its paths are absolute.
+fn shared(root: &Path) -> Result<DocumentMut, Error> {
+    let mut manifest = read(&root.join("Cargo.toml"))?;
+    let edition = manifest.get("package").and_then(|p| p.get("edition"));
+    // Where there is a package, its edition chooses the resolver.
+    let resolver = match edition.and_then(Item::as_str) {
+        Some("2021") => Some("2"),
+        Some("2015" | "2018") | None => None,
+        Some(_) => Some("3"),
+    };
+    manifest.retain(|key, _| SHARED.contains(&key));
+    if let Some(workspace) = table(manifest.as_table_mut(), "workspace") {
+        for key in ["exclude", "default-members"] {
+            workspace.remove(key);
+        }
+        if let Some(resolver) = resolver
+            && !workspace.contains_key("resolver")
+        {
+            workspace.insert("resolver", value(resolver));
+        }
+        if let Some(dependencies) = table(workspace, "dependencies") {
+            absolute(dependencies, root);
+        }
+    }
+    if let Some(patches) = table(manifest.as_table_mut(), "patch") {
+        for (_, source) in patches.iter_mut() {
+            source
+                .as_table_like_mut()
+                .into_iter()
+                .for_each(|patch| absolute(patch, root));
+        }
+    }
+    if let Some(replaced) = table(manifest.as_table_mut(), "replace") {
+        absolute(replaced, root);
+    }
+    Ok(manifest)
+}
+
+fn table<'a>(of: &'a mut dyn TableLike, key: &str) -> Option<&'a mut dyn TableLike> {
+    of.get_mut(key)?.as_table_like_mut()
+}
+
+/// Makes the paths of dependencies lead from anywhere to where they lead from `folder`.
+fn absolute(dependencies: &mut dyn TableLike, folder: &Path) {
+    for (_, item) in dependencies.iter_mut() {
+        let Some(dependency) = item.as_table_like_mut() else {
+            continue;
+        };
+        if let Some(path) = dependency.get("path").and_then(Item::as_str) {
+            let path = folder.join(path);
+            dependency.insert("path", value(path.to_string_lossy().as_ref()));
+        }
+    }
+}
+
+/// The same for all dependencies of a package.
+fn absolute_in(manifest: &mut DocumentMut, folder: &Path) {
+    let mut tables: Vec<&mut dyn TableLike> = Vec::new();
+    for (key, item) in manifest.iter_mut() {
+        let Some(table) = item.as_table_like_mut() else {
+            continue;
+        };
+        if DEPENDENCIES.contains(&key.get()) {
+            tables.push(table);
+        } else if key.get() == "target" {
+            let platforms = table.iter_mut().filter_map(|(_, i)| i.as_table_like_mut());
+            for platform in platforms {
+                let kinds = platform.iter_mut();
+                let kinds = kinds.filter(|(key, _)| DEPENDENCIES.contains(&key.get()));
+                tables.extend(kinds.filter_map(|(_, i)| i.as_table_like_mut()));
+            }
+        }
+    }
+    tables.into_iter().for_each(|table| absolute(table, folder));
+}
+
+/// Stages one component in `staged`.
+fn component(
+    project: &Project,
+    package: &str,
+    middleware: Backend,
+    shared: &DocumentMut,
+    staged: &Path,
+    root: &Path,
+) -> Result<(), Error> {
+    let folder = project.folder();
+    let folder = folder
+        .canonicalize()
+        .map_err(cannot(format!("open {}", folder.display())))?;
+    let (generated, _) = generate::generate(project, middleware)
+        .map_err(|error| Error::Workspace(error.to_string()))?;
+    let mut files = Files::default();
+    for (path, owner, text) in generated.iter() {
+        if owner == Owner::Generic {
+            files.add(path, owner, text.to_owned());
+        }
+    }
+    let crate_manifest = Path::new(GENERATED).join("Cargo.toml");
+    let text = files.text(&crate_manifest).unwrap_or_default();
+    let mut manifest: DocumentMut = text
+        .parse()
+        .map_err(|error| Error::Workspace(format!("{package}: {error}")))?;
+    inherited(&manifest, shared, root)?;
+    absolute_in(&mut manifest, &folder.join(GENERATED));
+    files.add(crate_manifest, Owner::Generic, manifest.to_string());
+    let manifest = user_manifest(&folder, package, middleware)?;
+    files.add("Cargo.toml", Owner::Generic, manifest.to_string());
+    write(&files, staged)?;
+    link(&folder, staged).map_err(cannot(format!("link the files of {package}")))
+}
+
+/// Whether the user's workspace has what the generated crate takes from it.
+fn inherited(manifest: &DocumentMut, shared: &DocumentMut, root: &Path) -> Result<(), Error> {
+    let dependencies = manifest.get("dependencies").and_then(Item::as_table_like);
+    let known = shared["workspace"].get("dependencies");
+    for (name, item) in dependencies.into_iter().flat_map(|table| table.iter()) {
+        let is_known = known.is_some_and(|known| known.get(name).is_some());
+        if item.get("workspace").is_none() || is_known {
+            continue;
+        }
+        let middleware = name.trim_start_matches("rc-");
+        let like = known.and_then(|known| known.get("rc-runtime"));
+        let like = like.map_or(String::new(), |like| {
+            let like = like.to_string();
+            let like = like.replace("/runtime\"", &format!("/middleware/{middleware}\""));
+            format!(": `{name} = {}`", like.trim())
+        });
+        return Err(Error::Workspace(format!(
+            "{} does not say where {name} comes from; add it to [workspace.dependencies]{like}",
+            root.join("Cargo.toml").display()
+        )));
+    }
+    Ok(())
+}
+
+/// The user's manifest, for the same files in another folder and a program of another name.
+fn user_manifest(folder: &Path, package: &str, middleware: Backend) -> Result<DocumentMut, Error> {
+    let mut manifest = read(&folder.join("Cargo.toml"))?;
+    // Where the component is the root of its workspace, the variant is not.
+    manifest.retain(|key, _| !SHARED.contains(&key));
+    absolute_in(&mut manifest, folder);
+    let mut path = InlineTable::new();
+    path.insert("path", GENERATED.into());
+    manifest["dependencies"][format!("{package}_generated")] = value(path);
+    let program = program(package, middleware);
+    if let Some(package) = table(manifest.as_table_mut(), "package") {
+        for key in ["workspace", "default-run"] {
+            package.remove(key);
+        }
+        package.insert("autobins", value(false));
+    }
+    let is_named = |bin: &Table| bin.get("name").and_then(Item::as_str) == Some(package);
+    let bins = manifest
+        .entry("bin")
+        .or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+    let Some(bins) = bins.as_array_of_tables_mut() else {
+        let path = folder.join("Cargo.toml");
+        let message = "write its programs as `[[bin]]`, or leave them out";
+        return Err(Error::Workspace(format!("{}: {message}", path.display())));
+    };
+    if !bins.iter().any(is_named) {
+        let mut bin = Table::new();
+        bin.insert("name", value(package));
+        bins.push(bin);
+    }
+    for bin in bins.iter_mut().filter(|bin| is_named(bin)) {
+        bin.insert("name", value(program.as_str()));
+        source(bin, folder, "src/main.rs");
+    }
+    if manifest.contains_key("lib") || folder.join("src/lib.rs").exists() {
+        let lib = manifest.entry("lib").or_insert(Item::Table(Table::new()));
+        let lib = lib.as_table_like_mut();
+        lib.into_iter()
+            .for_each(|lib| source(lib, folder, "src/lib.rs"));
+    }
+    Ok(manifest)
+}
+
+/// Lets a crate begin where the user's does, so that the compiler names the user's own files.
+fn source(of: &mut dyn TableLike, folder: &Path, usual: &str) {
+    let path = of.get("path").and_then(Item::as_str).unwrap_or(usual);
+    let path = folder.join(path);
+    of.insert("path", value(path.to_string_lossy().as_ref()));
+}
+
+/// Links what the user has in the component's folder into that of the variant.
+fn link(folder: &Path, staged: &Path) -> io::Result<()> {
+    let is_own = |name: &OsStr| OWN.iter().any(|own| *own == name);
+    for entry in std::fs::read_dir(staged)? {
+        let entry = entry?;
+        let wanted = folder.join(entry.file_name());
+        let path = entry.path();
+        let stays = !is_own(&entry.file_name())
+            && std::fs::symlink_metadata(&wanted).is_ok()
+            && std::fs::read_link(&path).is_ok_and(|there| there == wanted);
+        if entry.file_type()?.is_symlink() && !stays {
+            std::fs::remove_file(path)?;
+        }
+    }
+    for entry in std::fs::read_dir(folder)? {
+        let name = entry?.file_name();
+        let path = staged.join(&name);
+        if !is_own(&name) && std::fs::symlink_metadata(&path).is_err() {
+            std::os::unix::fs::symlink(folder.join(&name), path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Begins with the versions of the user's workspace, again when they or the members are others. What only the variants
+/// need is added by cargo, and stays until then.
+fn lock(root: &Path, folder: &Path, members: &[String]) -> Result<(), Error> {
+    let there = root.join("Cargo.lock");
+    let text = match rc_codegen::load::read(&there) {
+        Ok(text) => text,
+        // Nothing has been built yet.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(error).map_err(cannot(format!("read {}", there.display()))),
+    };
+    let of = Path::new("Cargo.lock.of-workspace");
+    let wanted = format!("# {}\n{text}", members.join(", "));
+    let locked = folder.join("Cargo.lock").exists();
+    if locked && rc_codegen::load::read(&folder.join(of)).is_ok_and(|before| before == wanted) {
+        return Ok(());
+    }
+    let mut files = Files::default();
+    files.add("Cargo.lock", Owner::Generic, text);
+    files.add(of, Owner::Generic, wanted);
+    write(&files, folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(manifest: &str) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("Cargo.toml"), manifest).expect("to write");
+        folder
+    }
+
+    #[test]
+    fn a_program_has_the_name_of_its_middleware_and_the_dependencies_of_its_user() {
+        let folder = folder(
+            "[package]\nname = \"lidar\"\ndefault-run = \"lidar\"\nworkspace = \"../..\"\n\n[dependencies]\n\
+             lidar_generated.workspace = true\nnear = { path = \"../near\" }\nfar = \"1\"\n\n\
+             [target.'cfg(unix)'.dependencies]\nunix = { path = \"../unix\" }\n\n\
+             [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar\"\npath = \"src/lidar.rs\"\n",
+        );
+        let path = folder.path();
+        let manifest = user_manifest(path, "lidar", Backend::Dds).expect("a manifest");
+        let here = path.display();
+        let wanted = format!(
+            "[package]\nname = \"lidar\"\nautobins = false\n\n[dependencies]\n\
+             lidar_generated = {{ path = \"generated\" }}\nnear = {{ path = \"{here}/../near\" }}\nfar = \"1\"\n\n\
+             [target.'cfg(unix)'.dependencies]\nunix = {{ path = \"{here}/../unix\" }}\n\n\
+             [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar-dds\"\npath = \"{here}/src/lidar.rs\"\n"
+        );
+        assert_eq!(manifest.to_string(), wanted);
+    }
+
+    #[test]
+    fn what_a_workspace_shares_leads_to_the_same_places() {
+        let folder = folder(
+            "[package]\nname = \"root\"\nedition = \"2024\"\n\n[workspace]\nmembers = [\"a\"]\nexclude = [\"b\"]\n\n\
+             [workspace.dependencies]\nnear = { path = \"near\" }\nfar = \"1\"\n\n[patch.crates-io]\n\
+             old = { path = \"new\" }\n\n[profile.dev]\ndebug = 1\n\n[dependencies]\nfar = \"1\"\n",
+        );
+        let manifest = shared(folder.path()).expect("a manifest").to_string();
+        let here = folder.path().display();
+        for part in [
+            format!("near = {{ path = \"{here}/near\" }}"),
+            format!("old = {{ path = \"{here}/new\" }}"),
+            "resolver = \"3\"".to_owned(),
+            "debug = 1".to_owned(),
+        ] {
+            assert!(manifest.contains(&part), "{part}\n{manifest}");
+        }
+        for part in ["[package]", "exclude", "\n[dependencies]"] {
+            assert!(!manifest.contains(part), "{part}\n{manifest}");
+        }
+    }
+
+    #[test]
+    fn a_folder_is_of_one_build_at_a_time() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join("dds");
+        let lock = |patience| lock_folder(&folder, patience);
+        let first = lock(Duration::ZERO).expect("a free folder");
+        let busy = lock(Duration::from_millis(1)).expect_err("another one has it");
+        assert!(busy.to_string().contains("another build"), "{busy}");
+        let next = std::thread::scope(|scope| {
+            let next = scope.spawn(|| lock(PATIENCE));
+            drop(first);
+            next.join().expect("a thread")
+        });
+        assert!(next.is_ok());
+    }
+
+    #[test]
+    fn links_follow_the_files_of_the_user() {
+        let user = folder("");
+        let staged = tempfile::tempdir().expect("a folder");
+        let names = || {
+            let entries = std::fs::read_dir(staged.path())
+                .expect("a folder")
+                .flatten();
+            let mut names: Vec<_> = entries.map(|e| e.file_name()).collect();
+            names.sort();
+            names
+        };
+        std::fs::create_dir(user.path().join("src")).expect("a folder");
+        std::fs::create_dir(user.path().join(GENERATED)).expect("a folder");
+        std::fs::write(user.path().join("build.rs"), "").expect("a file");
+        link(user.path(), staged.path()).expect("links");
+        assert_eq!(names(), ["build.rs", "src"]);
+        std::fs::remove_file(user.path().join("build.rs")).expect("it was there");
+        std::fs::write(user.path().join("data"), "").expect("a file");
+        link(user.path(), staged.path()).expect("links");
+        assert_eq!(names(), ["data", "src"]);
+    }
+}

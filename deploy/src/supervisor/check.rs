@@ -1,0 +1,87 @@
+//! Checks a plan before the supervisor relies on it.
+
+use crate::client::names::check_name;
+use crate::error::Error;
+use rc_deploy_network::Plan;
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+/// The longest limit of a component: what is longer is a slip of the pen, and could not be added to a time.
+const LONGEST: Duration = Duration::from_secs(24 * 60 * 60);
+
+/// Checks what the supervisor relies on: names that can be file names, no name twice, `after` names components.
+pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
+    check_name("network", &plan.network)?;
+    let mut names = BTreeSet::new();
+    for component in &plan.components {
+        check_name("component", &component.name)?;
+        if !names.insert(component.name.as_str()) {
+            let message = format!(
+                "two components of {} are called {}",
+                plan.network, component.name
+            );
+            return Err(Error::Plan(message));
+        }
+    }
+    for component in &plan.components {
+        let times = [component.ready, component.stop, component.restart.backoff];
+        if times.into_iter().any(|time| time > LONGEST) {
+            let message = format!(
+                "a limit of {} is longer than a day; shorten its `ready`, `stop` or `backoff`",
+                component.name
+            );
+            return Err(Error::Plan(message));
+        }
+        let unknown = component
+            .after
+            .iter()
+            .find(|name| !names.contains(name.as_str()));
+        if let Some(unknown) = unknown {
+            let message = format!(
+                "{} starts after {unknown}, which is no component of {}",
+                component.name, plan.network
+            );
+            return Err(Error::Plan(message));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_deploy_network::plan::Component;
+
+    fn plan(components: &[(&str, &[&str])]) -> Plan {
+        let components = components
+            .iter()
+            .map(|(name, after)| Component {
+                after: after.iter().map(|&n| n.to_owned()).collect(),
+                ..Component::new(*name, "/bin/true", "/")
+            })
+            .collect();
+        Plan {
+            network: "net".to_owned(),
+            ddsl: "net.ddsl".into(),
+            components,
+        }
+    }
+
+    #[test]
+    fn a_wrong_plan_is_refused_by_name() {
+        let message =
+            |components: &[(&str, &[&str])]| check(&plan(components)).unwrap_err().to_string();
+        assert!(message(&[("a", &["b"])]).contains("a starts after b"));
+        assert!(message(&[("a", &[]), ("a", &[])]).contains("called a"));
+        assert!(message(&[("../a", &[])]).contains("`../a`"));
+        assert!(message(&[("rcdeploy", &[])]).contains("reserved"));
+        let mut endless = plan(&[("a", &[])]);
+        endless.components[0].stop = Duration::MAX;
+        assert!(
+            check(&endless)
+                .unwrap_err()
+                .to_string()
+                .contains("longer than a day")
+        );
+    }
+}
