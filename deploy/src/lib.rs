@@ -30,14 +30,14 @@ pub mod supervisor;
 pub mod terminal;
 
 pub use client::connection::{down, status};
-pub use client::status::{ComponentStatus, State, Status, Trouble};
 pub use error::Error;
 pub use guard::guard_process::{GuardCommand, guard};
 pub use guard::process_registry::recover;
-pub use log::events::{Event, Severity};
 pub use log::reporter::Format;
 pub use rc_deploy_network::plan::{Component, Host, Plan, Policy, Restart};
+pub use rc_management::supervisor::{
+    CommandResult, ComponentState, ComponentStatus, Event, NetworkStatus, Severity, Trouble, Verb,
+};
 pub use remote::agent;
-pub use supervisor::commands::{CommandResult, Verb};
 pub use supervisor::detach::detach;
 pub use supervisor::up::{Options, Outcome, up};

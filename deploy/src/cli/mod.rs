@@ -4,7 +4,7 @@
 //! refused or a component failed.
 mod top;
 
-use crate::client::{connection as client, params};
+use crate::client::{connection as client, params, status};
 use crate::guard::services;
 use crate::process::machine;
 use crate::terminal;
@@ -14,11 +14,11 @@ use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
 use rc_codegen::files::Change;
 use rc_codegen::view::BACKENDS;
-use rc_configuration::ParameterStatus;
 use rc_deploy_export::{self as export, Engine};
 use rc_deploy_graph::{Graph, GraphFormat};
 use rc_deploy_network::{Network, Profile};
 use rc_diagnostics::{Diagnostics, SourceMap, render};
+use rc_management::component::ParameterStatus;
 use rc_middleware::RunDirectory;
 use serde::Serialize;
 use std::cell::RefCell;
@@ -394,7 +394,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         }
         Command::Status { network, format } => {
             let status = crate::status(&named(network)?)?;
-            show(format, &status, ToString::to_string)
+            show(format, &status, status::table)
         }
         Command::Logs {
             network,
@@ -431,7 +431,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         } => {
             let network = network_of(&network.unwrap_or_default())?;
             let listed = params::list(&network, &name.unwrap_or_default(), &[])?;
-            show(format, &listed, ToString::to_string)
+            show(format, &listed, params::table)
         }
         Command::Export {
             input,
@@ -499,9 +499,15 @@ fn params(action: Action) -> Result<u8, Failure> {
             let values = params::values(&network, &name, &changes, &mut std::io::stdin().lock())?;
             let changed = params::set(&network, &name, &values)?;
             show(of.format, &changed, |changed| {
-                let now = changed.changed.iter().map(|c| format!("{c}\n"));
+                let now = changed
+                    .changed
+                    .iter()
+                    .map(|c| format!("{}\n", params::change_text(c)));
                 let later = changed.pending.iter();
-                let later = later.map(|c| format!("{c}, at the next start if it is saved\n"));
+                let later = later.map(|c| {
+                    let change = params::change_text(c);
+                    format!("{change}, at the next start if it is saved\n")
+                });
                 let lines: String = now.chain(later).collect();
                 if lines.is_empty() {
                     "these are the values already\n".to_owned()
@@ -517,7 +523,8 @@ fn params(action: Action) -> Result<u8, Failure> {
                 if saved.saved.is_empty() {
                     return format!("{file}: nothing has changed\n");
                 }
-                let lines = saved.saved.iter().map(|change| format!("  {change}\n"));
+                let lines = saved.saved.iter();
+                let lines = lines.map(|change| format!("  {}\n", params::change_text(change)));
                 format!("{file}\n{}", lines.collect::<String>())
             })
         }
@@ -742,7 +749,7 @@ fn up(input: &Input, build: bool, detach: bool, options: &Options) -> Result<u8,
         }
         print_line(format_args!(
             "{}",
-            crate::status(&plan.network)?.to_string().trim_end()
+            status::table(&crate::status(&plan.network)?).trim_end()
         ));
         return Ok(outcome.exit_code());
     }

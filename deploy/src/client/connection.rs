@@ -1,34 +1,29 @@
 //! The other end of the supervisor's socket: what `rcdeploy status`, `down`, `start`, `stop` and `restart` do.
 
-use crate::client::lines::LIMIT;
 use crate::client::names::check_name;
-use crate::client::status::Status;
+use crate::client::status;
 use crate::error::{Error, ErrorContext};
 use crate::process::identity::KILL_LIMIT;
-use crate::supervisor::commands::{CommandResult, Verb};
-use crate::supervisor::control;
+use rc_management::supervisor::{self, CommandResult, NetworkStatus, Request, Stopping, Verb};
+use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
-use serde::Deserialize;
-use serde_json::{Value, json};
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
-use std::os::unix::net::UnixStream;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::io::ErrorKind;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// How long the supervisor may take to answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(3);
-/// How much longer a command is waited for than its components may take: the supervisor answers in any case.
+/// The margin beyond the limits of the components of a command: the supervisor answers in any case.
 const COMMAND_MARGIN: Duration = Duration::from_secs(10);
-/// The longest answer: a status may be longer than a line of a component.
-pub(crate) const ANSWER_LENGTH: usize = 64 * LIMIT;
+/// How many characters of an unexpected answer an error shows.
+const SHOWN: usize = 200;
 
-/// What the supervisor of a network says of it.
-pub fn status(network: &str) -> Result<Status, Error> {
-    let mut connection = Connection::open(network)?;
-    let answer = connection.ask("status")?;
-    let status: Result<Status, _> = serde_json::from_value(answer.clone());
-    let mut status = status.map_err(|_| connection.strange(&answer))?;
-    status.look_at_the_file();
+/// Asks the supervisor of a network for its status.
+pub fn status(network: &str) -> Result<NetworkStatus, Error> {
+    let mut status = Connection::open(network)?.call(&Request::Status)?;
+    status::mark_changed(&mut status);
     Ok(status)
 }
 
@@ -36,48 +31,35 @@ pub fn status(network: &str) -> Result<Status, Error> {
 pub fn down(network: &str, limit: Duration) -> Result<(), Error> {
     let deadline = Instant::now() + limit;
     let mut connection = Connection::open(network)?;
-    connection.ask("down")?;
+    let Stopping { .. } = connection.call(&Request::Down)?;
     loop {
         let left = deadline.saturating_duration_since(Instant::now());
-        if left.is_zero() {
-            return Err(Error::NotDown {
-                network: network.to_owned(),
-                limit,
-            });
-        }
-        let mut rest = [0; 64];
-        let stream = connection.stream.get_mut();
-        stream
-            .set_read_timeout(Some(left))
-            .context("limit the time of a read")?;
-        match stream.read(&mut rest) {
-            Ok(0) => return Ok(()),
-            // The supervisor was killed; its guard does the rest.
-            Err(error) if error.kind() == ErrorKind::ConnectionReset => return Ok(()),
-            _ => {}
+        match connection.client.next(left) {
+            // The supervisor has ended. If it was killed, its guard does the rest.
+            Err(CallError::Closed) => return Ok(()),
+            Err(CallError::TimedOut(_)) => {
+                return Err(Error::NotDown {
+                    network: network.to_owned(),
+                    limit,
+                });
+            }
+            Err(error) => return Err(connection.error(error)),
+            Ok(_) => {}
         }
     }
 }
 
-/// Tells components or groups of a network to start, stop or restart, and waits until that is done, or cannot be.
+/// Starts, stops or restarts components or groups of a network, and waits until that has succeeded or failed.
 ///
-/// The wait ends with the limits that the components have, and [`CommandResult`] says what did not come about.
+/// The limits of the components bound the wait. [`CommandResult`] lists the components that failed.
 pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandResult, Error> {
     let mut connection = Connection::open(network)?;
-    let answer = connection.ask("status")?;
-    let status = Status::deserialize(&answer).map_err(|_| connection.strange(&answer))?;
+    let status: NetworkStatus = connection.call(&Request::Status)?;
     let limits = status.components.iter().map(|c| c.ready_ms + c.stop_ms);
     let limits = Duration::from_millis(limits.sum());
     let killing = KILL_LIMIT * u32::try_from(status.components.len()).unwrap_or(u32::MAX);
-    connection.limit(limits + killing + COMMAND_MARGIN)?;
-    let answer = connection.request(verb.word(), &json!({ "names": names }))?;
-    if let Some(result) = answer.get("result") {
-        return CommandResult::deserialize(result).map_err(|_| connection.strange(&answer));
-    }
-    match answer["error"]["message"].as_str() {
-        Some(reason) => Err(Error::Command(reason.to_owned())),
-        None => Err(connection.strange(&answer)),
-    }
+    connection.limit = limits + killing + COMMAND_MARGIN;
+    connection.call(&verb.request(names.to_vec()))
 }
 
 /// The networks of this user whose supervisor answers.
@@ -85,9 +67,14 @@ pub fn networks() -> Vec<String> {
     let mut names = RunDirectory::networks();
     names.retain(|name| {
         check_name("network", name).is_ok()
-            && UnixStream::connect(RunDirectory::of(name).socket(control::NAME)).is_ok()
+            && is_listening(&RunDirectory::of(name).socket(supervisor::SOCKET))
     });
     names
+}
+
+/// Whether a process listens on a socket.
+pub(crate) fn is_listening(path: &Path) -> bool {
+    Client::connect(path, ANSWER_LIMIT).is_ok()
 }
 
 /// The networks of this user that were started from this file, whatever stands in it by now, and whether it is there.
@@ -104,108 +91,73 @@ pub fn started_from(file: &Path) -> Vec<String> {
     names
 }
 
-/// A caller of the supervisor, or of the management of a component.
+/// A connection to a supervisor or a component, for calls.
 pub(crate) struct Connection {
-    who: String,
+    /// The other side, for errors.
+    peer: String,
+    /// How long an answer may take.
     limit: Duration,
-    stream: BufReader<UnixStream>,
+    client: Client,
 }
 
 impl Connection {
     fn open(network: &str) -> Result<Self, Error> {
         check_name("network", network)?;
-        let who = format!("the supervisor of network {network}");
-        let path = RunDirectory::of(network).socket(control::NAME);
-        let there = Self::to(&path, who, ANSWER_LIMIT)?;
-        there.ok_or_else(|| Error::NotUp {
+        let peer = format!("the supervisor of network {network}");
+        let path = RunDirectory::of(network).socket(supervisor::SOCKET);
+        let connection = Self::to(&path, peer, ANSWER_LIMIT)?;
+        connection.ok_or_else(|| Error::NotUp {
             network: network.to_owned(),
             others: networks(),
         })
     }
 
-    /// Connects to a socket, whose answers may each take `limit`; none where nobody listens.
-    pub(crate) fn to(path: &Path, who: String, limit: Duration) -> Result<Option<Self>, Error> {
-        let stream = match UnixStream::connect(path) {
-            Ok(stream) => stream,
-            Err(error)
-                if matches!(
-                    error.kind(),
-                    ErrorKind::NotFound | ErrorKind::ConnectionRefused
-                ) =>
-            {
-                return Ok(None);
-            }
-            Err(error) => {
-                return Err(error).context(format!("connect to {}", path.display()));
-            }
-        };
-        stream
-            .set_read_timeout(Some(limit))
-            .and_then(|()| stream.set_write_timeout(Some(limit)))
-            .context("limit the time of a call")?;
-        Ok(Some(Self {
-            who,
-            limit,
-            stream: BufReader::new(stream),
-        }))
-    }
-
-    /// Answers may each take so long from now on.
-    fn limit(&mut self, limit: Duration) -> Result<(), Error> {
-        self.limit = limit;
-        let stream = self.stream.get_ref();
-        stream
-            .set_read_timeout(Some(limit))
-            .context("limit the time of a read")
-    }
-
-    fn ask(&mut self, method: &str) -> Result<Value, Error> {
-        let answer = self.request(method, &json!({}))?;
-        match answer.get("result") {
-            Some(result) => Ok(result.clone()),
-            None => Err(self.strange(&answer)),
+    /// Connects to a socket, whose answers may each take `limit`. The result is none if nobody listens.
+    pub(crate) fn to(path: &Path, peer: String, limit: Duration) -> Result<Option<Self>, Error> {
+        match Client::connect(path, limit) {
+            Ok(client) => Ok(Some(Self {
+                peer,
+                limit,
+                client,
+            })),
+            Err(error) => match error.kind() {
+                ErrorKind::NotFound | ErrorKind::ConnectionRefused => Ok(None),
+                ErrorKind::WouldBlock => Err(Error::Silent { who: peer, limit }),
+                _ => Err(error).context(format!("connect to {}", path.display())),
+            },
         }
     }
 
-    /// The whole answer to a request, with its `result` or its `error`.
-    pub(crate) fn request(&mut self, method: &str, params: &Value) -> Result<Value, Error> {
-        let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
-        let line = format!("{request}\n");
-        let what = format!("talk to {}", self.who);
-        self.stream
-            .get_mut()
-            .write_all(line.as_bytes())
-            .context(&what)?;
-        let mut line = String::new();
-        (&mut self.stream)
-            .take(ANSWER_LENGTH as u64)
-            .read_line(&mut line)
-            .map_err(|error| self.unheard(error, &what))?;
-        Ok(serde_json::from_str(&line).unwrap_or(Value::String(line)))
+    fn call<T: DeserializeOwned>(&mut self, request: &impl Serialize) -> Result<T, Error> {
+        self.request(request).map_err(|error| self.error(error))
     }
 
-    fn unheard(&self, source: io::Error, what: &str) -> Error {
-        match source.kind() {
-            ErrorKind::WouldBlock | ErrorKind::TimedOut => Error::Silent {
-                who: self.who.clone(),
-                limit: self.limit,
+    /// Sends a request and waits for its answer.
+    pub(crate) fn request<T: DeserializeOwned>(
+        &mut self,
+        request: &impl Serialize,
+    ) -> Result<T, CallError> {
+        self.client.call(request, self.limit)
+    }
+
+    /// A failed call as an error of a command.
+    pub(crate) fn error(&self, error: CallError) -> Error {
+        let who = self.peer.clone();
+        match error {
+            CallError::Refused(error) => Error::Command(error.message),
+            CallError::TimedOut(limit) => Error::Silent { who, limit },
+            CallError::Unexpected(answer) => Error::Protocol {
+                who,
+                answer: answer.chars().take(SHOWN).collect(),
             },
-            _ => Error::System {
-                action: what.to_owned(),
+            CallError::Closed => Error::Protocol {
+                who,
+                answer: "nothing".to_owned(),
+            },
+            CallError::Io(source) => Error::System {
+                action: format!("talk to {who}"),
                 source,
             },
-        }
-    }
-
-    /// The error of an answer that cannot be understood.
-    pub(crate) fn strange(&self, answer: &Value) -> Error {
-        let mut answer = answer.to_string();
-        if let Some((end, _)) = answer.char_indices().nth(200) {
-            answer.truncate(end);
-        }
-        Error::Protocol {
-            who: self.who.clone(),
-            answer,
         }
     }
 }

@@ -1,68 +1,27 @@
 //! The parameters of a running component, for `rcdeploy params`, and its emergency. The component itself is asked, so that it does not matter
 //! who has started it.
 
-use crate::client::connection::Connection;
-use crate::client::lines::LIMIT;
+use crate::client::connection::{Connection, is_listening};
 use crate::client::names::check_name;
 use crate::error::{Error, ErrorContext};
-use rc_configuration::ParameterStatus;
+use rc_management::CallError;
+use rc_management::component::{
+    Changed, Done, ParameterChange, ParameterStatus, Parameters, Request, Saved,
+};
+use rc_management::lines::LIMIT;
 use rc_middleware::RunDirectory;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
-use std::fmt;
+use serde_json::{Map, Value};
 use std::io::{BufRead, Read};
-use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
 use std::time::Duration;
 
 /// How long a component may take to answer: longer than it gives its worker for a change.
 const ANSWER_LIMIT: Duration = Duration::from_secs(5);
-/// The codes with which management says that the input is wrong: refused by the checker, by the worker; the file is
-/// not as it was.
-const INPUT: [i64; 3] = [-32602, -32001, -32003];
-
-/// Parameters of one component.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
-    /// The configuration that it has read.
-    pub file: Option<PathBuf>,
-    /// Those that were asked for.
-    pub parameters: Vec<ParameterStatus>,
-}
-
-/// One value that is another one now.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Change {
-    /// Its path.
-    pub path: String,
-    /// What it was.
-    pub old: Value,
-    /// What it is.
-    pub new: Value,
-}
-
-/// What a change has done.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Changed {
-    /// What is another value now.
-    pub changed: Vec<Change>,
-    /// What will be another value at the next start.
-    pub pending: Vec<Change>,
-}
-
-/// What was written into a configuration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Saved {
-    /// The file.
-    pub file: PathBuf,
-    /// The values that it did not have.
-    pub saved: Vec<Change>,
-}
 
 /// The parameters that `paths` name; all where there is none.
 pub fn list(network: &str, name: &str, paths: &[String]) -> Result<Parameters, Error> {
-    ask(network, name, "parameters", &json!({ "paths": paths }))
+    let paths = Some(paths.to_vec());
+    call(network, name, &Request::Parameters { paths })
 }
 
 /// What the words of a command line say, where each follows a path and a `=`. Values are those of TOML; a text needs
@@ -119,69 +78,46 @@ fn line(input: &mut dyn BufRead) -> Result<String, Error> {
 
 /// Changes values, all or none.
 pub fn set(network: &str, name: &str, changes: &Map<String, Value>) -> Result<Changed, Error> {
-    let changes = json!({ "changes": changes });
-    ask(network, name, "parameters_set", &changes)
+    let changes = changes.clone();
+    call(network, name, &Request::ParametersSet { changes })
 }
 
 /// Has the component write its changed values into its configuration.
 pub fn save(network: &str, name: &str) -> Result<Saved, Error> {
-    ask(network, name, "parameters_save", &json!({}))
+    call(network, name, &Request::ParametersSave)
 }
 
 /// Has a component enter its emergency, or leave it.
 pub fn emergency(network: &str, name: &str, active: bool) -> Result<(), Error> {
-    let active = json!({ "active": active });
-    ask::<Value>(network, name, "emergency", &active).map(drop)
+    let Done {} = call(network, name, &Request::Emergency { active })?;
+    Ok(())
 }
 
-fn ask<T: DeserializeOwned>(
-    network: &str,
-    name: &str,
-    method: &str,
-    params: &Value,
-) -> Result<T, Error> {
+fn call<T: DeserializeOwned>(network: &str, name: &str, request: &Request) -> Result<T, Error> {
     check_name("network", network)?;
     check_name("component", name)?;
     let directory = RunDirectory::of(network);
-    // As rcdeploy calls a component of a group.
+    // The dots of a component of a group are dashes in the names of files.
     let path = directory.socket(&name.replace('.', "-"));
-    let who = format!("component {name} of network {network}");
-    let Some(mut connection) = Connection::to(&path, who, ANSWER_LIMIT)? else {
+    let peer = format!("component {name} of network {network}");
+    let Some(mut connection) = Connection::to(&path, peer, ANSWER_LIMIT)? else {
         return Err(Error::NoComponent {
             network: network.to_owned(),
             name: name.to_owned(),
             others: running(&directory),
         });
     };
-    let answer = connection.request(method, params)?;
-    if let Some(result) = answer.get("result") {
-        return T::deserialize(result).map_err(|_| connection.strange(&answer));
-    }
-    let code = answer["error"]["code"].as_i64();
-    let (Some(code), Some(reason)) = (code, reason(&answer["error"])) else {
-        return Err(connection.strange(&answer));
-    };
-    let name = name.to_owned();
-    Err(if INPUT.contains(&code) {
-        Error::Refused { name, reason }
-    } else {
-        Error::Failed { name, reason }
+    connection.request(request).map_err(|error| match error {
+        CallError::Refused(error) => {
+            let (name, reason) = (name.to_owned(), error.reason());
+            if error.is_input() {
+                Error::Refused { name, reason }
+            } else {
+                Error::Failed { name, reason }
+            }
+        }
+        error => connection.error(error),
     })
-}
-
-/// What an error says, each finding of the checker on a line of its own.
-pub(crate) fn reason(error: &Value) -> Option<String> {
-    let Some(findings) = error["data"]["findings"].as_array() else {
-        return error["message"].as_str().map(str::to_owned);
-    };
-    let line = |finding: &Value| {
-        let (code, message) = (finding["code"].as_str()?, finding["message"].as_str()?);
-        let help = finding["help"].as_str();
-        let help = help.map_or_else(String::new, |help| format!(" ({help})"));
-        Some(format!("error[{code}]: {message}{help}"))
-    };
-    let lines: Option<Vec<String>> = findings.iter().map(line).collect();
-    lines.map(|lines| format!("\n  {}", lines.join("\n  ")))
 }
 
 /// The components of a network that answer.
@@ -191,7 +127,7 @@ fn running(directory: &RunDirectory) -> Vec<String> {
         .into_iter()
         .flatten()
         .flatten()
-        .filter(|entry| UnixStream::connect(entry.path()).is_ok())
+        .filter(|entry| is_listening(&entry.path()))
         .filter_map(|entry| {
             let name = entry.file_name().into_string().ok()?;
             name.strip_suffix(".sock").map(str::to_owned)
@@ -202,50 +138,51 @@ fn running(directory: &RunDirectory) -> Vec<String> {
     names
 }
 
-impl fmt::Display for Parameters {
-    /// A table for people.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let head = ["parameter", "value", "default", "allowed", "changes"].map(str::to_owned);
-        let rows = self.parameters.iter().map(|parameter| {
-            let default = parameter.default.as_ref();
-            let changes = match parameter {
-                ParameterStatus { restart: true, .. } => "at the next start",
-                ParameterStatus { editable: true, .. } => "now",
-                _ => "never",
-            };
-            [
-                parameter.path.clone(),
-                text(&parameter.value),
-                default.map_or_else(String::new, text),
-                parameter.allowed.clone(),
-                changes.to_owned(),
-            ]
-        });
-        let rows: Vec<[String; 5]> = std::iter::once(head).chain(rows).collect();
-        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-        let widths = [0, 1, 2, 3].map(|column| width(column).unwrap_or(0));
-        for row in &rows {
-            for (cell, width) in row.iter().zip(widths) {
-                write!(f, "{cell:width$}  ")?;
-            }
-            writeln!(f, "{}", row[4])?;
+/// The parameters as a table for people.
+pub fn table(parameters: &Parameters) -> String {
+    let head = ["parameter", "value", "default", "allowed", "changes"].map(str::to_owned);
+    let rows = parameters.parameters.iter().map(|parameter| {
+        let default = parameter.default.as_ref();
+        let changes = match parameter {
+            ParameterStatus { restart: true, .. } => "at the next start",
+            ParameterStatus { editable: true, .. } => "now",
+            _ => "never",
+        };
+        [
+            parameter.path.clone(),
+            text(&parameter.value),
+            default.map_or_else(String::new, text),
+            parameter.allowed.clone(),
+            changes.to_owned(),
+        ]
+    });
+    let rows: Vec<[String; 5]> = std::iter::once(head).chain(rows).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let mut table = String::new();
+    let widths = [0, 1, 2, 3].map(|column| width(column).unwrap_or(0));
+    for row in &rows {
+        for (cell, width) in row.iter().zip(widths) {
+            table.push_str(&format!("{cell:width$}  "));
         }
-        for parameter in &self.parameters {
-            let path = &parameter.path;
-            let unsaved = if parameter.unsaved {
-                ", if it is saved"
-            } else {
-                ""
-            };
-            if let Some(pending) = &parameter.pending {
-                let pending = text(pending);
-                writeln!(f, "{path} will be {pending} at the next start{unsaved}")?;
-            } else if parameter.unsaved {
-                writeln!(f, "{path} is not saved")?;
-            }
-        }
-        Ok(())
+        table.push_str(&format!("{}\n", row[4]));
     }
+    for parameter in &parameters.parameters {
+        let path = &parameter.path;
+        let unsaved = if parameter.unsaved {
+            ", if it is saved"
+        } else {
+            ""
+        };
+        if let Some(pending) = &parameter.pending {
+            let pending = text(pending);
+            table.push_str(&format!(
+                "{path} will be {pending} at the next start{unsaved}\n"
+            ));
+        } else if parameter.unsaved {
+            table.push_str(&format!("{path} is not saved\n"));
+        }
+    }
+    table
 }
 
 /// A value as TOML writes it.
@@ -260,14 +197,8 @@ pub fn text(value: &Value) -> String {
     }
 }
 
-impl fmt::Display for Change {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: {} -> {}",
-            self.path,
-            text(&self.old),
-            text(&self.new)
-        )
-    }
+/// A change as one line for people.
+pub fn change_text(change: &ParameterChange) -> String {
+    let (old, new) = (text(&change.old), text(&change.new));
+    format!("{}: {old} -> {new}", change.path)
 }

@@ -3,11 +3,11 @@
 //! The supervisor tells it of every process over a socket (the guard's standard input). When the socket closes
 //! without a farewell, the supervisor is gone, by whatever way. Components notice the same through their own link.
 
-use crate::client::lines::{Line, Lines, Overlong};
 use crate::error::{Error, ErrorContext, print_error};
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
 use crate::process::identity::{Identity, KILL_LIMIT, Mark, first_readable};
+use rc_management::lines::{self, Lines, Overlong};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use serde::{Deserialize, Serialize};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -169,11 +169,7 @@ impl Guard {
     }
 
     fn tell(&mut self, report: &Report) {
-        let Ok(mut line) = serde_json::to_vec(report) else {
-            return;
-        };
-        line.push(b'\n');
-        if self.link.write_all(&line).is_err() {
+        if self.link.write_all(&lines::encode(report)).is_err() {
             // Either it has ended, or it hangs: the loop sees the end of it and starts another one.
             self.kill();
         }
@@ -275,7 +271,9 @@ fn listen(supervisor: &UnixStream) -> LinkEnd {
     loop {
         let (complete, ended) = lines.read(supervisor);
         for line in complete {
-            let Line::Text(text) = line else { continue };
+            let Some(text) = line.into_text() else {
+                continue;
+            };
             match (serde_json::from_str(&text), &mut registry) {
                 (Ok(Report::Network { mark }), _) => registry = Some(ProcessRegistry::new(mark)),
                 (Ok(Report::Started(component)), Some(registry)) => {

@@ -1,7 +1,7 @@
 //! A log that is read as it grows, over its border to the older part.
 
-use crate::client::lines::{Line, Lines, Overlong};
 use crate::log::rotation::Header;
+use rc_management::lines::{Line, Lines, Overlong};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use std::fs::File;
@@ -89,12 +89,22 @@ impl Follower {
             if read.unwrap_or(0) < TURN {
                 self.older = None;
             }
-            lines.extend(self.lines.push(&buffer).into_iter().filter_map(text));
+            lines.extend(
+                self.lines
+                    .push(&buffer)
+                    .into_iter()
+                    .filter_map(Line::into_text),
+            );
             return (lines, true);
         }
         let read = (&mut self.file).take(TURN as u64).read_to_end(&mut buffer);
         self.position += buffer.len() as u64;
-        lines.extend(self.lines.push(&buffer).into_iter().filter_map(text));
+        lines.extend(
+            self.lines
+                .push(&buffer)
+                .into_iter()
+                .filter_map(Line::into_text),
+        );
         (lines, read.is_ok_and(|count| count == TURN))
     }
 
@@ -130,14 +140,7 @@ impl Follower {
 
     /// The last line, if it has no end.
     pub(crate) fn finish(&mut self) -> Option<String> {
-        self.lines.finish().and_then(text)
-    }
-}
-
-fn text(line: Line) -> Option<String> {
-    match line {
-        Line::Text(text) => Some(text),
-        Line::TooLong => None,
+        self.lines.finish().and_then(Line::into_text)
     }
 }
 

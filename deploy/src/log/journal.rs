@@ -1,7 +1,6 @@
 //! The last events of a network, for those who follow them or come late.
 
-use crate::log::events::Event;
-use serde_json::{Value, json};
+use rc_management::event::Event;
 use std::collections::VecDeque;
 
 /// How many events are kept.
@@ -12,7 +11,7 @@ const KEPT: usize = 1000;
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     first: u64,
-    events: VecDeque<Value>,
+    events: VecDeque<Event>,
 }
 
 impl Journal {
@@ -21,7 +20,7 @@ impl Journal {
             self.events.pop_front();
             self.first += 1;
         }
-        self.events.push_back(json!(event));
+        self.events.push_back(event.clone());
     }
 
     /// How many events are kept, and the number of the first of them.
@@ -30,7 +29,7 @@ impl Journal {
     }
 
     /// The event of that number, or how many a reader who wants it has missed; none where it has not come yet.
-    pub(crate) fn get(&self, number: u64) -> Option<Result<&Value, u64>> {
+    pub(crate) fn get(&self, number: u64) -> Option<Result<&Event, u64>> {
         match number.checked_sub(self.first) {
             None => Some(Err(self.first - number)),
             Some(at) => self.events.get(usize::try_from(at).ok()?).map(Ok),
@@ -41,7 +40,7 @@ impl Journal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::events::Severity;
+    use rc_management::event::Severity;
 
     #[test]
     fn a_reader_who_is_too_slow_is_told_how_much_it_has_missed() {
@@ -53,7 +52,7 @@ mod tests {
         assert_eq!(journal.kept(), (KEPT, 3));
         assert_eq!(journal.get(1), Some(Err(2)));
         let first = journal.get(3).and_then(Result::ok).expect("an event");
-        assert_eq!(first["message"], "3");
+        assert_eq!(first.message, "3");
         assert_eq!(journal.get(KEPT as u64 + 3), None);
     }
 }

@@ -2,10 +2,10 @@
 
 use crate::client::names::{check_name, is_reserved};
 use crate::error::{Error, ErrorContext};
-use crate::log::events::{Event, Severity};
 use crate::log::follower::Follower;
 use crate::log::reporter::Format;
 use crate::log::rotation;
+use rc_management::event::{Event, Severity};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fs::inotify;
 use std::collections::BTreeMap;

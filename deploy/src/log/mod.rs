@@ -1,6 +1,5 @@
 //! What components print, and what happens to them.
 
-pub mod events;
 pub(crate) mod follower;
 pub(crate) mod journal;
 pub mod logs;

@@ -2,10 +2,10 @@
 //!
 //! A write to a log wakes the loop, at most twenty times a second; nothing is looked at while nothing is written.
 
-use crate::log::events::{Event, Severity};
 use crate::log::follower::Follower;
 use crate::log::logs::DirectoryWatch;
 use crate::log::reporter::Reporter;
+use rc_management::event::{Event, Severity};
 use std::io;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};

@@ -4,8 +4,8 @@
 //! supervision. Lines of components wait in their logs until there is room; events that nobody reads are left out in
 //! the end, and counted.
 
-use crate::log::events::{Event, Severity};
 use crate::log::journal::Journal;
+use rc_management::event::{Event, Severity};
 use std::cell::{Cell, Ref, RefCell};
 use std::collections::VecDeque;
 use std::fs::File;

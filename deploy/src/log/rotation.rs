@@ -7,9 +7,9 @@
 //!
 //! A write to a log wakes, at most four times a second; while nothing is written nothing is looked at.
 
-use crate::log::events::{Event, Severity};
 use crate::log::logs::DirectoryWatch;
 use crate::log::reporter::Reporter;
+use rc_management::event::{Event, Severity};
 use rustix::fs::{FlockOperation, flock, statvfs};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};

@@ -1,12 +1,12 @@
 //! One process of a component: how it is started, heard, signalled and reaped. It decides nothing.
 
-use crate::client::lines::{Line, Lines, Overlong};
 use crate::guard::process_registry::RegisteredProcess;
 use crate::process::identity::{self, COMPONENT, Identity, MARK, Mark, kill_group};
 use crate::process::realtime;
 use rc_deploy_network::plan::Component;
+use rc_management::agent::Exit;
+use rc_management::lines::{Line, Lines, Overlong};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
-use serde::{Deserialize, Serialize};
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::os::fd::OwnedFd;
@@ -27,17 +27,6 @@ pub(crate) struct LocalProcess {
     identity: Identity,
     link: Option<UnixStream>,
     lines: Lines,
-}
-
-/// How a process ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Exit {
-    /// Its exit code was 0.
-    pub(crate) success: bool,
-    /// The signal that ended it.
-    pub(crate) signal: Option<i32>,
-    /// `exit status 1`, `signal 11 (SIGSEGV)`.
-    pub(crate) text: String,
 }
 
 impl LocalProcess {
@@ -183,22 +172,6 @@ impl LocalProcess {
             },
             Err(error) => Exit::without_status(error.to_string()),
         }
-    }
-}
-
-impl Exit {
-    /// The end of a process of which nobody knows how it ended.
-    pub(crate) fn without_status(text: String) -> Self {
-        Self {
-            success: false,
-            signal: None,
-            text,
-        }
-    }
-
-    /// Whether it is the end of a process that does what it is asked to, as it was or was not.
-    pub(crate) fn is_done(&self, asked: bool) -> bool {
-        self.success || (asked && self.signal == Some(Signal::TERM.as_raw()))
     }
 }
 

@@ -1,13 +1,12 @@
 //! `rcdeploy agent`: what a supervisor on another machine runs here, over ssh. It starts and ends processes as it is
 //! told to, and tells what becomes of them. Its standard streams are the connection; when that ends, so does all.
 
+use super::SupervisorMessage;
 use super::copies;
 use super::log_tail::LogTail;
-use super::protocol::{AgentMessage, File, LONGEST, SupervisorMessage, line};
 use super::socket_proxy::{ProxyConnections, Received};
 use super::timed_stream::{TimedStream, read_line};
 use super::{BEAT, HOST_LIMIT};
-use crate::client::lines::{Line, Lines, Overlong};
 use crate::client::names::check_name;
 use crate::error::{Error, ErrorContext, advice, print_error};
 use crate::guard::custody::{Custody, GuardChange};
@@ -15,11 +14,14 @@ use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
 use crate::log::logs::{self, DirectoryWatch};
-use crate::process::launch::{Exit, LocalProcess};
+use crate::process::launch::LocalProcess;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use rc_deploy_network::plan::Component;
 use rc_deploy_network::process_name;
+use rc_management::agent::Exit;
+use rc_management::agent::{AgentMessage, File, LONGEST};
+use rc_management::lines::{self, Line, Lines, Overlong};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use std::collections::BTreeMap;
@@ -46,8 +48,8 @@ pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
     match serve(cleanup) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let said =
-                std::io::stdout().write_all(&line(&AgentMessage::Refused(error.to_string())));
+            let said = std::io::stdout()
+                .write_all(&lines::encode(&AgentMessage::Refused(error.to_string())));
             if said.is_err() {
                 print_error(format_args!("rcdeploy agent: {error}"));
             }
@@ -94,7 +96,7 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
     // Nothing was started yet, and the error that is told is the first one.
     let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
-    agent.say(&AgentMessage::There { root, recovered });
+    agent.say(&AgentMessage::Ready { root, recovered });
     agent.run(&cleanup);
     Ok(())
 }
@@ -116,14 +118,14 @@ fn receive(
     let wanted: Vec<usize> = files
         .iter()
         .enumerate()
-        .filter(|(_, file)| !file.is_below(&root))
+        .filter(|(_, file)| !copies::is_below(file, &root))
         .map(|(at, _)| at)
         .collect();
     output
-        .write_all(&line(&AgentMessage::Wants(wanted.clone())))
+        .write_all(&lines::encode(&AgentMessage::Missing(wanted.clone())))
         .context("answer its supervisor")?;
     for at in wanted {
-        let received = files[at].receive(&root, input);
+        let received = copies::receive(&files[at], &root, input);
         received.context(format!("copy {}", files[at].path.display()))?;
     }
     Ok(root)
@@ -138,7 +140,7 @@ fn acquire(network: &str, output: &mut TimedStream) -> Result<Lock, Error> {
                 if Instant::now() < deadline =>
             {
                 output
-                    .write_all(&line(&AgentMessage::Beat))
+                    .write_all(&lines::encode(&AgentMessage::Heartbeat))
                     .context("answer its supervisor")?;
                 std::thread::sleep(Duration::from_millis(200));
             }
@@ -243,14 +245,14 @@ impl Agent {
     }
 
     fn say(&mut self, message: &AgentMessage) {
-        self.out.extend(line(message));
+        self.out.extend(lines::encode(message));
     }
 
     fn run(mut self, cleanup: &dyn Fn()) {
         let ending = loop {
             let now = Instant::now();
             if now >= self.beat {
-                self.say(&AgentMessage::Beat);
+                self.say(&AgentMessage::Heartbeat);
                 self.beat = now + BEAT;
             }
             if self.look.is_some_and(|at| now >= at) {
@@ -354,10 +356,10 @@ impl Agent {
                 if let Some(Received { text, there }) = self.connections.turn(*wire) {
                     let wire = *wire;
                     if !text.is_empty() {
-                        self.say(&AgentMessage::Tell { wire, text });
+                        self.say(&AgentMessage::Data { wire, text });
                     }
                     if !there {
-                        self.say(&AgentMessage::Shut(wire));
+                        self.say(&AgentMessage::Close(wire));
                     }
                 }
             }
@@ -372,7 +374,7 @@ impl Agent {
         for line in lines {
             self.heard = Instant::now();
             let message = match &line {
-                Line::Text(text) => serde_json::from_str(text).ok(),
+                Line::Complete(line) => serde_json::from_slice(line).ok(),
                 Line::TooLong => None,
             };
             match message {
@@ -391,19 +393,19 @@ impl Agent {
                         .get(&name)
                         .inspect(|running| running.process.kill());
                 }
-                Some(SupervisorMessage::Call { wire, name }) => {
+                Some(SupervisorMessage::Connect { wire, name }) => {
                     let path = self.custody.directory().socket(&process_name(&name));
                     if self.connections.call(wire, &path).is_err() {
-                        self.say(&AgentMessage::Shut(wire));
+                        self.say(&AgentMessage::Close(wire));
                     }
                 }
-                Some(SupervisorMessage::Tell { wire, text }) => {
+                Some(SupervisorMessage::Data { wire, text }) => {
                     if !self.connections.send(wire, &text) {
-                        self.say(&AgentMessage::Shut(wire));
+                        self.say(&AgentMessage::Close(wire));
                     }
                 }
-                Some(SupervisorMessage::Shut(wire)) => self.connections.shut(wire),
-                Some(SupervisorMessage::Beat) => {}
+                Some(SupervisorMessage::Close(wire)) => self.connections.shut(wire),
+                Some(SupervisorMessage::Heartbeat) => {}
                 Some(SupervisorMessage::Farewell) => return Some(Ending::Farewell),
                 Some(SupervisorMessage::Network { .. }) | None => {
                     let why = "its supervisor said what is no message".to_owned();
@@ -472,18 +474,15 @@ impl Agent {
         let closed = process.link().is_none();
         self.said(name, lines);
         if closed {
-            self.say(&AgentMessage::Closed(name.to_owned()));
+            self.say(&AgentMessage::LinkClosed(name.to_owned()));
         }
     }
 
     fn said(&mut self, name: &str, lines: Vec<Line>) {
         for line in lines {
-            let line = match line {
-                Line::Text(text) => Some(text),
-                Line::TooLong => None,
-            };
+            let line = line.into_text();
             let name = name.to_owned();
-            self.say(&AgentMessage::Said { name, line });
+            self.say(&AgentMessage::LinkLine { name, line });
         }
     }
 
@@ -608,11 +607,11 @@ impl Agent {
         let (left, removed, lock) = self.custody.finish(cleanup);
         if let Err(error) = removed {
             let path = lock.directory().path().display();
-            self.out.extend(line(&AgentMessage::Note(format!(
+            self.out.extend(lines::encode(&AgentMessage::Note(format!(
                 "cannot remove {path}: {error}"
             ))));
         }
-        self.out.extend(line(&AgentMessage::Gone {
+        self.out.extend(lines::encode(&AgentMessage::Finished {
             left: left + killed,
         }));
         if matches!(ending, Ending::Farewell) {

@@ -1,8 +1,11 @@
 //! The beginning of a connection, which waits and copies, on a thread of its own.
 
-use super::protocol::{AgentMessage, File, SupervisorMessage, line};
+use super::SupervisorMessage;
+use super::copies;
 use super::ssh::TOKEN;
 use super::timed_stream::{TimedStream, read_line};
+use rc_management::agent::{AgentMessage, File};
+use rc_management::lines;
 use std::io::{self, BufReader, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -47,7 +50,7 @@ pub(crate) struct SetupThread {
 
 /// The program that is to be the agent.
 pub(crate) fn own_program() -> io::Result<File> {
-    File::of(Path::new(OWN))
+    copies::describe(Path::new(OWN))
 }
 
 impl SetupThread {
@@ -97,12 +100,12 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
         ));
     }
     if state == "wants" {
-        program.send(Path::new(OWN), &mut out).map_err(lost)?;
+        copies::send(program, Path::new(OWN), &mut out).map_err(lost)?;
         copied = (1, program.size);
     }
     said(&mut input).map_err(lost)?;
     let files = setup.files.iter().map(|path| {
-        let file = File::of(path);
+        let file = copies::describe(path);
         file.map_err(|error| format!("cannot read {}: {error}", path.display()))
     });
     let files: Vec<File> = files.collect::<Result<_, _>>()?;
@@ -111,20 +114,20 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
         files: files.clone(),
         services: setup.services.clone().unwrap_or_else(|| "[]".to_owned()),
     };
-    out.write_all(&line(&message)).map_err(lost)?;
+    out.write_all(&lines::encode(&message)).map_err(lost)?;
     loop {
         let text = read_line(&mut input).map_err(lost)?;
         let message = serde_json::from_str(&text);
         match message.map_err(|_| format!("its agent said `{text}`, which is none of its words"))? {
-            AgentMessage::Wants(wanted) => {
+            AgentMessage::Missing(wanted) => {
                 for at in wanted.into_iter().filter(|at| *at < files.len()) {
                     let file = &files[at];
-                    let sent = file.send(&setup.files[at], &mut out);
+                    let sent = copies::send(file, &setup.files[at], &mut out);
                     sent.map_err(lost)?;
                     copied = (copied.0 + 1, copied.1 + file.size);
                 }
             }
-            AgentMessage::There { root, recovered } => {
+            AgentMessage::Ready { root, recovered } => {
                 return Ok(AgentReady {
                     root,
                     copied,

@@ -1,13 +1,13 @@
 //! The files of a network that are copied to another machine, compared by their hashes.
 
-use super::protocol::{File, mirrored};
 use super::timed_stream::{TimedStream, bytes};
+use rc_management::agent::File;
 use rustix::fs::{Mode, OFlags};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::io::{self, BufReader, Read, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 /// A copy of rcdeploy that nobody has used for so long is removed.
@@ -36,86 +36,95 @@ fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> 
     ))
 }
 
-impl File {
-    /// What is to be known of a file of this machine.
-    pub(crate) fn of(path: &Path) -> io::Result<Self> {
-        let file = open(path)?;
-        let executable = file.metadata()?.permissions().mode() & 0o111 != 0;
-        let (hash, size) = hash(file, io::sink())?;
-        Ok(Self {
-            path: mirrored(Path::new("/"), path),
-            hash,
-            size,
-            executable,
-        })
-    }
+/// Describes a file of this machine, as an agent needs it.
+pub(crate) fn describe(path: &Path) -> io::Result<File> {
+    let file = open(path)?;
+    let executable = file.metadata()?.permissions().mode() & 0o111 != 0;
+    let (hash, size) = hash(file, io::sink())?;
+    Ok(File {
+        path: mirrored(Path::new("/"), path),
+        hash,
+        size,
+        executable,
+    })
+}
 
-    /// Whether it is already below `root` as it is to be.
-    pub(crate) fn is_below(&self, root: &Path) -> bool {
-        let there = Self::of(&mirrored(root, &self.path));
-        there.is_ok_and(|there| {
-            (there.hash, there.executable) == (self.hash.clone(), self.executable)
-        })
-    }
+/// Whether it is already below `root` as it is to be.
+pub(crate) fn is_below(file: &File, root: &Path) -> bool {
+    let there = describe(&mirrored(root, &file.path));
+    there.is_ok_and(|there| (there.hash, there.executable) == (file.hash.clone(), file.executable))
+}
 
-    /// Writes the bytes that `from` has here, just as many as were announced.
-    pub(crate) fn send(&self, from: &Path, out: &mut impl Write) -> io::Result<()> {
-        let sent = io::copy(&mut open(from)?.take(self.size), out)?;
-        if sent == self.size {
-            return Ok(());
+/// Writes the bytes that `from` has here, just as many as were announced.
+pub(crate) fn send(file: &File, from: &Path, out: &mut impl Write) -> io::Result<()> {
+    let sent = io::copy(&mut open(from)?.take(file.size), out)?;
+    if sent == file.size {
+        return Ok(());
+    }
+    let message = format!(
+        "{} has changed while it was copied; try again",
+        from.display()
+    );
+    Err(io::Error::other(message))
+}
+
+/// Puts its bytes in their place below `root`, in one step.
+pub(crate) fn receive(
+    file: &File,
+    root: &Path,
+    input: &mut BufReader<TimedStream>,
+) -> io::Result<()> {
+    let place = mirrored(root, &file.path);
+    let folder = place.parent().unwrap_or(root);
+    make_folder(folder)?;
+    let name = place.file_name().unwrap_or_default().to_string_lossy();
+    let new = folder.join(format!(".{name}.{}", std::process::id()));
+    let received = receive_as(file, &new, input).and_then(|()| {
+        // A folder that was a file here before, or the other way round.
+        if place.is_dir() {
+            fs::remove_dir_all(&place)?;
         }
+        fs::rename(&new, &place)
+    });
+    if received.is_err() {
+        let _ = fs::remove_file(&new);
+    }
+    received
+}
+
+fn receive_as(expected: &File, new: &Path, input: &mut BufReader<TimedStream>) -> io::Result<()> {
+    let mode = if expected.executable { 0o700 } else { 0o600 };
+    let mut file = fs::OpenOptions::new()
+        .write(true)
+        .create(true)
+        .truncate(true)
+        .mode(mode)
+        .open(new)?;
+    let (hash, size) = hash(bytes(input, expected.size), &mut file)?;
+    if size != expected.size {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    if hash != expected.hash {
         let message = format!(
             "{} has changed while it was copied; try again",
-            from.display()
+            expected.path.display()
         );
-        Err(io::Error::other(message))
+        return Err(io::Error::other(message));
     }
+    file.sync_data()
+}
 
-    /// Puts its bytes in their place below `root`, in one step.
-    pub(crate) fn receive(
-        &self,
-        root: &Path,
-        input: &mut BufReader<TimedStream>,
-    ) -> io::Result<()> {
-        let place = mirrored(root, &self.path);
-        let folder = place.parent().unwrap_or(root);
-        make_folder(folder)?;
-        let name = place.file_name().unwrap_or_default().to_string_lossy();
-        let new = folder.join(format!(".{name}.{}", std::process::id()));
-        let received = self.receive_as(&new, input).and_then(|()| {
-            // A folder that was a file here before, or the other way round.
-            if place.is_dir() {
-                fs::remove_dir_all(&place)?;
-            }
-            fs::rename(&new, &place)
-        });
-        if received.is_err() {
-            let _ = fs::remove_file(&new);
+/// Where an absolute path of this machine is below `root`. What leads elsewhere stays below it all the same.
+pub(crate) fn mirrored(root: &Path, path: &Path) -> PathBuf {
+    let mut mirrored = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::Normal(name) => mirrored.push(name),
+            Component::ParentDir => drop(mirrored.pop()),
+            Component::Prefix(_) | Component::RootDir | Component::CurDir => {}
         }
-        received
     }
-
-    fn receive_as(&self, new: &Path, input: &mut BufReader<TimedStream>) -> io::Result<()> {
-        let mode = if self.executable { 0o700 } else { 0o600 };
-        let mut file = fs::OpenOptions::new()
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .mode(mode)
-            .open(new)?;
-        let (hash, size) = hash(bytes(input, self.size), &mut file)?;
-        if size != self.size {
-            return Err(io::ErrorKind::UnexpectedEof.into());
-        }
-        if hash != self.hash {
-            let message = format!(
-                "{} has changed while it was copied; try again",
-                self.path.display()
-            );
-            return Err(io::Error::other(message));
-        }
-        file.sync_data()
-    }
+    root.join(mirrored)
 }
 
 /// Opens a file, and nothing that could be waited for.
@@ -176,23 +185,31 @@ mod tests {
         let path = folder.path().join("x/../a");
         fs::create_dir(folder.path().join("x")).expect("a folder");
         fs::write(&path, "abc").expect("written");
-        let file = File::of(&path).expect("a file");
+        let file = describe(&path).expect("a file");
         assert_eq!(file.path, folder.path().join("a"));
         let known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!((file.hash.as_str(), file.size), (known, 3));
         let root = folder.path().join("root");
-        assert!(!file.is_below(&root));
+        assert!(!is_below(&file, &root));
         let there = mirrored(&root, &file.path);
         fs::create_dir_all(there.parent().expect("a parent")).expect("a folder");
         fs::write(&there, "abd").expect("written");
-        assert!(!file.is_below(&root));
+        assert!(!is_below(&file, &root));
         fs::write(&there, "abc").expect("written");
-        assert!(file.is_below(&root));
+        assert!(is_below(&file, &root));
         let mut sent = Vec::new();
-        file.send(&path, &mut sent).expect("sent");
+        send(&file, &path, &mut sent).expect("sent");
         assert_eq!(sent, b"abc");
         fs::write(&path, "a").expect("written");
-        assert!(file.send(&path, &mut sent).is_err());
-        assert!(File::of(folder.path()).is_err());
+        assert!(send(&file, &path, &mut sent).is_err());
+        assert!(describe(folder.path()).is_err());
+    }
+
+    #[test]
+    fn nothing_leads_out_of_the_copies() {
+        let at = |path: &str| mirrored(Path::new("/cache"), Path::new(path));
+        assert_eq!(at("/a/b/../c.map"), Path::new("/cache/a/c.map"));
+        assert_eq!(at("/../../etc/passwd"), Path::new("/cache/etc/passwd"));
+        assert_eq!(at("/"), Path::new("/cache/"));
     }
 }

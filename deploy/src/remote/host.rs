@@ -1,14 +1,15 @@
 //! A machine of the network as its supervisor sees it: it connects, loses the connection, and connects again.
 
+use super::SupervisorMessage;
 use super::connection::{AgentReady, Setup, SetupThread, own_program};
-use super::protocol::{AgentMessage, File, LONGEST, SupervisorMessage, line, mirrored};
+use super::copies::mirrored;
 use super::socket_proxy::{Received, SocketProxy};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
-use crate::client::lines::{Line, Lines, Overlong};
 use crate::process::identity::{Mark, first_readable, kill_group};
-use crate::process::launch::Exit;
 use rc_deploy_network::plan::LONGEST_PAUSE;
 use rc_deploy_network::plan::{self, Component};
+use rc_management::agent::{AgentMessage, Exit, File, LONGEST};
+use rc_management::lines::{self, Line, Lines, Overlong};
 use rustix::event::PollFlags;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use std::cell::RefCell;
@@ -40,7 +41,7 @@ pub(crate) struct Outbox(Rc<RefCell<Vec<u8>>>);
 
 impl Outbox {
     fn push(&self, message: &SupervisorMessage) {
-        self.0.borrow_mut().extend(line(message));
+        self.0.borrow_mut().extend(lines::encode(message));
     }
 }
 
@@ -304,7 +305,7 @@ impl Host {
                     return Some(self.lose(now, &why));
                 }
                 if now >= self.next_beat {
-                    self.outbox.push(&SupervisorMessage::Beat);
+                    self.outbox.push(&SupervisorMessage::Heartbeat);
                     self.next_beat = now + BEAT;
                 }
                 self.write(now)
@@ -346,14 +347,14 @@ impl Host {
     /// Hands on what callers of components say.
     pub(crate) fn turn_socket(&mut self, number: u64) {
         if let Some((wire, name)) = self.sockets.accept(number) {
-            self.outbox.push(&SupervisorMessage::Call { wire, name });
+            self.outbox.push(&SupervisorMessage::Connect { wire, name });
         } else if let Some(Received { text, there }) = self.sockets.connections.turn(number) {
             let wire = number;
             if !text.is_empty() {
-                self.outbox.push(&SupervisorMessage::Tell { wire, text });
+                self.outbox.push(&SupervisorMessage::Data { wire, text });
             }
             if !there {
-                self.outbox.push(&SupervisorMessage::Shut(wire));
+                self.outbox.push(&SupervisorMessage::Close(wire));
             }
         }
     }
@@ -401,21 +402,21 @@ impl Host {
             let none = complete.is_empty();
             for line in complete {
                 let message = match &line {
-                    Line::Text(text) => serde_json::from_str(text).ok(),
+                    Line::Complete(line) => serde_json::from_slice(line).ok(),
                     Line::TooLong => None,
                 };
                 self.heard = now;
                 match message {
-                    Some(AgentMessage::Beat) => {}
-                    Some(AgentMessage::Tell { wire, text }) => {
+                    Some(AgentMessage::Heartbeat) => {}
+                    Some(AgentMessage::Data { wire, text }) => {
                         if !self.sockets.connections.send(wire, &text) {
-                            self.outbox.push(&SupervisorMessage::Shut(wire));
+                            self.outbox.push(&SupervisorMessage::Close(wire));
                         }
                     }
-                    Some(AgentMessage::Shut(wire)) => self.sockets.connections.shut(wire),
-                    Some(AgentMessage::Gone { left }) => {
+                    Some(AgentMessage::Close(wire)) => self.sockets.connections.shut(wire),
+                    Some(AgentMessage::Finished { left }) => {
                         self.link = Link::Over;
-                        events.push(HostEvent::Message(AgentMessage::Gone { left }));
+                        events.push(HostEvent::Message(AgentMessage::Finished { left }));
                         return events;
                     }
                     Some(message) => events.push(HostEvent::Message(message)),

@@ -12,17 +12,19 @@ mod connection;
 mod copies;
 mod host;
 mod log_tail;
-mod protocol;
 mod socket_proxy;
 mod ssh;
 mod timed_stream;
 
-pub use agent::agent;
+pub use self::agent::agent;
 pub(crate) use connection::{AgentReady, Setup};
 pub(crate) use host::{Host, HostEvent, HostSource, Outbox, RemoteProcess};
-pub(crate) use protocol::AgentMessage;
 
+use rc_deploy_network::plan::Component;
 use std::time::Duration;
+
+/// What the supervisor sends to an agent.
+pub(crate) type SupervisorMessage = rc_management::agent::SupervisorMessage<Component>;
 
 /// How long the other side of a connection may be silent; then it is lost.
 pub(crate) const HOST_LIMIT: Duration = Duration::from_secs(5);

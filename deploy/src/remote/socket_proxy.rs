@@ -2,7 +2,7 @@
 //! over the connection to the agent and back.
 
 use super::log_tail::whole;
-use crate::client::lines::LIMIT;
+use rc_management::lines::LIMIT;
 use rustix::event::PollFlags;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 use std::collections::BTreeMap;

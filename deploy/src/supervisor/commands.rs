@@ -5,60 +5,15 @@
 //! `restart`; a `start` begins with the configuration.
 
 use crate::process::identity::KILL_LIMIT;
-use crate::supervisor::control::Request;
+use crate::supervisor::control::ClientRequest;
 use crate::supervisor::unit::Unit;
 use rc_deploy_network::plan::reachable;
-use serde::{Deserialize, Serialize};
+use rc_management::supervisor::{CommandResult, FailedCommand, Verb};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 /// What is added to the limits of the components, which come first.
 const MARGIN: Duration = Duration::from_secs(5);
-
-/// What may be told to components.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verb {
-    /// Those that do not run are started.
-    Start,
-    /// They are asked to end, and stay so.
-    Stop,
-    /// All are stopped, then all are started.
-    Restart,
-}
-
-impl Verb {
-    /// The method on the supervisor's socket.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Start => "start",
-            Self::Stop => "stop",
-            Self::Restart => "restart",
-        }
-    }
-
-    pub(crate) fn of(word: &str) -> Option<Self> {
-        let all = [Self::Start, Self::Stop, Self::Restart];
-        all.into_iter().find(|verb| verb.word() == word)
-    }
-}
-
-/// What has become of a command.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CommandResult {
-    /// The components that are ready, or have ended, in the order of the network.
-    pub done: Vec<String>,
-    /// The others.
-    pub failed: Vec<FailedCommand>,
-}
-
-/// A component for which a command could not be carried out.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FailedCommand {
-    /// Which.
-    pub name: String,
-    /// Why, perhaps with the last lines of its log.
-    pub reason: String,
-}
 
 /// Of the components called `all`, those that `names` mean: each a component, or a group with all that is in it. The error
 /// is for people.
@@ -101,7 +56,7 @@ pub(crate) struct Commands {
 
 #[derive(Debug)]
 struct Job {
-    request: Request,
+    request: ClientRequest,
     verb: Verb,
     members: BTreeSet<usize>,
     /// Those that are to end first, and then those that are to start.
@@ -122,7 +77,7 @@ impl Commands {
     /// Takes a command. The components of an earlier one that it names, too, are its own from now on.
     pub(crate) fn take(
         &mut self,
-        request: Request,
+        request: ClientRequest,
         verb: Verb,
         members: BTreeSet<usize>,
         units: &[Unit],
@@ -185,7 +140,7 @@ impl Commands {
         &mut self,
         units: &mut [Unit],
         needs: &[BTreeSet<usize>],
-    ) -> Vec<(Request, CommandResult)> {
+    ) -> Vec<(ClientRequest, CommandResult)> {
         let now = Instant::now();
         let mut answers = Vec::new();
         let Self { jobs, reach } = self;
@@ -209,7 +164,7 @@ impl Commands {
     }
 
     /// The network ends, and with it all that is not done.
-    pub(crate) fn end(&mut self, units: &[Unit]) -> Vec<(Request, CommandResult)> {
+    pub(crate) fn end(&mut self, units: &[Unit]) -> Vec<(ClientRequest, CommandResult)> {
         let ends = |mut job: Job| {
             for &i in &job.members {
                 let failed = job.failed.entry(i);
@@ -262,7 +217,11 @@ impl Job {
         self.members.iter().all(settled)
     }
 
-    fn result(mut self, units: &[Unit], needs: &[BTreeSet<usize>]) -> (Request, CommandResult) {
+    fn result(
+        mut self,
+        units: &[Unit],
+        needs: &[BTreeSet<usize>],
+    ) -> (ClientRequest, CommandResult) {
         let mut result = CommandResult::default();
         for &i in &self.members {
             let name = units[i].name().to_owned();

@@ -1,32 +1,28 @@
-//! The supervisor's own socket: `status`, `events`, `down`, and `start`, `stop`, `restart {"names": [NAME, …]}`, as
-//! JSON-RPC 2.0 lines.
+//! The supervisor's socket, `rcdeploy.sock` in the run directory.
 //!
-//! Who asks for `events` gets those that are kept and all that come, a notification each: `event`, or `missed {"events"}`
-//! where it reads so slowly that some were given up.
-//!
-//! It only speaks; what the answers are is the supervisor's business. A client that does not read its
-//! answers is dropped.
+//! It decodes requests and sends answers and events; the supervisor decides what the answers are. A client that does
+//! not read its answers is dropped. A client that reads events too slowly loses some, and gets their number.
 
-use crate::client::lines::{Line, Lines, Overlong};
-use crate::client::status::Status;
 use crate::log::journal::Journal;
-use crate::supervisor::commands::{CommandResult, Verb};
-use serde::Deserialize;
-use serde_json::{Value, json};
-use std::io::{self, Write};
+use rc_management::Output;
+use rc_management::lines::{Line, Lines, Overlong};
+use rc_management::rpc::{self, Call, Error};
+use rc_management::supervisor::{
+    CommandResult, KeptEvents, NetworkStatus, Notification, Request, Stopping,
+};
+use serde_json::Value;
+use std::io;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 
-/// The name that the supervisor's socket has in the run directory.
-pub(crate) const NAME: &str = "rcdeploy";
 /// How many clients may be connected at once.
-const CLIENTS: usize = 16;
-/// How much of an answer may wait for a client to read.
-const WAITING: usize = 1 << 20;
-/// How much of it may be events; the others wait in the journal.
-const EVENTS_WAITING: usize = 64 << 10;
+const MAX_CLIENTS: usize = 16;
+/// How many bytes of output may wait for a client to read.
+const MAX_OUTPUT: usize = 1 << 20;
+/// How many bytes of it may be events; later events wait in the journal.
+const MAX_EVENT_OUTPUT: usize = 64 << 10;
 
-/// The listening socket, and who is connected.
+/// The listening socket and its clients.
 #[derive(Debug)]
 pub(crate) struct Control {
     listener: UnixListener,
@@ -39,157 +35,85 @@ pub(crate) struct Client {
     pub(crate) number: u64,
     pub(crate) stream: UnixStream,
     lines: Lines,
-    out: Vec<u8>,
+    output: Output,
     /// How many answers it waits for that take their time; the end of the network is one, too.
     awaits: u32,
-    /// It follows the events; the number of its next.
+    /// The number of the next event for it, if it follows events.
     next_event: Option<u64>,
 }
 
-/// What a client wants.
+/// A request of a client.
 #[derive(Debug)]
-pub(crate) struct Request {
+pub(crate) struct ClientRequest {
     client: u64,
-    id: Value,
-    pub(crate) call: Call,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Call {
-    Status,
-    Events,
-    Down,
-    /// The names are of components or groups, and may be wrong.
-    Command(Verb, Vec<String>),
-}
-
-/// The parameters are wrong.
-const INPUT: i32 = -32602;
-
-#[derive(Deserialize)]
-struct Incoming {
-    #[serde(default)]
-    id: Value,
-    method: String,
-    #[serde(default)]
-    params: Value,
-}
-
-/// What a method means; the error has the code of JSON-RPC and is for people.
-fn call(method: &str, params: &Value) -> Result<Call, (i32, String)> {
-    match method {
-        "status" => return Ok(Call::Status),
-        "events" => return Ok(Call::Events),
-        "down" => return Ok(Call::Down),
-        _ => {}
-    }
-    let Some(verb) = Verb::of(method) else {
-        let text = format!(
-            "unknown method {method}; there are status, events, down, start, stop and restart"
-        );
-        return Err((-32601, text));
-    };
-    let names = params.get("names").and_then(Value::as_array);
-    let names: Option<Vec<String>> = names
-        .into_iter()
-        .flatten()
-        .map(|name| name.as_str().map(str::to_owned))
-        .collect();
-    match names.filter(|names| !names.is_empty()) {
-        Some(names) => Ok(Call::Command(verb, names)),
-        None => Err((
-            INPUT,
-            format!("`{method}` takes {{\"names\": [\"lidar\", …]}}"),
-        )),
-    }
+    id: Option<Value>,
+    pub(crate) request: Request,
 }
 
 impl Client {
-    /// Whether it is to be written to as soon as that is possible.
+    /// Whether output waits until the client reads.
     pub(crate) fn has_output(&self) -> bool {
-        !self.out.is_empty()
+        !self.output.is_empty()
     }
 
-    fn send(&mut self, message: &Value) {
-        self.out.extend_from_slice(message.to_string().as_bytes());
-        self.out.push(b'\n');
-    }
-
-    /// Whether there were new events for it.
+    /// Queues the new events. Returns whether there were any.
     fn take_events(&mut self, journal: &Journal) -> bool {
         let Some(mut next) = self.next_event else {
             return false;
         };
-        let mut told = false;
-        while self.out.len() < EVENTS_WAITING
+        let mut found = false;
+        while self.output.len() < MAX_EVENT_OUTPUT
             && let Some(event) = journal.get(next)
         {
-            let (method, params, count) = match event {
-                Ok(event) => ("event", event.clone(), 1),
-                Err(missed) => ("missed", json!({"events": missed}), missed),
+            let (notification, count) = match event {
+                Ok(event) => (Notification::Event(event.clone()), 1),
+                Err(missed) => (Notification::Missed { events: missed }, missed),
             };
-            self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
+            self.output.push(&rpc::notification(&notification));
             next += count;
-            told = true;
+            found = true;
         }
         self.next_event = Some(next);
-        told
+        found
     }
 
-    /// Writes what can be written; `false` if the client is lost.
+    /// Writes what the client takes at once; `false` if the client is lost.
     fn write(&mut self) -> bool {
-        while !self.out.is_empty() {
-            match self.stream.write(&self.out) {
-                Ok(count) => drop(self.out.drain(..count)),
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(_) => return false,
-            }
-        }
-        self.out.len() <= WAITING
+        self.output.write(&self.stream).is_ok() && self.output.len() <= MAX_OUTPUT
     }
 
-    /// The requests that have come, and whether the client is still there.
-    fn read(&mut self) -> (Vec<Request>, bool) {
+    /// Reads once. Returns the requests, and whether the client is still there.
+    fn read(&mut self) -> (Vec<ClientRequest>, bool) {
         let (lines, closed) = self.lines.read(&self.stream);
         let mut requests = Vec::new();
         for line in lines {
-            let parsed = match &line {
-                Line::Text(text) => serde_json::from_str::<Incoming>(text).ok(),
-                Line::TooLong => None,
+            let call = match &line {
+                Line::Complete(line) => Call::parse(line),
+                Line::TooLong => Err(Error::new(Error::PARSE, "a request has at most 64 KiB")),
             };
-            let Some(Incoming { id, method, params }) = parsed else {
-                self.send(&error(
-                    &Value::Null,
-                    -32700,
-                    "not a request in JSON-RPC 2.0",
-                ));
-                continue;
+            let (id, request) = match call {
+                Ok(call) => (call.id.clone(), Request::decode(call)),
+                Err(error) => (Some(Value::Null), Err(error)),
             };
-            let call = match call(&method, &params) {
-                Ok(call) => call,
-                Err((code, text)) => {
-                    self.send(&error(&id, code, &text));
-                    continue;
+            match (request, id) {
+                (Ok(request), id) => {
+                    self.awaits += u32::from(request != Request::Status);
+                    requests.push(ClientRequest {
+                        client: self.number,
+                        id,
+                        request,
+                    });
                 }
-            };
-            self.awaits += u32::from(call != Call::Status);
-            requests.push(Request {
-                client: self.number,
-                id,
-                call,
-            });
+                (Err(error), Some(id)) => self.output.push(&rpc::answer(&id, Err(error))),
+                (Err(_), None) => {}
+            }
         }
         (requests, !closed)
     }
 }
 
-fn error(id: &Value, code: i32, message: &str) -> Value {
-    json!({"jsonrpc": "2.0", "id": id, "error": {"code": code, "message": message}})
-}
-
 impl Control {
-    /// Listens at `path`, which is the caller's: whose socket is there was killed while it cleaned up.
+    /// Listens at `path`, and replaces the socket of a supervisor that was killed. The caller owns the path.
     pub(crate) fn listen(path: &Path) -> io::Result<Self> {
         match std::fs::remove_file(path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -212,7 +136,7 @@ impl Control {
         &self.clients
     }
 
-    /// Lets one client in. If there are too many, the oldest goes that does not wait for an answer.
+    /// Accepts one client. If there are too many, the oldest that does not wait for an answer is dropped.
     pub(crate) fn accept(&mut self) {
         let Ok((stream, _)) = self.listener.accept() else {
             return;
@@ -220,7 +144,7 @@ impl Control {
         if stream.set_nonblocking(true).is_err() {
             return;
         }
-        if self.clients.len() >= CLIENTS {
+        if self.clients.len() >= MAX_CLIENTS {
             let oldest = self.clients.iter().position(|c| c.awaits == 0);
             self.clients.remove(oldest.unwrap_or(0));
         }
@@ -228,15 +152,15 @@ impl Control {
             number: self.next,
             stream,
             lines: Lines::new(Overlong::Skip),
-            out: Vec::new(),
+            output: Output::default(),
             awaits: 0,
             next_event: None,
         });
         self.next += 1;
     }
 
-    /// Something can be read from or written to a client: what it wants.
-    pub(crate) fn turn(&mut self, number: u64) -> Vec<Request> {
+    /// Reads from and writes to a client whose socket is ready. Returns its requests.
+    pub(crate) fn turn(&mut self, number: u64) -> Vec<ClientRequest> {
         let Some(index) = self.clients.iter().position(|c| c.number == number) else {
             return Vec::new();
         };
@@ -251,57 +175,54 @@ impl Control {
     }
 
     /// Answers `status`.
-    pub(crate) fn answer_status(&mut self, request: &Request, status: &Status) {
-        self.answer(request, &result(&request.id, &json!(status)), 0);
+    pub(crate) fn answer_status(&mut self, request: &ClientRequest, status: &NetworkStatus) {
+        self.answer(request, rpc::result(status), 0);
     }
 
-    /// Answers `events`; they follow with [`Self::tell`].
-    pub(crate) fn answer_events(&mut self, request: &Request, journal: &Journal) {
+    /// Answers `events`; the events follow with [`Self::send_events`].
+    pub(crate) fn answer_events(&mut self, request: &ClientRequest, journal: &Journal) {
         let (kept, first) = journal.kept();
-        self.answer(request, &result(&request.id, &json!({"kept": kept})), 0);
+        self.answer(request, rpc::result(&KeptEvents { kept }), 0);
         let found = self.clients.iter_mut().find(|c| c.number == request.client);
         if let Some(client) = found {
             client.next_event = Some(first);
         }
     }
 
-    /// Hands new events to those who follow them, as fast as they read.
-    pub(crate) fn tell(&mut self, journal: &Journal) {
+    /// Sends new events to the clients that follow them, as fast as these read.
+    pub(crate) fn send_events(&mut self, journal: &Journal) {
         self.clients.retain_mut(|client| {
-            let told = client.take_events(journal);
-            !told || client.write()
+            let found = client.take_events(journal);
+            !found || client.write()
         });
     }
 
-    /// Answers `down`: the connection closes when all is down.
-    pub(crate) fn answer_down(&mut self, request: &Request) {
-        self.answer(request, &result(&request.id, &json!({"stopping": true})), 0);
+    /// Answers `down`; the connection closes when the network is down.
+    pub(crate) fn answer_down(&mut self, request: &ClientRequest) {
+        self.answer(request, rpc::result(&Stopping { stopping: true }), 0);
     }
 
-    /// Answers a command that was carried out as far as it could be.
-    pub(crate) fn answer_command(&mut self, request: &Request, outcome: &CommandResult) {
-        self.answer(request, &result(&request.id, &json!(outcome)), 1);
+    /// Answers a command that has ended.
+    pub(crate) fn answer_command(&mut self, request: &ClientRequest, result: &CommandResult) {
+        self.answer(request, rpc::result(result), 1);
     }
 
-    /// Answers a command whose names are wrong.
-    pub(crate) fn answer_refused(&mut self, request: &Request, reason: &str) {
-        self.answer(request, &error(&request.id, INPUT, reason), 1);
+    /// Refuses a command.
+    pub(crate) fn answer_refused(&mut self, request: &ClientRequest, reason: &str) {
+        let error = Error::new(Error::INVALID_PARAMS, reason);
+        self.answer(request, Err(error), 1);
     }
 
-    /// Sends an answer; `awaited` of those that took their time.
-    fn answer(&mut self, request: &Request, answer: &Value, awaited: u32) {
+    /// Sends an answer; `awaited` is 1 for a request that took its time.
+    fn answer(&mut self, request: &ClientRequest, result: Result<Value, Error>, awaited: u32) {
         let found = self.clients.iter_mut().find(|c| c.number == request.client);
         let Some(client) = found else { return };
         client.awaits = client.awaits.saturating_sub(awaited);
-        if !request.id.is_null() {
-            client.send(answer);
+        if let Some(id) = &request.id {
+            client.output.push(&rpc::answer(id, result));
         }
         if !client.write() {
             self.clients.retain(|c| c.number != request.client);
         }
     }
-}
-
-fn result(id: &Value, result: &Value) -> Value {
-    json!({"jsonrpc": "2.0", "id": id, "result": result})
 }

@@ -1,6 +1,5 @@
 //! `up --detach`: a supervisor in the background, and the word that it sends to who started it.
 
-use crate::client::lines::{Line, Lines, Overlong};
 use crate::error::{Error, ErrorContext};
 use crate::log::logs;
 use crate::process::identity::first_readable;
@@ -8,6 +7,7 @@ use crate::remote;
 use crate::supervisor::check;
 use crate::supervisor::up::Outcome;
 use rc_deploy_network::plan::Plan;
+use rc_management::lines::{Line, Lines, Overlong};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -122,8 +122,8 @@ fn listen(socket: OwnedFd, limit: Duration) -> Option<StartReport> {
         let stream = UnixStream::from(socket);
         let (complete, ended) = lines.read(&stream);
         for line in complete {
-            if let Line::Text(text) = line
-                && let Ok(word) = serde_json::from_str(&text)
+            if let Line::Complete(line) = line
+                && let Ok(word) = serde_json::from_slice(&line)
             {
                 return Some(word);
             }

@@ -3,10 +3,10 @@
 //! The component notices it and says so in its heartbeats. Something is over when no heartbeat of the last five seconds
 //! told of it, so that what comes and goes is one event and not many.
 
-use crate::client::status::Trouble;
-use crate::log::events::Severity;
-use crate::supervisor::link::Beat;
 use crate::supervisor::memory_growth::Growth;
+use rc_management::event::Severity;
+use rc_management::link::Heartbeat;
+use rc_management::supervisor::Trouble;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -42,17 +42,17 @@ impl HealthMonitor {
     }
 
     /// What a heartbeat has news of.
-    pub(crate) fn beat(&mut self, beat: Beat) -> Vec<HealthEvent> {
+    pub(crate) fn heartbeat(&mut self, heartbeat: Heartbeat) -> Vec<HealthEvent> {
         let mut happened = Vec::new();
         if self.quiet {
             return happened;
         }
-        self.overruns(&beat, &mut happened);
-        self.silences(beat.silent, &mut happened);
-        for (slot, peers) in beat.peers {
+        self.overruns(&heartbeat, &mut happened);
+        self.silences(heartbeat.silent, &mut happened);
+        for (slot, peers) in heartbeat.peers {
             self.peers(slot, peers > 0, &mut happened);
         }
-        for text in beat.mismatches {
+        for text in heartbeat.mismatches {
             let kept = self.troubles.keys().filter(|(code, _)| *code == "mismatch");
             if kept.count() < MISMATCHES {
                 self.begin("mismatch", &text, &text);
@@ -62,8 +62,8 @@ impl HealthMonitor {
         happened
     }
 
-    fn overruns(&mut self, beat: &Beat, happened: &mut Vec<HealthEvent>) {
-        let Some(overruns) = &beat.overruns else {
+    fn overruns(&mut self, heartbeat: &Heartbeat, happened: &mut Vec<HealthEvent>) {
+        let Some(overruns) = &heartbeat.overruns else {
             if end_of(&mut self.overrun) {
                 self.over("overrun", "");
                 let text = "keeps to its period again".to_owned();
@@ -146,7 +146,7 @@ impl HealthMonitor {
             .map(|((code, _), (since, message))| Trouble {
                 code: (*code).to_owned(),
                 message: message.clone(),
-                since: crate::log::events::time_text(*since),
+                since: rc_management::event::time_text(*since),
             })
             .collect()
     }
@@ -199,69 +199,70 @@ pub(crate) fn resident(pid: i32) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::supervisor::link::Overruns;
+    use rc_management::link::Overruns;
 
     fn codes(happened: &[HealthEvent]) -> Vec<&'static str> {
         happened.iter().map(|(_, code, _)| *code).collect()
     }
 
-    fn slow() -> Beat {
-        Beat {
+    fn slow() -> Heartbeat {
+        Heartbeat {
             overruns: Some(Overruns {
+                count: 1,
                 what: "compute()".to_owned(),
                 ms: 12.34,
                 period_ms: 10.0,
             }),
-            ..Beat::default()
+            ..Heartbeat::default()
         }
     }
 
-    fn silent(topics: &[&str]) -> Beat {
-        Beat {
+    fn silent(topics: &[&str]) -> Heartbeat {
+        Heartbeat {
             silent: topics.iter().map(|&t| (t.to_owned(), 70)).collect(),
-            ..Beat::default()
+            ..Heartbeat::default()
         }
     }
 
-    fn peers(count: usize) -> Beat {
-        Beat {
+    fn peers(count: usize) -> Heartbeat {
+        Heartbeat {
             peers: BTreeMap::from([("Laser".to_owned(), count)]),
-            ..Beat::default()
+            ..Heartbeat::default()
         }
     }
 
     #[test]
     fn overruns_that_come_and_go_are_one_event() {
         let mut watch = HealthMonitor::default();
-        let text = &watch.beat(slow())[0].2;
+        let text = &watch.heartbeat(slow())[0].2;
         assert_eq!(
             text,
             "compute() took 12.3 ms, longer than the period of 10 ms"
         );
         for _ in 0..100 {
-            assert_eq!(codes(&watch.beat(Beat::default())), [""; 0]);
-            assert_eq!(codes(&watch.beat(slow())), [""; 0]);
+            assert_eq!(codes(&watch.heartbeat(Heartbeat::default())), [""; 0]);
+            assert_eq!(codes(&watch.heartbeat(slow())), [""; 0]);
         }
         assert_eq!(watch.troubles()[0].code, "overrun");
         let good: Vec<_> = (0..CALM + 5)
-            .flat_map(|_| watch.beat(Beat::default()))
+            .flat_map(|_| watch.heartbeat(Heartbeat::default()))
             .collect();
         assert_eq!(codes(&good), ["in-time"]);
         assert_eq!(watch.troubles(), []);
-        assert_eq!(codes(&watch.beat(slow())), ["overrun"]);
+        assert_eq!(codes(&watch.heartbeat(slow())), ["overrun"]);
     }
 
     #[test]
     fn each_topic_is_silent_by_itself() {
         let mut watch = HealthMonitor::default();
         assert_eq!(
-            codes(&watch.beat(silent(&["a", "b"]))),
+            codes(&watch.heartbeat(silent(&["a", "b"]))),
             ["silent", "silent"]
         );
         for _ in 1..CALM {
-            assert_eq!(codes(&watch.beat(silent(&["b"]))), [""; 0]);
+            assert_eq!(codes(&watch.heartbeat(silent(&["b"]))), [""; 0]);
         }
-        let heard = watch.beat(silent(&["b"]));
+        let heard = watch.heartbeat(silent(&["b"]));
         assert_eq!(codes(&heard), ["heard-again"]);
         assert!(heard[0].2.starts_with("a is heard"), "{heard:?}");
         assert_eq!(watch.troubles().len(), 1);
@@ -270,7 +271,7 @@ mod tests {
     #[test]
     fn a_peer_can_only_vanish_where_one_was() {
         let mut watch = HealthMonitor::default();
-        let mut after = |count| codes(&watch.beat(peers(count)));
+        let mut after = |count| codes(&watch.heartbeat(peers(count)));
         assert_eq!(after(0), [""; 0]);
         assert_eq!(after(2), [""; 0]);
         assert_eq!(after(1), [""; 0]);
@@ -278,6 +279,6 @@ mod tests {
         assert_eq!(after(0), [""; 0]);
         assert_eq!(after(1), ["peer-back"]);
         watch.be_quiet();
-        assert_eq!(codes(&watch.beat(peers(0))), [""; 0]);
+        assert_eq!(codes(&watch.heartbeat(peers(0))), [""; 0]);
     }
 }

@@ -1,15 +1,15 @@
 //! The other machines of a network: what the supervisor makes of their news.
 
 use super::supervise::{StopReason, Supervisor};
-use crate::client::lines::Line;
 use crate::error::advice;
-use crate::log::events::Severity;
 use crate::log::logs;
-use crate::process::launch::Exit;
-use crate::remote::{AgentMessage, AgentReady, Host, HostEvent, Setup};
+use crate::remote::{AgentReady, Host, HostEvent, Setup};
 use crate::supervisor::up::Options;
 use rc_deploy_network::plan::Plan;
 use rc_deploy_network::process_name;
+use rc_management::agent::{AgentMessage, Exit};
+use rc_management::event::Severity;
+use rc_management::lines::Line;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::Path;
@@ -204,13 +204,13 @@ impl Supervisor<'_> {
                     self.not_started(i, &reason);
                 }
             }
-            AgentMessage::Said { name, line } => {
+            AgentMessage::LinkLine { name, line } => {
                 if let Some(i) = on(&name) {
-                    let line = line.map_or(Line::TooLong, Line::Text);
+                    let line = line.map_or(Line::TooLong, |line| Line::Complete(line.into_bytes()));
                     self.units[i].hear(line, self.report);
                 }
             }
-            AgentMessage::Closed(name) => {
+            AgentMessage::LinkClosed(name) => {
                 if let Some(i) = on(&name) {
                     if let Some(process) = self.units[i].remote_process() {
                         process.linked = false;
@@ -230,18 +230,18 @@ impl Supervisor<'_> {
                 }
             }
             AgentMessage::Note(text) => self.host_event(h, Severity::Warning, "host-note", &text),
-            AgentMessage::Gone { left } if left > 0 => {
+            AgentMessage::Finished { left } if left > 0 => {
                 let text = format!("killed {left} processes that components had left behind");
                 self.host_event(h, Severity::Warning, "left-over", &text);
             }
             // The others are of the beginning only, or are no business of the supervisor.
-            AgentMessage::Gone { .. }
-            | AgentMessage::Tell { .. }
-            | AgentMessage::Shut(_)
-            | AgentMessage::Wants(_)
-            | AgentMessage::There { .. }
+            AgentMessage::Finished { .. }
+            | AgentMessage::Data { .. }
+            | AgentMessage::Close(_)
+            | AgentMessage::Missing(_)
+            | AgentMessage::Ready { .. }
             | AgentMessage::Refused(_)
-            | AgentMessage::Beat => {}
+            | AgentMessage::Heartbeat => {}
         }
     }
 

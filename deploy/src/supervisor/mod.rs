@@ -6,7 +6,6 @@ pub(crate) mod control;
 pub mod detach;
 mod health;
 mod hosts;
-mod link;
 mod memory_growth;
 mod parameter_changes;
 mod process_handle;

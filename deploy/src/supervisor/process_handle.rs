@@ -1,8 +1,9 @@
 //! The process behind a unit, on this machine or on another one: the one place where that makes a difference.
 
-use crate::client::lines::Line;
-use crate::process::launch::{Exit, LocalProcess};
+use crate::process::launch::LocalProcess;
 use crate::remote::RemoteProcess;
+use rc_management::agent::Exit;
+use rc_management::lines::Line;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 

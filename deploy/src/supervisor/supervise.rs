@@ -1,12 +1,11 @@
 //! The loop: one thread, one `poll`, which starts, watches and stops the units of a plan.
 
 use super::hosts;
-use crate::client::status::{Status, digest};
+use crate::client::status::digest;
 use crate::error::{Error, ErrorContext, advice};
 use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
-use crate::log::events::{Event, Severity};
 use crate::log::logs;
 use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
@@ -14,14 +13,16 @@ use crate::log::rotation::{self, Rotation};
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use crate::remote::{Host, HostSource};
-use crate::supervisor::commands::{self, Commands, Verb};
-use crate::supervisor::control::{self, Call, Control, Request};
+use crate::supervisor::commands::{self, Commands};
+use crate::supervisor::control::{ClientRequest, Control};
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::health::MemoryRounds;
 use crate::supervisor::restart::Next;
 use crate::supervisor::unit::{Overdue, Unit, until};
 use crate::supervisor::up::{Options, Outcome};
 use rc_deploy_network::plan::Plan;
+use rc_management::event::{Event, Severity};
+use rc_management::supervisor::{self, NetworkStatus, Request, Verb};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
 use std::io;
@@ -123,7 +124,7 @@ impl<'p> Supervisor<'p> {
             None => GuardCommand::own().context("find out which program this is")?,
         };
         let mut custody = Custody::new(&plan.network, lock, guard_command, guard_log)?;
-        let socket = custody.directory().socket(control::NAME);
+        let socket = custody.directory().socket(supervisor::SOCKET);
         let control =
             Control::listen(&socket).context(format!("listen at {}", socket.display()))?;
         custody.start_guard()?;
@@ -172,7 +173,7 @@ impl<'p> Supervisor<'p> {
             if !alive && !to_come && self.leave_hosts() {
                 return self.finish(cleanup);
             }
-            self.control.tell(&self.report.journal());
+            self.control.send_events(&self.report.journal());
             for source in self.wait() {
                 self.dispatch(source);
             }
@@ -217,7 +218,7 @@ impl<'p> Supervisor<'p> {
     }
 
     /// Takes a command, or tells why not.
-    fn take(&mut self, request: Request, verb: Verb, names: &[String]) {
+    fn take(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
         let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
         let members = match commands::select(names, &all) {
             Ok(members) if self.ending.is_none() => members,
@@ -428,17 +429,19 @@ impl<'p> Supervisor<'p> {
 
     fn serve(&mut self, number: u64) {
         for request in self.control.turn(number) {
-            match request.call.clone() {
-                Call::Command(verb, names) => self.take(request, verb, &names),
-                Call::Status => {
+            match request.request.clone() {
+                Request::Start { names } => self.take(request, Verb::Start, &names),
+                Request::Stop { names } => self.take(request, Verb::Stop, &names),
+                Request::Restart { names } => self.take(request, Verb::Restart, &names),
+                Request::Status => {
                     let status = self.status();
                     self.control.answer_status(&request, &status);
                 }
-                Call::Events => {
+                Request::Events => {
                     let journal = self.report.journal();
                     self.control.answer_events(&request, &journal);
                 }
-                Call::Down => {
+                Request::Down => {
                     self.control.answer_down(&request);
                     self.stop(StopReason::Asked, "asked by `rcdeploy down`");
                 }
@@ -446,8 +449,8 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn status(&self) -> Status {
-        Status {
+    fn status(&self) -> NetworkStatus {
+        NetworkStatus {
             network: self.plan.network.clone(),
             pid: std::process::id() as i32,
             guard: self.custody.guard(),
@@ -616,7 +619,7 @@ impl<'p> Supervisor<'p> {
         }
         let text = format!("network {} is down", self.plan.network);
         event(Severity::Info, "down", text);
-        self.control.tell(&self.report.journal());
+        self.control.send_events(&self.report.journal());
         self.report.flush();
         let outcome = match (self.ending.take(), &self.failed[..]) {
             (Some(StopReason::Failed(message)), _) => Outcome::Failed(message),

@@ -1,26 +1,30 @@
 //! One component: its process, its link, its limits. It knows nothing of the others.
 
-use crate::client::lines::Line;
-use crate::client::status::{ComponentStatus, State};
 use crate::guard::process_registry::RegisteredProcess;
-use crate::log::events::{Event, Severity};
 use crate::log::logs;
 use crate::log::reporter::Reporter;
 use crate::process::identity::{KILL_LIMIT, Mark};
-use crate::process::launch::{Exit, LocalProcess};
+use crate::process::launch::LocalProcess;
 use crate::remote::{self, Outbox, RemoteProcess};
 use crate::supervisor::health::{self, HealthMonitor};
-use crate::supervisor::link::{self, HEARTBEAT_LIMIT, Message};
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_network::plan::Component;
+use rc_management::agent::Exit;
+use rc_management::component::State;
+use rc_management::event::{Event, Severity};
+use rc_management::lines::Line;
+use rc_management::link::ComponentMessage;
+use rc_management::supervisor::{ComponentState, ComponentStatus};
 use std::collections::BTreeMap;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+/// How old the last turn of a component's loop, or its last heartbeat, may be.
+const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
 /// How long after its link a process may end before the closed link is an event of its own.
 const CLOSED_LIMIT: Duration = Duration::from_secs(1);
 
@@ -319,7 +323,7 @@ impl Unit {
     /// Takes one line of the link.
     pub(crate) fn hear(&mut self, line: Line, report: &Reporter) {
         let message = match line {
-            Line::Text(text) => link::parse(&text),
+            Line::Complete(line) => ComponentMessage::decode(&line),
             Line::TooLong => Err("a line of more than 64 KiB".to_owned()),
         };
         match message {
@@ -340,12 +344,12 @@ impl Unit {
         }
     }
 
-    fn take(&mut self, message: Message, report: &Reporter) {
+    fn take(&mut self, message: ComponentMessage, report: &Reporter) {
         let Phase::Alive(running) = &self.phase else {
             return;
         };
         match message {
-            Message::State(state) => {
+            ComponentMessage::State { state } => {
                 if self.reported == Some(state) {
                     return;
                 }
@@ -356,7 +360,7 @@ impl Unit {
                 };
                 self.event(report, severity, "state", state.to_string());
             }
-            Message::Ready => {
+            ComponentMessage::Ready => {
                 self.heard = Instant::now();
                 if !self.ready {
                     self.ready = true;
@@ -368,30 +372,30 @@ impl Unit {
                     }
                 }
             }
-            Message::Parameters { changed, unkept } => {
-                self.changes = Changes::new(changed, unkept);
+            ComponentMessage::Parameters(unsaved) => {
+                self.changes = Changes::new(unsaved);
             }
-            Message::Restored(Ok(())) => {
+            ComponentMessage::Restored { refused: None } => {
                 let text = self.changes.restored();
                 self.event(report, Severity::Info, "restored", text);
             }
-            Message::Restored(Err(why)) => {
+            ComponentMessage::Restored { refused: Some(why) } => {
                 let text = format!(
                     "runs with its configuration; changed parameters were not restored: {why}"
                 );
                 self.event(report, Severity::Warning, "not-restored", text);
                 self.forget_changes();
             }
-            Message::Heartbeat(mut beat) => {
+            ComponentMessage::Heartbeat(mut heartbeat) => {
                 self.heard = Instant::now();
-                self.lost = std::mem::take(&mut beat.lost);
-                let age = beat.age;
+                self.lost = std::mem::take(&mut heartbeat.lost);
+                let age_ms = heartbeat.age_ms;
                 if !self.is_asked_to_stop() {
-                    for (severity, code, text) in self.health.beat(beat) {
+                    for (severity, code, text) in self.health.heartbeat(heartbeat) {
                         self.event(report, severity, code, text);
                     }
                 }
-                if age <= HEARTBEAT_LIMIT {
+                if Duration::from_millis(age_ms) <= HEARTBEAT_LIMIT {
                     if std::mem::take(&mut self.hung) {
                         self.event(
                             report,
@@ -401,10 +405,7 @@ impl Unit {
                         );
                     }
                 } else if self.ready {
-                    self.hang(
-                        report,
-                        &format!("its loop has not turned for {} ms", age.as_millis()),
-                    );
+                    self.hang(report, &format!("its loop has not turned for {age_ms} ms"));
                 }
             }
         }
@@ -635,16 +636,16 @@ impl Unit {
         }
     }
 
-    fn state(&self) -> State {
+    fn state(&self) -> ComponentState {
         match &self.phase {
-            Phase::Waiting | Phase::Ended(_) if self.stopped => State::Stopped,
-            Phase::Waiting => State::Waiting,
-            Phase::Ended(end) if end.done => State::Done,
-            Phase::Ended(_) => State::Failed,
-            Phase::Alive(running) if running.stop != Stop::No => State::Stopping,
-            Phase::Alive(_) if self.hung => State::Hung,
-            Phase::Alive(_) if self.ready => self.reported.unwrap_or(State::Running),
-            Phase::Alive(_) => State::Starting,
+            Phase::Waiting | Phase::Ended(_) if self.stopped => ComponentState::Stopped,
+            Phase::Waiting => ComponentState::Waiting,
+            Phase::Ended(end) if end.done => ComponentState::Done,
+            Phase::Ended(_) => ComponentState::Failed,
+            Phase::Alive(running) if running.stop != Stop::No => ComponentState::Stopping,
+            Phase::Alive(_) if self.hung => ComponentState::Hung,
+            Phase::Alive(_) if self.ready => self.reported.unwrap_or(State::Running).into(),
+            Phase::Alive(_) => ComponentState::Starting,
         }
     }
 }

@@ -1,13 +1,13 @@
 //! What the user has chosen to do, and what became of it.
 
+use super::connection::{Connection, Received};
 use super::model::{Command, Host};
-use super::peer::{Peer, Said};
 use super::session::{End, Pending, Session};
 use crate::error::{Error, ErrorContext};
-use crate::supervisor::commands::{CommandResult, Verb};
-use crate::supervisor::control;
+use rc_management::component::Request;
+use rc_management::supervisor::{self, CommandResult, Verb};
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::Map;
 
 impl Session<'_> {
     pub(super) fn perform(&mut self, command: Command) -> Result<(), Error> {
@@ -35,7 +35,7 @@ impl Session<'_> {
                 self.model.notice = None;
                 for name in &names {
                     let text = format!("emergency {}: {name}", if active { "on" } else { "off" });
-                    self.tell(name, text, "emergency", &json!({ "active": active }));
+                    self.request(name, text, &Request::Emergency { active });
                 }
             }
             Command::Set { name, path, value } => {
@@ -49,12 +49,12 @@ impl Session<'_> {
                     }
                     _ => text,
                 };
-                let changes = json!({ "changes": { path: value } });
-                self.tell(&name, text, "parameters_set", &changes);
+                let changes = Map::from_iter([(path, value)]);
+                self.request(&name, text, &Request::ParametersSet { changes });
             }
             Command::Save { name } => {
                 let text = format!("save the parameters of {name}");
-                self.tell(&name, text, "parameters_save", &json!({}));
+                self.request(&name, text, &Request::ParametersSave);
             }
         }
         Ok(())
@@ -64,35 +64,32 @@ impl Session<'_> {
     fn control(&mut self, verb: Verb, name: &str) {
         let text = format!("{} {name}", verb.word());
         self.model.say(format!("{text} …"), false);
-        match Peer::connect(&self.directory.socket(control::NAME)) {
-            Ok(mut peer) => {
-                peer.ask(
-                    Pending::Action(text),
-                    verb.word(),
-                    &json!({ "names": [name] }),
-                );
-                self.actions.push(peer);
+        match Connection::connect(&self.directory.socket(supervisor::SOCKET)) {
+            Ok(mut connection) => {
+                let request = verb.request(vec![name.to_owned()]);
+                connection.send(Pending::Action(text), &request);
+                self.actions.push(connection);
             }
             Err(error) => self.model.say(format!("{text}: {error}"), true),
         }
     }
 
-    /// Tells a component something.
-    fn tell(&mut self, name: &str, text: String, method: &str, params: &Value) {
+    /// Sends a request to a component.
+    fn request(&mut self, name: &str, text: String, request: &Request) {
         match self.components.get_mut(name) {
-            Some(peer) => {
+            Some(connection) => {
                 if self.model.notice.is_none() {
                     self.model.say(format!("{text} …"), false);
                 }
-                peer.ask(Pending::Action(text), method, params);
+                connection.send(Pending::Action(text), request);
             }
             None => self.model.say(format!("{name} does not answer"), true),
         }
     }
 
-    /// An order was obeyed, or not.
-    pub(super) fn answered(&mut self, said: Said<Pending>) {
-        let Said::Answer(Pending::Action(text), answer) = said else {
+    /// Shows the result of an action.
+    pub(super) fn answered(&mut self, received: Received) {
+        let Received::Answer(Pending::Action(text), answer) = received else {
             return;
         };
         let failed = answer.and_then(|done| {

@@ -2,14 +2,13 @@
 
 use super::model::{Component, Model, Page, Rate};
 use super::render::{fit, offset, opt, put, times};
-use super::status_types::{Role, Slot};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
 use crate::client::params::text;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::Span;
-use rc_configuration::ParameterStatus;
+use rc_management::component::{ParameterStatus, Role, SlotStatus};
 
 /// The page of one component.
 pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
@@ -200,7 +199,7 @@ fn connections(model: &Model, component: &Component, lines: &[Rect], buf: &mut B
     }
 }
 
-fn slot_line<'t>(model: &Model, slot: &Slot, per_second: Option<Rate>) -> Vec<Span<'t>> {
+fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> Vec<Span<'t>> {
     let peers = format!(
         "{} peer{}",
         slot.peers,
@@ -231,7 +230,7 @@ fn slot_line<'t>(model: &Model, slot: &Slot, per_second: Option<Rate>) -> Vec<Sp
     ]
 }
 
-fn others_line<'t>(model: &Model, slot: &Slot) -> Vec<Span<'t>> {
+fn others_line<'t>(model: &Model, slot: &SlotStatus) -> Vec<Span<'t>> {
     let arrow = match slot.role {
         Role::Requires | Role::Publishes => "  → ",
         Role::Implements | Role::SubscribesTo => "  ← ",

@@ -4,8 +4,8 @@ use super::input::Key;
 use super::model::{Command, Host, Model, Page, Prompt};
 use super::rows::Kind;
 use crate::client::params;
-use crate::client::status::State;
-use crate::supervisor::commands::Verb;
+use rc_management::supervisor::ComponentState;
+use rc_management::supervisor::Verb;
 
 /// The keys, for the page that explains them.
 pub(crate) const HELP: [(&str, &str); 16] = [
@@ -285,7 +285,7 @@ impl Model {
         } else {
             self.chosen()
         };
-        let running: Vec<(String, State)> = chosen
+        let running: Vec<(String, ComponentState)> = chosen
             .iter()
             .filter(|c| c.status.pid.is_some())
             .map(|c| (c.status.name.clone(), c.status.state))
@@ -294,7 +294,9 @@ impl Model {
             self.say("nothing runs there", true);
             return None;
         }
-        let active = !running.iter().all(|(_, state)| *state == State::Emergency);
+        let active = !running
+            .iter()
+            .all(|(_, state)| *state == ComponentState::Emergency);
         let names: Vec<String> = running.into_iter().map(|(name, _)| name).collect();
         let what = if all {
             "all components".to_owned()

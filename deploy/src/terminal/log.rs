@@ -28,7 +28,7 @@ impl Session<'_> {
             if self.model.page == Page::Parameters && self.model.parameters.is_none() {
                 let name = self.model.selected.clone();
                 let asked = self.components.get(&name);
-                if asked.is_some_and(|p| !p.waiting().any(|a| matches!(a, Pending::Parameters))) {
+                if asked.is_some_and(|p| !p.pending().any(|a| matches!(a, Pending::Parameters))) {
                     self.show_parameters(&name);
                 }
             }

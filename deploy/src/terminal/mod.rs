@@ -10,17 +10,16 @@
 //! else.
 
 mod actions;
+mod connection;
 mod details;
 mod input;
 mod keys;
 mod log;
 mod model;
-mod peer;
 mod render;
 mod rows;
 mod screen;
 mod session;
-mod status_types;
 mod style;
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,8 @@
 //! What the view knows and what the user has chosen: no input, no output, no clock.
 
 use super::rows::{self, Row};
-use super::status_types::{Event, Report, Role, Slot, Work};
-use crate::client::params::Parameters;
-use crate::client::status::{ComponentStatus, State, Status};
-use crate::supervisor::commands::Verb;
+use rc_management::component::{Parameters, Role, SlotStatus, Status, Timing};
+use rc_management::supervisor::{ComponentState, ComponentStatus, Event, NetworkStatus, Verb};
 use serde_json::Value;
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -115,7 +113,7 @@ pub(crate) struct Notice {
 pub(crate) struct Component {
     pub(crate) status: ComponentStatus,
     /// What it says of itself, while it runs.
-    pub(crate) report: Option<Report>,
+    pub(crate) report: Option<Status>,
     /// Per second, for each slot of the report.
     pub(crate) rates: Vec<Rate>,
     pub(crate) usage: Usage,
@@ -158,9 +156,9 @@ pub(crate) struct Figures {
     pub(crate) usage: Usage,
     /// Values and calls per second; none of what does not answer.
     pub(crate) traffic: Option<Traffic>,
-    pub(crate) compute: Option<Work>,
+    pub(crate) compute: Option<Timing>,
     /// The slot with the longest times.
-    pub(crate) handlers: Option<Work>,
+    pub(crate) handlers: Option<Timing>,
     pub(crate) restarts: u32,
     pub(crate) lost: u64,
 }
@@ -225,7 +223,7 @@ impl Figures {
     /// Those of several components together; the longest of the times.
     pub(crate) fn of<'c>(components: impl IntoIterator<Item = &'c Component>) -> Self {
         let longer =
-            |a: Option<Work>, b: Option<Work>| a.into_iter().chain(b).max_by_key(|w| w.p99_us);
+            |a: Option<Timing>, b: Option<Timing>| a.into_iter().chain(b).max_by_key(|w| w.p99_us);
         let each = components.into_iter().map(Component::figures);
         each.reduce(|a, b| Self {
             uptime: None,
@@ -277,7 +275,7 @@ impl Model {
     }
 
     /// The supervisor says how its network is.
-    pub(crate) fn status(&mut self, status: Status) {
+    pub(crate) fn status(&mut self, status: NetworkStatus) {
         let mut known = std::mem::take(&mut self.components);
         for status in status.components {
             let at = known.iter().position(|c| c.status.name == status.name);
@@ -294,7 +292,7 @@ impl Model {
     }
 
     /// A component says how it is.
-    pub(crate) fn report(&mut self, name: &str, report: Report, now: Duration) {
+    pub(crate) fn report(&mut self, name: &str, report: Status, now: Duration) {
         let Some(component) = self.find_mut(name) else {
             return;
         };
@@ -411,14 +409,14 @@ impl Model {
     }
 
     /// Who is at the other end of a slot, `COMPONENT.SLOT`, as far as they answer.
-    pub(crate) fn others(&self, slot: &Slot) -> Vec<String> {
+    pub(crate) fn others(&self, slot: &SlotStatus) -> Vec<String> {
         let Some(address) = &slot.address else {
             return Vec::new();
         };
         let mut others = Vec::new();
         for component in &self.components {
             for other in component.report.iter().flat_map(|r| &r.slots) {
-                if other.role == slot.role.other() && other.address.as_ref() == Some(address) {
+                if other.role == slot.role.opposite() && other.address.as_ref() == Some(address) {
                     others.push(format!("{}.{}", component.status.name, other.name));
                 }
             }
@@ -427,17 +425,17 @@ impl Model {
     }
 
     /// How many components are in each state, the most usual one first.
-    pub(crate) fn counts(&self) -> Vec<(State, usize)> {
+    pub(crate) fn counts(&self) -> Vec<(ComponentState, usize)> {
         let order = [
-            State::Running,
-            State::Starting,
-            State::Waiting,
-            State::Stopping,
-            State::Done,
-            State::Stopped,
-            State::Emergency,
-            State::Hung,
-            State::Failed,
+            ComponentState::Running,
+            ComponentState::Starting,
+            ComponentState::Waiting,
+            ComponentState::Stopping,
+            ComponentState::Done,
+            ComponentState::Stopped,
+            ComponentState::Emergency,
+            ComponentState::Hung,
+            ComponentState::Failed,
         ];
         let count = |state| {
             let of = self.components.iter().filter(|c| c.status.state == state);

@@ -4,13 +4,14 @@ use super::details;
 use super::keys::{HELP, leaving};
 use super::model::{Component, Figures, Host, Model, Page, Prompt};
 use super::rows::{Kind, Row};
-use super::status_types::{Event, Work};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, time, uptime};
-use crate::client::status::State;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
+use rc_management::component::Timing;
+use rc_management::event::{Event, time_text};
+use rc_management::supervisor::ComponentState;
 
 /// Below this width a name is cut.
 const NAME: usize = 12;
@@ -92,7 +93,7 @@ pub(super) fn opt<T>(value: Option<T>, show: impl FnOnce(T) -> String) -> String
     value.map_or_else(|| "-".to_owned(), show)
 }
 
-pub(super) fn times(work: Work) -> String {
+pub(super) fn times(work: Timing) -> String {
     format!("{}/{}", time(work.p50_us), time(work.p99_us))
 }
 
@@ -367,22 +368,26 @@ fn state(model: &Model, row: &Row<'_>, members: &[&Component]) -> (String, Style
         && let Some(one) = members.first()
     {
         let state = one.status.state;
-        return if one.silent && state == State::Running {
+        return if one.silent && state == ComponentState::Running {
             ("silent".to_owned(), model.care())
-        } else if state == State::Running && !one.status.troubles.is_empty() {
+        } else if state == ComponentState::Running && !one.status.troubles.is_empty() {
             // Its page tells what is wrong.
             (format!("{state} !"), model.care())
         } else {
             (state.to_string(), model.state(state))
         };
     }
-    let is = |state: State| members.iter().filter(|c| c.status.state == state).count();
-    for bad in [State::Failed, State::Hung, State::Emergency] {
+    let is = |state: ComponentState| members.iter().filter(|c| c.status.state == state).count();
+    for bad in [
+        ComponentState::Failed,
+        ComponentState::Hung,
+        ComponentState::Emergency,
+    ] {
         if is(bad) > 0 {
             return (bad.to_string(), model.state(bad));
         }
     }
-    let running = is(State::Running);
+    let running = is(ComponentState::Running);
     let style = if running == members.len() {
         model.good()
     } else {
@@ -441,9 +446,10 @@ fn events(model: &Model, lines: &[Rect], buf: &mut Buffer) {
 }
 
 fn event_lines<'e>(model: &Model, event: &'e Event) -> Vec<Vec<Span<'e>>> {
-    let style = model.severity(&event.severity);
+    let style = model.severity(event.severity);
     // The time of the day, of a time of RFC 3339.
-    let time = event.time.get(11..19).unwrap_or_default();
+    let time = time_text(event.time);
+    let time = time.get(11..19).unwrap_or_default();
     let mut lines = event.message.lines();
     let name = event.component.as_ref().map(|name| format!("{name}: "));
     let first = vec![

@@ -1,20 +1,18 @@
 //! The loop of the view: one thread, one `poll` over the keys, the sockets, the log and a clock of one second.
 
+use super::connection::{Connection, Received};
 use super::input::{Key, Keys};
 use super::log::Log;
 use super::model::{Host, Model, Page};
-use super::peer::{Peer, Said};
 use super::screen::Screen;
-use super::status_types::{Event, Report};
 use super::{render, screen, usage};
-use crate::client::status::Status;
 use crate::error::{Error, ErrorContext};
 use crate::log::logs::DirectoryWatch;
-use crate::supervisor::control;
+use rc_management::component;
+use rc_management::supervisor::{self, NetworkStatus, Notification};
 use rc_middleware::RunDirectory;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Deserialize;
-use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -68,10 +66,10 @@ pub(crate) struct Session<'s> {
     keys_due: Option<Instant>,
     /// Ends the view when something can be read from it.
     owner: BorrowedFd<'s>,
-    supervisor: Peer<Pending>,
-    pub(super) components: BTreeMap<String, Peer<Pending>>,
+    supervisor: Connection,
+    pub(super) components: BTreeMap<String, Connection>,
     /// Orders to the supervisor, each on a connection of its own, which is answered when it is done.
-    pub(super) actions: Vec<Peer<Pending>>,
+    pub(super) actions: Vec<Connection>,
     pub(super) log: Option<Log>,
     pub(super) changed: bool,
     pub(super) end: Option<End>,
@@ -85,8 +83,8 @@ impl<'s> Session<'s> {
         owner: BorrowedFd<'s>,
     ) -> Result<Self, Error> {
         let directory = RunDirectory::of(&model.network);
-        let socket = directory.socket(control::NAME);
-        let supervisor = Peer::connect(&socket).map_err(|error| match error.kind() {
+        let socket = directory.socket(supervisor::SOCKET);
+        let supervisor = Connection::connect(&socket).map_err(|error| match error.kind() {
             ErrorKind::NotFound | ErrorKind::ConnectionRefused => Error::NotUp {
                 network: model.network.clone(),
                 others: crate::client::connection::networks(),
@@ -116,8 +114,10 @@ impl<'s> Session<'s> {
     }
 
     fn greet(&mut self) {
-        self.supervisor.ask(Pending::Events, "events", &json!({}));
-        self.supervisor.ask(Pending::Status, "status", &json!({}));
+        self.supervisor
+            .send(Pending::Events, &supervisor::Request::Events);
+        self.supervisor
+            .send(Pending::Status, &supervisor::Request::Status);
     }
 
     /// Shows the network until something ends it.
@@ -177,16 +177,20 @@ impl<'s> Session<'s> {
             (Source::Owner, self.owner, false),
             (
                 Source::Supervisor,
-                supervisor.stream().as_fd(),
+                supervisor.as_fd(),
                 supervisor.has_output(),
             ),
         ];
-        for (name, peer) in &self.components {
+        for (name, connection) in &self.components {
             let source = Source::Component(name.clone());
-            all.push((source, peer.stream().as_fd(), peer.has_output()));
+            all.push((source, connection.as_fd(), connection.has_output()));
         }
-        for (at, peer) in self.actions.iter().enumerate() {
-            all.push((Source::Action(at), peer.stream().as_fd(), peer.has_output()));
+        for (at, connection) in self.actions.iter().enumerate() {
+            all.push((
+                Source::Action(at),
+                connection.as_fd(),
+                connection.has_output(),
+            ));
         }
         let watch = self.log.as_ref().filter(|log| log.due.is_none());
         if let Some(watch) = watch.and_then(|log| log.watch.as_ref()) {
@@ -246,36 +250,37 @@ impl<'s> Session<'s> {
                 });
             }
             Source::Supervisor => {
-                let (said, there) = self.supervisor.turn();
-                said.into_iter()
-                    .for_each(|said| self.supervisor_message(said));
-                if !there {
+                let (received, open) = self.supervisor.receive();
+                received
+                    .into_iter()
+                    .for_each(|message| self.supervisor_message(message));
+                if !open {
                     self.supervisor_gone();
                 }
             }
             Source::Component(name) => {
-                let Some(peer) = self.components.get_mut(name) else {
+                let Some(connection) = self.components.get_mut(name) else {
                     return Ok(());
                 };
-                let (said, there) = peer.turn();
-                if !there {
+                let (received, open) = connection.receive();
+                if !open {
                     self.components.remove(name);
                 }
-                for said in said {
-                    self.component_message(name, said);
+                for message in received {
+                    self.component_message(name, message);
                 }
             }
             Source::Action(at) => {
-                let Some(peer) = self.actions.get_mut(*at) else {
+                let Some(connection) = self.actions.get_mut(*at) else {
                     return Ok(());
                 };
-                let (said, there) = peer.turn();
-                let done = !said.is_empty() || !there;
-                if said.is_empty() && !there {
+                let (received, open) = connection.receive();
+                let done = !received.is_empty() || !open;
+                if received.is_empty() && !open {
                     self.model.say("the supervisor does not answer", true);
                 }
-                for said in said {
-                    self.answered(said);
+                for message in received {
+                    self.answered(message);
                 }
                 if done {
                     self.actions.remove(*at);
@@ -336,10 +341,11 @@ impl<'s> Session<'s> {
         self.changed = true;
         if !self
             .supervisor
-            .waiting()
+            .pending()
             .any(|a| matches!(a, Pending::Status))
         {
-            self.supervisor.ask(Pending::Status, "status", &json!({}));
+            self.supervisor
+                .send(Pending::Status, &supervisor::Request::Status);
         }
         let model = &mut self.model;
         let running: Vec<(String, Option<i32>, bool)> = model
@@ -361,30 +367,35 @@ impl<'s> Session<'s> {
             if !self.components.contains_key(&name) {
                 // One that starts listens soon.
                 let socket = self.directory.socket(&name.replace('.', "-"));
-                if let Ok(peer) = Peer::connect(&socket) {
-                    self.components.insert(name.clone(), peer);
+                if let Ok(connection) = Connection::connect(&socket) {
+                    self.components.insert(name.clone(), connection);
                 }
             }
-            if let Some(peer) = self.components.get_mut(&name) {
-                if !peer.waiting().any(|a| matches!(a, Pending::Status)) {
-                    peer.ask(Pending::Status, "status", &json!({}));
+            if let Some(connection) = self.components.get_mut(&name) {
+                if !connection.pending().any(|a| matches!(a, Pending::Status)) {
+                    connection.send(Pending::Status, &component::Request::Status);
                 }
                 if model.page == Page::Parameters
                     && model.selected == name
-                    && !peer.waiting().any(|a| matches!(a, Pending::Parameters))
+                    && !connection
+                        .pending()
+                        .any(|a| matches!(a, Pending::Parameters))
                 {
-                    peer.ask(Pending::Parameters, "parameters", &json!({}));
+                    connection.send(
+                        Pending::Parameters,
+                        &component::Request::Parameters { paths: None },
+                    );
                 }
             }
         }
         model.tick(now);
     }
 
-    fn supervisor_message(&mut self, said: Said<Pending>) {
+    fn supervisor_message(&mut self, received: Received) {
         self.changed = true;
-        match said {
-            Said::Answer(Pending::Status, Ok(status)) => {
-                if let Ok(status) = Status::deserialize(status) {
+        match received {
+            Received::Answer(Pending::Status, Ok(status)) => {
+                if let Ok(status) = NetworkStatus::deserialize(status) {
                     let first = self.model.components.is_empty();
                     self.model.status(status);
                     if first {
@@ -392,37 +403,35 @@ impl<'s> Session<'s> {
                     }
                 }
             }
-            Said::Notice(method, params) if method == "event" => {
-                self.model.stopping |= params["code"] == "stopping";
+            Received::Notification(Notification::Event(event)) => {
+                self.model.stopping |= event.code == "stopping";
                 // What happens to a component changes its row.
                 let asked = self
                     .supervisor
-                    .waiting()
+                    .pending()
                     .any(|a| matches!(a, Pending::Status));
-                if !asked && params["code"] != "log" {
-                    self.supervisor.ask(Pending::Status, "status", &json!({}));
+                if !asked && event.code != "log" {
+                    let request = supervisor::Request::Status;
+                    self.supervisor.send(Pending::Status, &request);
                 }
-                if params["code"] == "down" {
+                if event.code == "down" {
                     self.end = Some(End::Down);
                 }
-                if let Ok(event) = Event::deserialize(params) {
-                    self.model.event(event);
-                }
+                self.model.event(event);
             }
-            Said::Notice(method, params) if method == "missed" => {
-                let text = format!("{} events were missed", params["events"]);
-                self.model.say(text, true);
+            Received::Notification(Notification::Missed { events }) => {
+                self.model.say(format!("{events} events were missed"), true);
             }
-            Said::Answer(Pending::Events, Err(reason)) => self.model.say(reason, true),
+            Received::Answer(Pending::Events, Err(reason)) => self.model.say(reason, true),
             _ => {}
         }
     }
 
     /// The supervisor closes its socket when all is down, or when it has too many clients.
     fn supervisor_gone(&mut self) {
-        match Peer::connect(&self.directory.socket(control::NAME)) {
-            Ok(peer) if self.end.is_none() => {
-                self.supervisor = peer;
+        match Connection::connect(&self.directory.socket(supervisor::SOCKET)) {
+            Ok(connection) if self.end.is_none() => {
+                self.supervisor = connection;
                 self.model.events.clear();
                 self.greet();
             }
@@ -430,23 +439,23 @@ impl<'s> Session<'s> {
         }
     }
 
-    fn component_message(&mut self, name: &str, said: Said<Pending>) {
+    fn component_message(&mut self, name: &str, received: Received) {
         self.changed = true;
-        match said {
-            Said::Answer(Pending::Status, Ok(report)) => {
-                if let Ok(report) = Report::deserialize(report) {
+        match received {
+            Received::Answer(Pending::Status, Ok(report)) => {
+                if let Ok(report) = component::Status::deserialize(report) {
                     let now = self.start.elapsed();
                     self.model.report(name, report, now);
                 }
             }
-            Said::Answer(Pending::Parameters, answer) => {
+            Received::Answer(Pending::Parameters, answer) => {
                 let answer = answer.and_then(|known| {
                     serde_json::from_value(known).map_err(|error| error.to_string())
                 });
                 self.model.parameters(name, answer);
             }
-            said => {
-                self.answered(said);
+            received => {
+                self.answered(received);
                 self.show_parameters(name);
             }
         }
@@ -455,9 +464,12 @@ impl<'s> Session<'s> {
     pub(super) fn show_parameters(&mut self, name: &str) {
         if self.model.page == Page::Parameters
             && self.model.selected == name
-            && let Some(peer) = self.components.get_mut(name)
+            && let Some(connection) = self.components.get_mut(name)
         {
-            peer.ask(Pending::Parameters, "parameters", &json!({}));
+            connection.send(
+                Pending::Parameters,
+                &component::Request::Parameters { paths: None },
+            );
         }
     }
 }

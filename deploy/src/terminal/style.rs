@@ -1,8 +1,8 @@
 //! How things look: few colours, and nothing that only a colour tells.
 
 use super::model::Model;
-use crate::client::status::State;
 use ratatui::style::{Color, Modifier, Style};
+use rc_management::supervisor::{ComponentState, Severity};
 
 impl Model {
     fn coloured(&self, colour: Color) -> Style {
@@ -28,20 +28,22 @@ impl Model {
         self.coloured(Color::Red).add_modifier(Modifier::BOLD)
     }
 
-    pub(crate) fn state(&self, state: State) -> Style {
+    pub(crate) fn state(&self, state: ComponentState) -> Style {
         match state {
-            State::Running => self.good(),
-            State::Waiting | State::Starting | State::Stopping => self.care(),
-            State::Emergency | State::Failed | State::Hung => self.bad(),
-            State::Done | State::Stopped => faint(),
+            ComponentState::Running => self.good(),
+            ComponentState::Waiting | ComponentState::Starting | ComponentState::Stopping => {
+                self.care()
+            }
+            ComponentState::Emergency | ComponentState::Failed | ComponentState::Hung => self.bad(),
+            ComponentState::Done | ComponentState::Stopped => faint(),
         }
     }
 
-    pub(crate) fn severity(&self, severity: &str) -> Style {
+    pub(crate) fn severity(&self, severity: Severity) -> Style {
         match severity {
-            "error" => self.bad(),
-            "warning" => self.care(),
-            _ => Style::new(),
+            Severity::Error => self.bad(),
+            Severity::Warning => self.care(),
+            Severity::Info => Style::new(),
         }
     }
 }

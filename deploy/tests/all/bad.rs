@@ -3,7 +3,7 @@
 use crate::bench::{self, Bench, await_end, codes, component, kill, text, well};
 use crate::python;
 use rc_deploy::process::Identity;
-use rc_deploy::{Component, Policy, Restart, State};
+use rc_deploy::{Component, ComponentState, Policy, Restart};
 use rustix::process::Signal;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
@@ -87,7 +87,7 @@ fn a_component_without_its_output_lives_on() {
     };
     let mut up = bench.start(vec![mute]);
     up.await_event("up", None);
-    assert_eq!(bench.status().components[0].state, State::Running);
+    assert_eq!(bench.status().components[0].state, ComponentState::Running);
     up.signal(Signal::INT);
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();
@@ -124,7 +124,7 @@ fn a_gigabyte_of_log_neither_delays_nor_fills_the_supervisor() {
             }
         }
         assert!(answers > 0, "nobody asked meanwhile");
-        assert_eq!(bench.status().components[1].state, State::Running);
+        assert_eq!(bench.status().components[1].state, ComponentState::Running);
         assert!(peak(supervisor) < MEMORY, "{} kB", peak(supervisor));
         let down = bench.command("down", &[]);
         assert!(down.status.success(), "{down:?}");
@@ -212,7 +212,7 @@ fn logs_on_a_full_disk_are_lost_and_nothing_else() {
         return;
     };
     up.await_event("up", None);
-    assert_eq!(bench.status().components[0].state, State::Running);
+    assert_eq!(bench.status().components[0].state, ComponentState::Running);
     // The guard has a log there, too, and does its work nevertheless.
     let guard = Identity::of(bench.status().guard.expect("a guard")).expect("it runs");
     await_journal(&bench, "loud flooded");

@@ -1,7 +1,8 @@
 //! Components and groups are stopped, started and restarted while the rest of the network runs on.
 
 use crate::bench::{self, Bench, codes, component, text, well};
-use rc_deploy::State::{self, Running, Stopped};
+use rc_deploy::ComponentState::{self, Running, Stopped};
+use rc_deploy::client::status::table;
 use rc_deploy::{CommandResult, Component, Policy, Restart};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -31,7 +32,7 @@ fn since(bench: &Bench, start: usize) -> Vec<String> {
     bench.journal().split_off(start)
 }
 
-fn states(bench: &Bench) -> Vec<State> {
+fn states(bench: &Bench) -> Vec<ComponentState> {
     let status = bench.status();
     status.components.iter().map(|c| c.state).collect()
 }
@@ -59,7 +60,7 @@ fn a_group_stops_backwards_and_starts_in_order() {
         states(&bench),
         [Running, Stopped, Stopped, Running, Running]
     );
-    assert!(bench.status().to_string().contains("a.arm.grip   stopped"));
+    assert!(table(&bench.status()).contains("a.arm.grip   stopped"));
     let said = result(&bench, "start", &["a.arm.grip", "user"]);
     assert_eq!(said.done, ["a.arm.grip", "user"]);
     assert_eq!(
@@ -100,10 +101,16 @@ fn a_network_of_stopped_components_is_still_up() {
     let mut up = bench.start(vec![always, component("b", "well", &["a"])]);
     up.await_event("up", None);
     result(&bench, "stop", &["b", "a"]);
-    assert_eq!(states(&bench), [State::Stopped, State::Stopped]);
+    assert_eq!(
+        states(&bench),
+        [ComponentState::Stopped, ComponentState::Stopped]
+    );
     assert_eq!(result(&bench, "stop", &["a"]).done, ["a"]);
     assert_eq!(result(&bench, "start", &["b"]).done, ["b"]);
-    assert_eq!(states(&bench), [State::Stopped, State::Running]);
+    assert_eq!(
+        states(&bench),
+        [ComponentState::Stopped, ComponentState::Running]
+    );
     // Not one of these starts was by the policy.
     assert!(bench.status().components.iter().all(|c| c.restarts == 0));
     assert!(bench.command("down", &[]).status.success());
@@ -137,7 +144,11 @@ fn a_start_that_fails_is_told_and_takes_nothing_with_it() {
     up.await_event("exited", Some("late"));
     assert_eq!(
         states(&bench),
-        [State::Failed, State::Running, State::Failed]
+        [
+            ComponentState::Failed,
+            ComponentState::Running,
+            ComponentState::Failed
+        ]
     );
     let said = result(&bench, "start", &["a", "late"]);
     assert_eq!(said.done, ["a", "late"]);
@@ -164,7 +175,10 @@ fn who_waits_for_what_has_failed_is_told_so() {
     let said = result(&bench, "restart", &["a", "b"]);
     assert_eq!(said.done, [""; 0]);
     assert_eq!(said.failed[1].reason, "waits for a");
-    assert_eq!(states(&bench), [State::Waiting, State::Waiting]);
+    assert_eq!(
+        states(&bench),
+        [ComponentState::Waiting, ComponentState::Waiting]
+    );
     // A command does not wait for the pause of the policy.
     assert_eq!(result(&bench, "start", &["a", "b"]).done, ["a", "b"]);
     up.signal(Signal::TERM);
@@ -230,7 +244,11 @@ fn wrong_requests_are_refused() {
         "{said}"
     );
     // Nothing of it was done.
-    assert!(states(&bench).iter().all(|state| *state == State::Running));
+    assert!(
+        states(&bench)
+            .iter()
+            .all(|state| *state == ComponentState::Running)
+    );
     for params in [
         "{}",
         r#"{"names":[]}"#,

@@ -92,7 +92,7 @@ fn a_panic_gives_the_terminal_back_and_can_be_read() {
     assert!(!terminal.is_raw());
     assert_eq!(
         bench.status().components[0].state,
-        rc_deploy::State::Running
+        rc_deploy::ComponentState::Running
     );
     terminal.press("\u{3}");
     let (code, screen) = terminal.end();

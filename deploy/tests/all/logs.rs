@@ -1,7 +1,7 @@
 //! Logs are bounded, whatever components print, and a full disk stops nobody.
 
 use crate::bench::{self, Bench, component, text, well};
-use rc_deploy::State;
+use rc_deploy::ComponentState;
 use rustix::process::Signal;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
@@ -92,7 +92,7 @@ fn a_component_that_prints_without_end_keeps_its_log_short() {
                 .status()
                 .components
                 .iter()
-                .all(|c| c.state == State::Running)
+                .all(|c| c.state == ComponentState::Running)
         );
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
@@ -170,7 +170,7 @@ fn a_full_disk_is_told_and_stops_nobody() {
             .status()
             .components
             .iter()
-            .all(|c| c.state == State::Running)
+            .all(|c| c.state == ComponentState::Running)
     );
     assert!(bench.command("stop", &["filler"]).status.success());
     until("disk-free");

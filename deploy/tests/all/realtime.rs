@@ -3,6 +3,7 @@
 use crate::bench::{Bench, well};
 use crate::python;
 use rc_deploy::Component;
+use rc_deploy::client::status::table;
 use std::process::{Command, Output};
 
 /// The processors that a process may run on, as the system lists them.
@@ -65,8 +66,8 @@ fn a_component_runs_on_its_processors_only() {
     assert_eq!(allowed(&status.pid.to_string()), allowed("self"));
     assert_eq!(status.components[0].cpu, cpu);
     assert!(
-        status.to_string().contains(&format!("  cpu {}", cpu[0])),
-        "{status}"
+        table(&status).contains(&format!("  cpu {}", cpu[0])),
+        "{status:?}"
     );
     assert!(!status.components[1].cpu.contains(&cpu[0]));
     bench.command("down", &[]);
@@ -105,7 +106,7 @@ fn a_priority_is_that_of_the_process_and_of_no_other() {
     assert_eq!(scheduling(pid(1)), (0, 0));
     assert_eq!(scheduling(status.pid), (0, 0));
     assert_eq!(status.components[0].priority, Some(7));
-    assert!(status.to_string().contains("  priority 7"), "{status}");
+    assert!(table(&status).contains("  priority 7"), "{status:?}");
     bench.command("down", &[]);
     bench.assert_nothing_left();
 }

@@ -3,7 +3,7 @@
 
 use crate::bench::{Bench, Up, await_end, codes, component, kill, well};
 use rc_deploy::process::Identity;
-use rc_deploy::{Component, ComponentStatus, Host, Policy, Restart, State};
+use rc_deploy::{Component, ComponentState, ComponentStatus, Host, Policy, Restart};
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -210,14 +210,23 @@ fn a_machine_that_is_lost_comes_back() {
     await_end(&[agent]);
     let why = up.await_event("host-unreachable", None);
     assert!(why.contains("does its sshd run"), "{why}");
-    assert_eq!(component_status(bench, "far").state, State::Waiting);
-    assert_eq!(component_status(bench, "once").state, State::Failed);
-    assert_eq!(component_status(bench, "near").state, State::Running);
+    assert_eq!(
+        component_status(bench, "far").state,
+        ComponentState::Waiting
+    );
+    assert_eq!(
+        component_status(bench, "once").state,
+        ComponentState::Failed
+    );
+    assert_eq!(
+        component_status(bench, "near").state,
+        ComponentState::Running
+    );
     fs::remove_file(bench.path("unplugged")).expect("removed");
     up.await_event("host-back", None);
     up.await_event("ready", Some("far"));
     let far = component_status(bench, "far");
-    assert_eq!((far.state, far.restarts), (State::Running, 1));
+    assert_eq!((far.state, far.restarts), (ComponentState::Running, 1));
     up.signal(Signal::TERM);
     let (code, events) = up.end();
     // One has failed: it was not to be started again.
@@ -367,7 +376,10 @@ fn a_machine_that_does_not_answer_stops_nobody() {
     fs::write(away.bench.path("ssh"), ssh).expect("written");
     let mut up = away.start(vec![well("near"), on_robot(well("far"))]);
     up.await_event("host-connecting", None);
-    assert_eq!(component_status(&away.bench, "near").state, State::Waiting);
+    assert_eq!(
+        component_status(&away.bench, "near").state,
+        ComponentState::Waiting
+    );
     up.signal(Signal::INT);
     assert_eq!(up.end().0, Some(0));
     assert_eq!(away.bench.journal(), Vec::<String>::new());

@@ -1,7 +1,8 @@
 //! A component that ends is started again, as far as its description says.
 
 use crate::bench::{Bench, codes, component, well};
-use rc_deploy::{Component, Policy, Restart, State};
+use rc_deploy::client::status::table;
+use rc_deploy::{Component, ComponentState, Policy, Restart};
 use rustix::process::Signal;
 use std::time::Duration;
 
@@ -32,10 +33,10 @@ fn a_component_that_fails_is_started_again() {
     let status = bench.status();
     let restarts: Vec<u32> = status.components.iter().map(|c| c.restarts).collect();
     assert_eq!(restarts, [3, 0]);
-    assert_eq!(status.components[0].state, State::Running);
+    assert_eq!(status.components[0].state, ComponentState::Running);
     assert!(
-        status.to_string().contains("started again 3 times"),
-        "{status}"
+        table(&status).contains("started again 3 times"),
+        "{status:?}"
     );
     up.signal(Signal::TERM);
     let (code, events) = up.end();
@@ -133,7 +134,7 @@ fn a_network_can_be_stopped_while_a_component_waits_for_its_start() {
     long.restart.backoff = Duration::from_secs(3600);
     let mut up = bench.start(vec![long, well("b")]);
     up.await_event("restarting", Some("a"));
-    assert_eq!(bench.status().components[0].state, State::Waiting);
+    assert_eq!(bench.status().components[0].state, ComponentState::Waiting);
     up.signal(Signal::TERM);
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();

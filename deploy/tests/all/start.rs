@@ -1,7 +1,7 @@
 //! A network starts in order, or not at all, and what happens to it is told.
 
 use crate::bench::{Bench, codes, component, text, well};
-use rc_deploy::{Component, State};
+use rc_deploy::{Component, ComponentState};
 use rustix::process::Signal;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -26,7 +26,7 @@ fn components_start_when_those_before_them_are_ready() {
     assert_eq!(status.components.len(), 4);
     for component in &status.components {
         assert!(component.ready && component.exit.is_none() && component.pid.is_some());
-        assert_eq!(component.state, State::Running);
+        assert_eq!(component.state, ComponentState::Running);
         assert_eq!(component.middleware, "iceoryx2");
         assert_eq!(component.log, bench.log(&component.name));
     }
@@ -169,9 +169,9 @@ fn a_component_that_fails_later_leaves_the_others_alone() {
     let message = up.await_event("exited", Some("a"));
     assert!(message.contains("exit status 5"), "{message}");
     let status = bench.status();
-    assert_eq!(status.components[0].state, State::Failed);
+    assert_eq!(status.components[0].state, ComponentState::Failed);
     assert_eq!(status.components[0].exit.as_deref(), Some("exit status 5"));
-    assert_eq!(status.components[1].state, State::Running);
+    assert_eq!(status.components[1].state, ComponentState::Running);
     up.signal(Signal::INT);
     assert_eq!(up.end().0, Some(3));
     bench.assert_nothing_left();
@@ -188,9 +188,9 @@ fn a_component_that_hangs_is_told_once() {
     assert!(message.contains("has not turned for 5000 ms"), "{message}");
     let message = up.await_event("hung", Some("silent"));
     assert!(message.contains("has not sent a heartbeat"), "{message}");
-    assert_eq!(bench.status().components[0].state, State::Hung);
+    assert_eq!(bench.status().components[0].state, ComponentState::Hung);
     up.await_event("answers-again", Some("silent"));
-    assert_eq!(bench.status().components[1].state, State::Running);
+    assert_eq!(bench.status().components[1].state, ComponentState::Running);
     up.signal(Signal::INT);
     let (code, events) = up.end();
     assert_eq!(code, Some(0));

@@ -41,7 +41,10 @@ fn up(arguments: &[String]) -> ExitCode {
         let outcome = rc_deploy::detach(&plan, command);
         match outcome.message() {
             Some(message) => eprintln!("error: {message}"),
-            None => print!("{}", rc_deploy::status(&plan.network).expect("it is up")),
+            None => {
+                let status = rc_deploy::status(&plan.network).expect("it is up");
+                print!("{}", rc_deploy::client::status::table(&status));
+            }
         }
         return ExitCode::from(outcome.exit_code());
     }

@@ -5,6 +5,7 @@
 //! whenever they have something to say. Both are the same program, so the protocol has no version.
 
 use crate::lines::LIMIT;
+use rustix::process::Signal;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -167,4 +168,20 @@ pub struct Exit {
     pub signal: Option<i32>,
     /// `exit status 1`, `signal 11 (SIGSEGV)`.
     pub text: String,
+}
+
+impl Exit {
+    /// The end of a process whose exit status is unknown.
+    pub fn without_status(text: String) -> Self {
+        Self {
+            success: false,
+            signal: None,
+            text,
+        }
+    }
+
+    /// Whether the process ended as it should: with exit code 0, or by SIGTERM if it was `asked` to end.
+    pub fn is_done(&self, asked: bool) -> bool {
+        self.success || (asked && self.signal == Some(Signal::TERM.as_raw()))
+    }
 }

@@ -257,6 +257,16 @@ pub struct ParameterStatus {
     pub doc: Vec<String>,
 }
 
+impl ParameterStatus {
+    /// Whether the value is one text, which a command line gives without quotes.
+    pub fn is_text(&self) -> bool {
+        let ty = self.allowed.split([',', ' ']).next().unwrap_or_default();
+        // An element of an array has the type of the array.
+        let element = ty.strip_suffix("[]").filter(|_| self.path.ends_with(']'));
+        matches!(element.unwrap_or(ty), "string" | "path")
+    }
+}
+
 /// One changed value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterChange {

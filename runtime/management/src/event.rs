@@ -1,5 +1,6 @@
 //! Events of a network.
 
+use crate::lines;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::borrow::Cow;
 use std::fmt;
@@ -59,6 +60,13 @@ impl Event {
             component: Some(name.to_owned()),
             ..Self::network(severity, code, message)
         }
+    }
+}
+
+impl Event {
+    /// The event as one line of JSON, with its end.
+    pub fn json_line(&self) -> String {
+        String::from_utf8_lossy(&lines::encode(self)).into_owned()
     }
 }
 

@@ -222,11 +222,13 @@ fn line(id: Option<u64>, message: &impl Serialize) -> Vec<u8> {
     })
 }
 
+/// A result as it stands in an answer.
+pub fn result(result: &impl Serialize) -> Result<Value, Error> {
+    serde_json::to_value(result).map_err(|error| Error::new(Error::SYSTEM, error.to_string()))
+}
+
 /// The line of an answer to the request with this identifier.
-pub fn answer(id: &Value, result: Result<&impl Serialize, Error>) -> Vec<u8> {
-    let result = result.and_then(|result| {
-        serde_json::to_value(result).map_err(|error| Error::new(Error::SYSTEM, error.to_string()))
-    });
+pub fn answer(id: &Value, result: Result<Value, Error>) -> Vec<u8> {
     let (result, error) = match result {
         Ok(result) => (Some(result), None),
         Err(error) => (None, Some(error)),

@@ -8,6 +8,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
+/// The name of the supervisor's socket in the run directory, without its extension.
+pub const SOCKET: &str = "rcdeploy";
+
 /// A request to a supervisor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -35,7 +38,39 @@ pub enum Request {
     },
 }
 
+/// A command to components.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verb {
+    /// Start those that do not run.
+    Start,
+    /// Stop them. They stay stopped until a command starts them.
+    Stop,
+    /// Stop all, then start all.
+    Restart,
+}
+
+impl Verb {
+    /// The method of the request.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Stop => "stop",
+            Self::Restart => "restart",
+        }
+    }
+
+    /// The request for these components or groups.
+    pub fn request(self, names: Vec<String>) -> Request {
+        match self {
+            Self::Start => Request::Start { names },
+            Self::Stop => Request::Stop { names },
+            Self::Restart => Request::Restart { names },
+        }
+    }
+}
+
 impl Request {
+    /// Each method with its parameters, for error messages.
     const METHODS: [(&'static str, &'static str); 6] = [
         ("status", "{}"),
         ("events", "{}"),

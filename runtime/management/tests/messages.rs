@@ -38,7 +38,7 @@ impl Golden {
     }
 
     fn result<T: Serialize + DeserializeOwned + PartialEq + Debug>(&mut self, result: &T) {
-        let line = rpc::answer(&Value::from(1), Ok(result));
+        let line = rpc::answer(&Value::from(1), rpc::result(result));
         let mut answer: Value = serde_json::from_slice(&line).expect("JSON");
         let read: T = serde_json::from_value(answer["result"].take()).expect("the result");
         assert_eq!(&read, result);
@@ -178,7 +178,7 @@ fn of_components(golden: &mut Golden) {
         rpc::Error::SYSTEM,
     ] {
         let error = rpc::Error::new(code, "no");
-        golden.line(&rpc::answer(&Value::Null, Err::<&Value, _>(error)));
+        golden.line(&rpc::answer(&Value::Null, Err(error)));
     }
     let finding = |help| rpc::Finding {
         code: text("out-of-range"),
@@ -191,7 +191,7 @@ fn of_components(golden: &mut Golden) {
         }),
         ..rpc::Error::new(rpc::Error::INVALID_PARAMS, "too much")
     };
-    golden.line(&rpc::answer(&Value::from("a"), Err::<&Value, _>(error)));
+    golden.line(&rpc::answer(&Value::from("a"), Err(error)));
 }
 
 fn of_links(golden: &mut Golden) {

@@ -6,14 +6,14 @@ mod screens;
 use super::input::Key;
 use super::model::{Command, Host, Model, Page, Sample};
 use super::render;
-use super::status_types::{Event, Report};
-use crate::client::params::Parameters;
-use crate::client::status::{ComponentStatus, State, Status, Trouble};
-use crate::supervisor::commands::Verb;
 use expect_test::{Expect, expect};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::style::Color;
+use rc_management::component::{self, Parameters};
+use rc_management::supervisor::{
+    ComponentState, ComponentStatus, Event, NetworkStatus, Trouble, Verb,
+};
 use serde_json::{Value, json};
 use std::time::Duration;
 
@@ -26,14 +26,14 @@ const NAMES: [&str; 6] = [
     "monitor",
 ];
 
-fn status() -> Status {
+fn status() -> NetworkStatus {
     let components = NAMES.iter().enumerate().map(|(at, name)| ComponentStatus {
         name: (*name).to_owned(),
         host: None,
         state: match at {
-            3 => State::Emergency,
-            5 => State::Failed,
-            _ => State::Running,
+            3 => ComponentState::Emergency,
+            5 => ComponentState::Failed,
+            _ => ComponentState::Running,
         },
         pid: (at != 5).then_some(100 + at as i32),
         uptime_s: (at != 5).then_some(62.0 * (at * at) as f64),
@@ -53,7 +53,7 @@ fn status() -> Status {
         troubles: Vec::new(),
         exit: (at == 5).then(|| "signal 11 (SIGSEGV)".to_owned()),
     });
-    Status {
+    NetworkStatus {
         network: "patrol".to_owned(),
         pid: 99,
         guard: Some(98),
@@ -75,7 +75,7 @@ fn slot(name: &str, role: &str, address: &str, rate: u64, seconds: u64) -> Value
     })
 }
 
-fn report(name: &str, seconds: u64) -> Report {
+fn report(name: &str, seconds: u64) -> component::Status {
     let slots = match name {
         "simulator" => json!([
             slot("laser", "implements", "patrol/simulator/laser", 20, seconds),
@@ -97,6 +97,8 @@ fn report(name: &str, seconds: u64) -> Report {
         )]),
     };
     let report = json!({
+        "component": name, "name": name, "network": "patrol", "pid": 7, "state": "running", "uptime_s": seconds,
+        "age_ms": 1, "model": "00000000000000ff", "middleware": "iceoryx2",
         "period_ms": 50.0, "overruns": 2, "last_error": null, "slots": slots,
         "compute": {"count": 20 * seconds, "errors": 1, "p50_us": 55, "p99_us": 1200, "max_us": 9000},
     });
@@ -104,12 +106,11 @@ fn report(name: &str, seconds: u64) -> Report {
 }
 
 fn event(second: u32, component: Option<&str>, severity: &str, message: &str) -> Event {
-    Event {
-        time: format!("2026-11-21T13:56:{second:02}.123Z"),
-        component: component.map(str::to_owned),
-        message: message.to_owned(),
-        severity: severity.to_owned(),
-    }
+    let event = json!({
+        "time": format!("2026-11-21T13:56:{second:02}.123Z"), "component": component, "code": "state",
+        "message": message, "severity": severity,
+    });
+    serde_json::from_value(event).expect("an event")
 }
 
 /// A network that has run for some seconds.

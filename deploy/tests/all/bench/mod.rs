@@ -7,7 +7,7 @@
 )]
 
 use rc_deploy::process::Identity;
-use rc_deploy::{Component, Plan, Status};
+use rc_deploy::{Component, NetworkStatus, Plan};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -181,7 +181,7 @@ impl Bench {
         up
     }
 
-    pub fn status(&self) -> Status {
+    pub fn status(&self) -> NetworkStatus {
         let output = self.command("status", &[]);
         assert!(output.status.success(), "{output:?}");
         serde_json::from_slice(&output.stdout).expect("a status")
