@@ -1,25 +1,25 @@
-//! What stands in one `.cdsl` file, in its order, nothing resolved yet.
+//! The syntax tree of a `.cdsl` file. Names are not resolved.
 
 use rc_diagnostics::Span;
 use rc_syntax::{Literal, Name};
 
-/// A whole file.
+/// A file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct File {
     /// The imported paths as written.
     pub imports: Vec<Name>,
-    /// The component, if one could be read.
+    /// The component. `None` after a syntax error.
     pub component: Option<Component>,
 }
 
 /// `Component NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its clauses, each with the word that begins it.
+    /// Its clauses, each with its keyword.
     pub clauses: Vec<(Name, Clause)>,
 }
 
@@ -47,7 +47,7 @@ pub enum Clause {
 /// `requires A, B as front;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Communication {
-    /// The first word as written.
+    /// The keyword as written.
     pub keyword: Name,
     /// The interfaces.
     pub slots: Vec<SlotDecl>,
@@ -64,17 +64,17 @@ pub struct SlotDecl {
     pub name: Option<Name>,
     /// `{ depth 5; }`
     pub qos: Vec<Setting>,
-    /// All of it.
+    /// The location of the whole declaration.
     pub span: Span,
 }
 
 /// `depth 5`, `wake spin 50us`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
-    /// What is set.
+    /// The name of the setting.
     pub name: Name,
-    /// To what.
+    /// The value.
     pub value: Literal,
-    /// Whether `spin` stands before the value.
+    /// Whether `spin` is before the value.
     pub spin: bool,
 }

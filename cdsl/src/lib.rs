@@ -1,7 +1,7 @@
-//! CDSL: one component, what it communicates and how it is built.
+//! CDSL: a component, its interfaces and how it is built.
 //!
-//! [`parse`] turns one text into a tree ([`ast`]); [`load`] also loads the interfaces that it imports and
-//! resolves everything into the [`model`].
+//! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads the imported interfaces
+//! and resolves all names into the [`model`].
 
 pub mod ast;
 pub mod model;
@@ -12,7 +12,7 @@ pub use model::Component;
 pub use parse::parse;
 pub use resolve::load;
 
-/// The layout of a `.cdsl`.
+/// The formatting options of `.cdsl` files.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
     angle_brackets: false,
     enum_blocks: false,

@@ -1,4 +1,4 @@
-//! A component with every name resolved.
+//! The model of CDSL: a component with all names resolved.
 
 use rc_diagnostics::Span;
 use rc_idsl::Library;
@@ -9,70 +9,70 @@ use std::time::Duration;
 /// One component.
 #[derive(Clone, Debug)]
 pub struct Component {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The language of its user's code, as written.
+    /// The programming language of the worker, in lower case.
     pub language: Name,
-    /// What it communicates, in the order of the file.
+    /// The slots, in the order of the file.
     pub slots: Vec<Slot>,
-    /// Its `.pdsl` file, as written.
+    /// The path of its `.pdsl` file, as written.
     pub parameters: Option<Name>,
-    /// Its states.
+    /// The `statemachine` clause.
     pub state_machine: Option<StateMachine>,
-    /// Crates and libraries of its user's code, with their versions.
+    /// The dependencies of the worker: name and version requirement.
     pub dependencies: Vec<(Name, Name)>,
-    /// How often `compute()` runs where the configuration does not say.
+    /// The default period of `compute()`. The configuration can change it.
     pub period: Duration,
-    /// Interfaces and types that its imports reach.
+    /// All imported modules, directly or indirectly.
     pub library: Library,
 }
 
 /// `statemachine "file.smdsl" visual;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateMachine {
-    /// Its `.smdsl` or `.scxml` file, as written.
+    /// The path of the `.smdsl` or `.scxml` file, as written.
     pub file: Name,
-    /// Whether `visual` stands behind it.
+    /// Whether `visual` is after the path.
     pub visual: bool,
 }
 
-/// The period of a component that does not say.
+/// The period of a component without a `period` clause.
 pub const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
 
-/// One end of a connection.
+/// An interface that a component implements, requires, publishes or subscribes to.
 #[derive(Clone, Debug)]
 pub struct Slot {
-    /// Its name, unique in the component.
+    /// The name, unique in the component.
     pub name: String,
-    /// Which end.
+    /// The role of the component in the connection.
     pub role: Role,
-    /// What is said.
+    /// The interface, in [`Component::library`].
     pub interface: InterfaceId,
-    /// The middleware of this connection, where the file chooses it.
+    /// The middleware, if the file sets one for this slot.
     pub backend: Option<Backend>,
     /// Deviations from the default quality of service.
     pub qos: Qos,
-    /// Where the file names it.
+    /// The location of its declaration.
     pub span: Span,
 }
 
-/// The four ends of connections.
+/// The role of a component in a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// Answers calls.
+    /// Server of calls.
     Implements,
-    /// Calls.
+    /// Client of calls.
     Requires,
-    /// Sends to a topic.
+    /// Publisher of topics.
     Publishes,
-    /// Receives from a topic.
+    /// Subscriber of topics.
     SubscribesTo,
 }
 
 impl Role {
-    /// Every word that begins a communication clause; `request` is the paper's word.
+    /// The keywords of communication clauses. The paper on RoboComp's CDSL uses `request`.
     pub const WORDS: [(&'static str, Role); 5] = [
         ("implements", Role::Implements),
         ("requires", Role::Requires),
@@ -81,7 +81,7 @@ impl Role {
         ("subscribesTo", Role::SubscribesTo),
     ];
 
-    /// The word of the language.
+    /// The keyword.
     pub fn word(self) -> &'static str {
         match self {
             Self::Implements => "implements",
@@ -91,32 +91,32 @@ impl Role {
         }
     }
 
-    /// Whether it is an end of a topic.
+    /// Whether the slot belongs to topics, not to calls.
     pub fn is_topic(self) -> bool {
         matches!(self, Self::Publishes | Self::SubscribesTo)
     }
 
-    /// Whether an operation of this pattern can be used so.
+    /// Whether an operation with this pattern is valid in this role.
     pub fn allows(self, pattern: Pattern) -> bool {
         self.is_topic() == (pattern == Pattern::Publish)
     }
 }
 
-/// A middleware that a connection can be bound to.
+/// A middleware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Backend {
-    /// Shared memory on one machine.
+    /// iceoryx2: shared memory on one machine.
     Iceoryx2,
-    /// A network, Cyclone DDS.
+    /// Cyclone DDS: a network of machines.
     Dds,
-    /// A network, ROS 2 nodes on the other side.
+    /// ROS 2: a network of machines, with ROS 2 nodes as peers.
     Ros2,
-    /// Inside one process, for tests; only on the command line, never in a file.
+    /// Inside one process, for tests. Only the command line can select it, not a file.
     Local,
 }
 
 impl Backend {
-    /// The words that a file may use. `ros` is read as `ros2`.
+    /// The names valid in files. `ros` is an alias of `ros2`.
     pub const WORDS: [(&'static str, Backend); 4] = [
         ("iceoryx2", Self::Iceoryx2),
         ("dds", Self::Dds),
@@ -124,7 +124,7 @@ impl Backend {
         ("ros", Self::Ros2),
     ];
 
-    /// The word of files and command lines.
+    /// The name in files and on command lines.
     pub fn word(self) -> &'static str {
         match self {
             Self::Iceoryx2 => "iceoryx2",
@@ -135,7 +135,7 @@ impl Backend {
     }
 }
 
-/// Deviations from the defaults; none where the file is silent.
+/// Deviations from the default quality of service. `None` means the default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Qos {
     /// `reliability reliable;` (true) or `best_effort` (false)
@@ -146,7 +146,7 @@ pub struct Qos {
     pub depth: Option<u32>,
     /// `timeout 500ms;` of a call
     pub timeout: Option<Duration>,
-    /// `in_place true;`: what comes, or the answer, is in memory that is shared with the other end
+    /// `in_place true;`: handlers receive samples, or write replies, in shared memory.
     pub in_place: bool,
     /// `deadline 100ms;`
     pub deadline: Option<Duration>,
@@ -154,10 +154,10 @@ pub struct Qos {
     pub lifespan: Option<Duration>,
     /// `liveliness 1s;`
     pub liveliness: Option<Duration>,
-    /// `wake spin 50us;`: how long one who waits stays awake before it sleeps
+    /// `wake spin 50us;`: how long a waiting thread polls before it sleeps.
     pub spin: Option<Duration>,
 }
 
-/// The shortest and the longest time of `wake spin`.
+/// The limits of `wake spin`.
 pub const SPIN: std::ops::RangeInclusive<Duration> =
     Duration::from_micros(1)..=Duration::from_millis(10);

@@ -1,4 +1,4 @@
-//! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
+//! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{Clause, Communication, Component, File, Setting, SlotDecl};
 use crate::model::Role;
@@ -15,7 +15,10 @@ use rc_syntax::{Literal, Name, ParseContext};
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
-/// The words that begin a clause.
+/// The programming languages of workers.
+pub(crate) const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
+
+/// The keywords of clauses.
 const KEYWORDS: [&str; 8] = [
     "Communications",
     "language",
@@ -27,7 +30,7 @@ const KEYWORDS: [&str; 8] = [
     "period",
 ];
 
-/// Reads one `.cdsl` text.
+/// Parses one `.cdsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
@@ -189,7 +192,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     let first = r.first_word(pair);
     let rule = match first.text.to_lowercase().as_str() {
         "communications" => Rule::communications,
-        "language" => return unknown_language(r, pair),
+        "language" => return report_skipped_language(r, pair),
         "gui" => Rule::gui,
         "options" => Rule::options,
         "statemachine" => Rule::statemachine,
@@ -201,8 +204,14 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     r.report_skipped(pair, rule);
 }
 
-/// `language N++;` is no name, and still a language that is not there.
-fn unknown_language(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
+/// An unknown programming language.
+pub(crate) fn unknown_language(name: &Name) -> Diagnostic {
+    let message = format!("unknown language `{}`", name.text);
+    Diagnostic::error("unknown-language", name.span, message).suggest(&name.text, KNOWN_LANGUAGES)
+}
+
+/// Reports a language that is not a name, such as `N++`, as an unknown language.
+fn report_skipped_language(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     let text = pair.as_str();
     let rest = &text["language".len()..];
     let written = rest.trim_end_matches(';').trim();
@@ -211,20 +220,19 @@ fn unknown_language(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
     }
     let start = pair.as_span().end() - rest.trim_start().len();
     let span = Span::new(r.source, start, start + written.len());
-    r.found
-        .push(crate::resolve::unknown_language(&Name::new(written, span)));
+    r.found.push(unknown_language(&Name::new(written, span)));
 }
 
 fn report_skipped_communication(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
-    const ALL: &str = "allowed here: `implements`, `requires`, `publishes`, `subscribesTo`";
+    const ALL: &str = "expected one of `implements`, `requires`, `publishes`, `subscribesTo`";
     let first = r.first_word(pair);
     let words = Role::WORDS.map(|(word, _)| word);
     if words.iter().any(|w| w.eq_ignore_ascii_case(&first.text)) {
         return r.report_skipped(pair, Rule::communication);
     }
-    let message = format!("`{}` does not begin a communication clause", first.text);
+    let message = format!("expected a communication clause, found `{}`", first.text);
     let words = ["implements", "requires", "publishes", "subscribesTo"];
-    // What people write who know components by other names.
+    // Keywords of other component models.
     let near = match first.text.to_lowercase().as_str() {
         "provides" | "provide" | "offers" | "serves" => Some("implements"),
         "uses" | "needs" | "calls" => Some("requires"),
@@ -237,23 +245,23 @@ fn report_skipped_communication(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>)
         .push(Diagnostic::error("unknown-communication", first.span, message).help(help));
 }
 
-/// Eclipse's RoboComp had clauses that are gone; people still have the files.
+/// Reports an unknown clause, or a clause of RoboComp's Eclipse tools with its replacement.
 fn unknown_clause(first: &Name) -> Diagnostic {
-    let today = match first.text.to_lowercase().as_str() {
+    let replacement = match first.text.to_lowercase().as_str() {
         "robocompmodules" | "robocompclasses" => {
-            Some("it is `dependencies { NAME \"VERSION\"; };`, with crates instead of classes")
+            Some("use `dependencies { NAME \"VERSION\"; };` with crates instead of classes")
         }
-        "useqt" => Some("it is `gui Qt (QWidget);`"),
+        "useqt" => Some("use `gui Qt (QWidget);`"),
         "worker" => {
-            Some("the worker's loop needs no clause; `period 50ms;` sets how often it runs")
+            Some("remove it: the worker's loop needs no clause; `period 50ms;` sets its period")
         }
         _ => None,
     };
-    if let Some(today) = today {
-        let message = format!("`{}` is a clause of old; today {today}", first.text);
-        Diagnostic::error("old-clause", first.span, message)
+    if let Some(replacement) = replacement {
+        let message = format!("clause `{}` is obsolete", first.text);
+        Diagnostic::error("old-clause", first.span, message).help(replacement)
     } else {
-        let message = format!("`{}` does not begin a clause of a component", first.text);
+        let message = format!("expected a clause of a component, found `{}`", first.text);
         Diagnostic::error("unknown-clause", first.span, message).suggest(&first.text, KEYWORDS)
     }
 }
@@ -261,7 +269,7 @@ fn unknown_clause(first: &Name) -> Diagnostic {
 rc_syntax::language!("`Component NAME { … };`", words: [crate_name], {
     file | kw_component => "`Component`",
     crate_name | slot | interface_name | backend | slot_name => "a name",
-    duration | number => "a time such as `50ms`",
+    duration | number => "a duration such as `50ms`",
     communication | kw_communication => "`implements`, `requires`, `publishes` or `subscribesTo`",
     clause => "a clause",
     communication_end => "`;`",

@@ -1,8 +1,8 @@
-//! From the tree to the model: interfaces are loaded, slots get their names.
+//! Loads the imported interfaces and builds the model of a component.
 
 use crate::ast::{self, Clause, Setting, SlotDecl};
 use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, SPIN, Slot, StateMachine};
-use crate::parse::parse;
+use crate::parse::{KNOWN_LANGUAGES, parse, unknown_language};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, duration_text};
 use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
@@ -10,8 +10,10 @@ use rc_syntax::{Literal, LiteralKind, Loader, Name};
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
-/// Reads one `.cdsl` text and all that it imports. There is a component unless its text could not be read at
-/// all; it may be used only where no diagnostic is an error.
+/// Loads a `.cdsl` text with its imports.
+///
+/// Returns no component if the text cannot be parsed at all. Use the component only if no diagnostic
+/// is an error.
 pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
@@ -47,18 +49,17 @@ pub fn load(
 }
 
 const KNOWN_WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
-const KNOWN_LANGUAGES: [&str; 4] = ["rust", "cpp", "cpp11", "python"];
-/// The setting of a slot whose handlers take or make their value in shared memory.
+/// The setting of a slot whose handlers receive or write values in shared memory.
 const IN_PLACE: &str = "in_place";
 const KNOWN_OPTIONS: [&str; 3] = ["dsr", "agmagent", "InnerModelViewer"];
 
-/// The file's name in an import, without its ending.
+/// The file name of an import, without its extension.
 fn stem(import: &str) -> &str {
     let base = import.rsplit(['/', '\\']).next().unwrap_or(import);
     base.strip_suffix(".idsl").unwrap_or(base)
 }
 
-/// All interfaces that the imports reach, by their names.
+/// All imported interfaces by name.
 fn interfaces_by_name(
     library: &Library,
     imports: &[(ModuleId, Span)],
@@ -75,22 +76,16 @@ fn interfaces_by_name(
     interfaces
 }
 
-/// For so many unknown interfaces the folders are looked through.
+/// The number of unknown interfaces for which the import folders are searched.
 const MAX_IMPORT_LOOKUPS: usize = 100;
-
-/// A language that no component is written in.
-pub(crate) fn unknown_language(name: &Name) -> Diagnostic {
-    let message = format!("unknown language `{}`", name.text);
-    Diagnostic::error("unknown-language", name.span, message).suggest(&name.text, KNOWN_LANGUAGES)
-}
 
 struct Resolver<'a> {
     interfaces: HashMap<String, Vec<InterfaceId>>,
     library: Library,
     imports: Vec<(ModuleId, Span)>,
-    /// The names of the files that were to be imported and could not be.
+    /// The file names of the imports that failed, without extensions.
     failed_imports: Vec<String>,
-    /// Whether an import of this name would be found.
+    /// Whether an import of this name would succeed.
     import_exists: &'a dyn Fn(&str) -> bool,
     import_lookups: usize,
     found: &'a mut Diagnostics,
@@ -125,15 +120,15 @@ impl Resolver<'_> {
                     if let Some(ns) = literal.as_nanoseconds().filter(|ns| *ns >= 100_000) {
                         period = Duration::from_nanos(ns);
                     } else {
-                        let message = "a period is a time of at least 100us, as in `50ms`";
+                        let message = "expected a duration of at least 100us, such as `50ms`";
                         self.found
                             .push(Diagnostic::error("bad-period", literal.span, message));
                     }
                 }
             }
         }
-        // A clause that is there, but could not be read, has been reported.
-        let unread = self.found.iter().any(|d| {
+        // A clause that could not be parsed is not missing.
+        let skipped = self.found.iter().any(|d| {
             d.span.source == tree.name.span.source
                 && matches!(
                     d.code,
@@ -143,11 +138,11 @@ impl Resolver<'_> {
         for (missing, help) in [
             (
                 !communications,
-                "add `Communications { };`, with what the component implements, requires, publishes and subscribes to",
+                "add `Communications { };` with the interfaces of the component",
             ),
             (language.is_none(), "add `language rust;`"),
         ] {
-            if missing && !unread {
+            if missing && !skipped {
                 let what = if help.contains("language") {
                     "language"
                 } else {
@@ -158,7 +153,7 @@ impl Resolver<'_> {
                     .push(Diagnostic::error("missing-clause", tree.name.span, message).help(help));
             }
         }
-        // Where something is wrong, what is unused may be what was meant.
+        // After an error, an unused import may be the intended one.
         if !self.found.has_errors() {
             self.unused_imports(&slots);
         }
@@ -177,16 +172,16 @@ impl Resolver<'_> {
 
     fn check_unique(&mut self, seen: &mut HashMap<String, Span>, word: &Name, what: &str) {
         if let Some(first) = seen.insert(word.text.to_lowercase(), word.span) {
-            let message = format!("{what} `{}` is repeated; each stands once", word.text);
+            let message = format!("duplicate {what} `{}`", word.text);
             self.found.push(
                 Diagnostic::error("repeated-clause", word.span, message)
-                    .label(first, "the first one"),
+                    .label(first, "first used here"),
             );
         }
     }
 
     fn warn_not_generated(&mut self, word: &Name, what: &str) {
-        let message = format!("{what} is read and checked, but nothing is generated for it yet");
+        let message = format!("{what} has no effect yet: it is only checked");
         self.found
             .push(Diagnostic::warning("not-generated-yet", word.span, message));
     }
@@ -203,7 +198,7 @@ impl Resolver<'_> {
 
     fn gui(&mut self, word: &Name, kind: &Name, widget: Option<&Name>) {
         if !["qt", "egui"].contains(&kind.text.to_lowercase().as_str()) {
-            let message = format!("unknown gui `{}`", kind.text);
+            let message = format!("unknown GUI toolkit `{}`", kind.text);
             self.found.push(
                 Diagnostic::error("unknown-gui", kind.span, message)
                     .suggest(&kind.text, ["Qt", "egui"]),
@@ -259,11 +254,12 @@ impl Resolver<'_> {
                 self.check_patterns(*role, interface, decl);
                 let name = names.name(decl);
                 if let Some(first) = names.taken.get(&name.to_ascii_lowercase()) {
-                    let message = format!("slot `{name}` exists already");
-                    let help = format!("name one of them: `{} as other`", decl.interface.text);
+                    let message = format!("duplicate slot `{name}`");
+                    let help = format!("rename one of them: `{} as other`", decl.interface.text);
                     let diagnostic =
                         Diagnostic::error("duplicate-slot", decl.span, message).help(help);
-                    self.found.push(diagnostic.label(*first, "the first one"));
+                    self.found
+                        .push(diagnostic.label(*first, "first declared here"));
                     continue;
                 }
                 names.taken.insert(name.to_ascii_lowercase(), decl.span);
@@ -288,7 +284,7 @@ impl Resolver<'_> {
             .get(&name.text)
             .map_or(&[][..], Vec::as_slice);
         match named {
-            // The import that would bring it has been reported; more about it would be noise.
+            // The failed import of its file is reported already.
             [] if self
                 .failed_imports
                 .iter()
@@ -303,11 +299,11 @@ impl Resolver<'_> {
                 let diagnostic = if self.import_lookups > MAX_IMPORT_LOOKUPS {
                     diagnostic
                 } else if (self.import_exists)(&name.text) {
-                    diagnostic.help(format!("import it: {import}"))
+                    diagnostic.help(format!("add {import}"))
                 } else if near.is_some() {
                     diagnostic.did_you_mean(near)
                 } else {
-                    let help = format!("no imported file declares it, and {import} finds no file");
+                    let help = format!("import the file that declares it; {import} finds no file");
                     diagnostic.help(help)
                 };
                 self.found.push(diagnostic);
@@ -316,7 +312,7 @@ impl Resolver<'_> {
             [first, second, ..] => {
                 let taken = self.library.interface_path(*first);
                 let message = format!(
-                    "interface `{}` is in several modules; `{taken}` is taken, since it is imported first",
+                    "ambiguous interface `{}`: using `{taken}`, which is imported first",
                     name.text
                 );
                 let (first, second) = (
@@ -325,15 +321,15 @@ impl Resolver<'_> {
                 );
                 self.found.push(
                     Diagnostic::warning("ambiguous-interface", name.span, message)
-                        .label(first.name.span, "this one is taken")
-                        .label(second.name.span, "this one is not"),
+                        .label(first.name.span, "used")
+                        .label(second.name.span, "not used"),
                 );
             }
         }
         named.first().copied()
     }
 
-    /// Every operation of an interface has a pattern that its use allows.
+    /// Reports operations whose pattern is not valid in the role of the slot.
     fn check_patterns(&mut self, role: Role, interface: InterfaceId, decl: &SlotDecl) {
         let interface = self.library.interface(interface);
         if interface.operations.is_empty() {
@@ -343,9 +339,7 @@ impl Resolver<'_> {
                 .push(diagnostic.label(interface.name.span, "declared here"));
         }
         let wrong = |operation: &Operation| match operation.explicit_pattern {
-            Some(pattern) if !role.allows(pattern) => {
-                Some(format!("is marked `{}`", pattern.word()))
-            }
+            Some(pattern) if !role.allows(pattern) => Some(format!("is a `{}`", pattern.word())),
             None if role.is_topic() => match (&operation.result, operation.outputs.first()) {
                 (Some(_), _) => Some("returns a value".to_owned()),
                 (None, Some(out)) => Some(format!("has `out {}`", out.name.text)),
@@ -361,19 +355,19 @@ impl Resolver<'_> {
         };
         let others = match wrong.count() {
             0 => String::new(),
-            1 => ", and another one does not fit, either".to_owned(),
-            more => format!(", and {more} others do not fit, either"),
+            1 => ", and so is another operation".to_owned(),
+            more => format!(", and so are {more} other operations"),
         };
         let message = format!(
-            "`{}` cannot be used under `{}`: its operation `{}` {why}{others}",
+            "`{}` cannot be used under `{}`: operation `{}` {why}{others}",
             interface.name.text,
             role.word(),
             operation.name.text
         );
         let help = if role.is_topic() {
-            "a topic is one way: its operations are void, without `out` and `throws`"
+            "remove return values, `out` parameters and `throws`: topics are one-way"
         } else {
-            "operations marked `publish` belong under `publishes` and `subscribesTo`"
+            "use the interface under `publishes` or `subscribesTo`"
         };
         let diagnostic =
             Diagnostic::error("wrong-pattern", decl.interface.span, message).help(help);
@@ -382,7 +376,7 @@ impl Resolver<'_> {
     }
 
     fn backend(&mut self, name: &Name) -> Option<Backend> {
-        // RoboComp's files choose Ice so; here that is no choice.
+        // RoboComp's files select Ice, which has no equivalent here.
         if name.text.eq_ignore_ascii_case("ice") {
             return None;
         }
@@ -412,7 +406,8 @@ impl Resolver<'_> {
             IN_PLACE,
         ];
         const CALL: [&str; 3] = ["timeout", "wake", IN_PLACE];
-        // Who sends or calls chooses at each call whether it does so in place; who publishes waits for nobody.
+        // Publishers and clients choose `in_place` at each call. Publishers never wait, so they have no
+        // `wake`.
         let allowed = match role {
             Role::SubscribesTo => &TOPIC[..],
             Role::Publishes => &TOPIC[..6],
@@ -424,7 +419,7 @@ impl Resolver<'_> {
         for Setting { name, value, spin } in settings {
             self.check_unique(&mut seen, name, "setting");
             if !allowed.contains(&name.text.as_str()) {
-                let message = format!("`{}` is not a setting of `{}`", name.text, role.word());
+                let message = format!("`{}` has no setting `{}`", role.word(), name.text);
                 let diagnostic = Diagnostic::error("unknown-qos", name.span, message);
                 self.found
                     .push(diagnostic.suggest(&name.text, allowed.iter().copied()));
@@ -477,10 +472,10 @@ impl Resolver<'_> {
                 let allowed = match name.text.as_str() {
                     "reliability" => "`reliable` or `best_effort`",
                     "durability" => "`volatile` or `transient_local`",
-                    "depth" => "a whole number from 1 to 1000",
-                    "wake" => "`spin` and a time from 1us to 10ms",
+                    "depth" => "an integer from 1 to 1000",
+                    "wake" => "`spin` and a duration from 1us to 10ms",
                     IN_PLACE => "`true` or `false`",
-                    _ => "a time such as `500ms`",
+                    _ => "a duration such as `500ms`",
                 };
                 let written = match value.as_nanoseconds() {
                     Some(ns) if *spin => format!("`spin {}`", duration_text(ns)),
@@ -488,7 +483,7 @@ impl Resolver<'_> {
                     _ => value.described(),
                 };
                 let message = format!(
-                    "{written} is not a value of `{}`; allowed is {allowed}",
+                    "invalid value of `{}`: expected {allowed}, found {written}",
                     name.text
                 );
                 self.found
@@ -498,7 +493,7 @@ impl Resolver<'_> {
         qos
     }
 
-    /// Whether the interface has an operation whose values can be in place.
+    /// Reports an interface without any operation whose values can travel in place.
     fn check_in_place(&mut self, role: Role, interface: InterfaceId, value: &Literal) {
         let interface = self.library.interface(interface);
         let mut operations = interface.operations.iter();
@@ -515,16 +510,17 @@ impl Resolver<'_> {
                 _ => "result",
             };
             let message = format!(
-                "no operation of `{}` has, as its only {what}, a plain structure with a bounded sequence",
+                "no operation of `{}` has a plain struct with a bounded sequence as its only {what}",
                 interface.name.text
             );
-            let help = "plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays";
+            let help = "use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them";
             self.found
                 .push(Diagnostic::error("bad-qos", value.span, message).help(help));
         }
     }
 
-    /// An import is used where a slot's interface is in its file, or in a file that one of them imports.
+    /// Reports unused imports. An import is used if a slot's interface depends on its file, or if
+    /// its file imports a slot's interface.
     fn unused_imports(&mut self, slots: &[Slot]) {
         let modules = slots
             .iter()
@@ -539,7 +535,7 @@ impl Resolver<'_> {
                 && !self.library.module(*module).interfaces.is_empty()
             {
                 let message = format!(
-                    "nothing of `{}` is used here",
+                    "unused import of `{}`",
                     self.library.module(*module).name.text
                 );
                 self.found
@@ -562,17 +558,18 @@ fn parse_choice(word: &str, no: &str, yes: &str) -> Option<bool> {
     }
 }
 
-/// The names of slots, lower case, with their places. `as` names a slot; otherwise it is the interface's name, and
-/// repetitions are numbered as RoboComp does.
+/// The names of slots. `as` sets the name. Otherwise it is the interface's name, with a number for
+/// repetitions, as in RoboComp.
 #[derive(Default)]
 struct SlotNames {
+    /// The locations of used names, by name in lower case.
     taken: HashMap<String, Span>,
-    /// The number to try next, by the interface.
+    /// The next number to try, by interface in lower case.
     next: HashMap<String, usize>,
 }
 
 impl SlotNames {
-    /// The name that a slot chose, or its interface's with the first number that is free.
+    /// The name of a slot: as declared, or the interface's name with the first free number.
     fn name(&mut self, decl: &SlotDecl) -> String {
         if let Some(name) = &decl.name {
             return name.text.clone();

@@ -1,9 +1,11 @@
 //! Interfaces in the languages of others, so that programs without this project can talk to components.
 
 mod idl;
+mod module;
 mod names;
 mod ros2;
 mod rpc;
+mod rpc_names;
 mod scope;
 pub(crate) mod uses;
 
@@ -21,7 +23,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// What an exported file begins with, behind the mark of a comment: what begins otherwise is not overwritten.
-pub const FIRST_WORDS: &str = "Exported by rcgen";
+pub const HEADER: &str = "Exported by rcgen";
 
 /// The envelope of calls, which every interface with calls includes.
 const RPC: &str = include_str!("export/dds_rpc.idl");
@@ -54,13 +56,13 @@ pub fn load(
 /// files are called like those of the modules.
 pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     let mut found = Diagnostics::new();
-    module_names(library, &mut found);
-    let names = names::Names::of(library, &mut found);
+    check_module_names(library, &mut found);
+    let names = names::Names::new(library, &mut found);
     let mut files = Files::default();
     let mut taken = HashMap::new();
     for (at, module) in library.modules.iter().enumerate() {
         let id = ModuleId(at);
-        let file = file_of(module, sources);
+        let file = idl_file_name(module, sources);
         // Folders that make no difference between `a.idl` and `A.idl` are many.
         let first = taken.insert(file.to_lowercase(), module);
         if first.is_some() || file.eq_ignore_ascii_case(RPC_FILE) {
@@ -75,7 +77,7 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
         let mut includes: Vec<String> = module
             .imports
             .iter()
-            .map(|import| file_of(library.module(*import), sources))
+            .map(|import| idl_file_name(library.module(*import), sources))
             .collect();
         let calls = module
             .interfaces
@@ -83,15 +85,15 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
             .any(|i| uses::has_calls(library.interface(*i)));
         if calls {
             includes.insert(0, RPC_FILE.to_owned());
-            let text = format!("// {FIRST_WORDS}; rewritten at every export.\n{RPC}");
+            let text = format!("// {HEADER}; rewritten at every export.\n{RPC}");
             files.add(RPC_FILE, Owner::Exported, text);
         }
         let source = sources.path(module.source).file_name().unwrap_or_default();
         let first_line = format!(
-            "// {FIRST_WORDS} from {}; rewritten at every export.",
+            "// {HEADER} from {}; rewritten at every export.",
             source.to_string_lossy()
         );
-        let text = idl::module(library, &names, id, &first_line, &includes);
+        let text = module::module(library, &names, id, &first_line, &includes);
         files.add(file, Owner::Exported, text);
     }
     (files, found)
@@ -99,11 +101,15 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
 
 /// The first file that an export into `folder` would overwrite although no export has written it: it does not begin with
 /// `first_words`, whatever marks the comment.
-pub fn foreign(steps: &[Step], folder: &Path, first_words: &str) -> io::Result<Option<PathBuf>> {
+pub fn first_foreign_file(
+    steps: &[Step],
+    folder: &Path,
+    first_words: &str,
+) -> io::Result<Option<PathBuf>> {
     for step in steps.iter().filter(|s| s.change == Change::Update) {
         let path = folder.join(&step.path);
         let text = std::fs::read(&path)?;
-        if !unmarked(&text).starts_with(unmarked(first_words.as_bytes())) {
+        if !without_comment_mark(&text).starts_with(without_comment_mark(first_words.as_bytes())) {
             return Ok(Some(path));
         }
     }
@@ -111,18 +117,18 @@ pub fn foreign(steps: &[Step], folder: &Path, first_words: &str) -> io::Result<O
 }
 
 /// A text without what its first line begins with to be a comment.
-fn unmarked(text: &[u8]) -> &[u8] {
+fn without_comment_mark(text: &[u8]) -> &[u8] {
     let mark = text.iter().take_while(|byte| b"#/<!- ".contains(byte));
     &text[mark.count()..]
 }
 
-fn file_of(module: &Module, sources: &SourceMap) -> String {
+fn idl_file_name(module: &Module, sources: &SourceMap) -> String {
     let stem = sources.path(module.source).file_stem().unwrap_or_default();
     format!("{}.idl", stem.to_string_lossy())
 }
 
 /// IDL makes no difference between names that differ only in case; `dds` is there already.
-fn module_names(library: &Library, found: &mut Diagnostics) {
+fn check_module_names(library: &Library, found: &mut Diagnostics) {
     let mut seen: HashMap<String, &Module> = HashMap::new();
     for module in &library.modules {
         let name = &module.name;

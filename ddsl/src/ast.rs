@@ -1,28 +1,28 @@
-//! What stands in one `.ddsl` file, in its order, nothing resolved yet.
+//! The syntax tree of a `.ddsl` file. Names are not resolved.
 
 use rc_syntax::{Literal, Name};
 
-/// A whole file.
+/// A file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct File {
     /// The imported paths as written.
     pub imports: Vec<Name>,
-    /// The deployment, if one could be read.
+    /// The deployment. `None` after a syntax error.
     pub deployment: Option<Deployment>,
 }
 
 /// `Deployment NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deployment {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// What stands in it.
+    /// Its declarations.
     pub decls: Vec<Decl>,
 }
 
-/// What stands in a deployment or in a group.
+/// A declaration in a deployment or a group.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Decl {
     /// `Host NAME { … };`
@@ -35,42 +35,42 @@ pub enum Decl {
     Bind(Bind),
     /// `middleware dds { lease 500ms; };`
     Middleware(Middleware),
-    /// `domain 7;`, with its word
+    /// `domain 7;`, with its keyword
     Domain(Name, Literal),
 }
 
 /// `middleware NAME;` or `middleware NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Middleware {
-    /// Which.
+    /// The middleware.
     pub name: Name,
-    /// What is set of it, each key with its values; none where there is no block.
+    /// The settings, each with its values. `None` without a block.
     pub settings: Option<Vec<(Name, Vec<Literal>)>>,
 }
 
 /// `Host NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Host {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The word that begins each field, and its text.
+    /// Its fields: keyword and string.
     pub fields: Vec<(Name, Name)>,
-    /// Something in it could not be read, and was reported.
+    /// Whether input was skipped, with an error.
     pub incomplete: bool,
 }
 
 /// `Component NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its fields, each with the word that begins it.
+    /// Its fields, each with its keyword.
     pub fields: Vec<(Name, Field)>,
-    /// Something in it could not be read, and was reported.
+    /// Whether input was skipped, with an error.
     pub incomplete: bool,
 }
 
@@ -109,10 +109,10 @@ pub enum Field {
     Domain(Literal),
 }
 
-/// What follows the word `restart`.
+/// The content of the field `restart`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Restart {
-    /// `never`, `on_failure` or `always`, or a word that is none of them.
+    /// The name of the policy. May be unknown.
     pub policy: Name,
     /// `max N within T`
     pub limit: Option<(Literal, Literal)>,
@@ -123,15 +123,15 @@ pub struct Restart {
 /// `Group NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// What stands in it.
+    /// Its declarations.
     pub decls: Vec<Decl>,
-    /// The word `export` of each of its clauses, and what that lets out.
+    /// Its `export` clauses: keyword and slots.
     pub exports: Vec<(Name, Vec<Name>)>,
-    /// Something in it could not be read, and was reported.
+    /// Whether input was skipped, with an error.
     pub incomplete: bool,
 }
 
@@ -144,10 +144,10 @@ pub struct Bind {
     pub provider: SlotPath,
 }
 
-/// A slot with the way to it.
+/// The path of a slot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlotPath {
-    /// Groups from outside to inside, and a component or a group; at least one name.
+    /// Groups from outside to inside, then a component or a group. At least one name.
     pub path: Vec<Name>,
     /// The slot.
     pub slot: Name,

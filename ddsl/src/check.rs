@@ -1,4 +1,4 @@
-//! What can be wrong with a deployment as a whole, before its components are looked at.
+//! Checks of a deployment that do not need the files of its components.
 
 use crate::graph::cycles;
 use crate::model::{Deployment, InstanceOrGroup};
@@ -9,13 +9,13 @@ use std::collections::HashMap;
 pub(crate) fn check(deployment: &Deployment, main: SourceId, found: &mut Diagnostics) {
     ports(deployment, found);
     check_after_cycles(deployment, found);
-    // Where something is wrong, what is unused may be what was meant.
+    // After an error, an unused host may be the intended one.
     if !found.has_errors() {
         unused_hosts(deployment, main, found);
     }
 }
 
-/// A machine has each port once, whatever addresses it has.
+/// Reports ports that several components use on one host.
 fn ports(deployment: &Deployment, found: &mut Diagnostics) {
     let mut used: HashMap<(String, u16), Span> = HashMap::new();
     for instance in &deployment.instances {
@@ -28,14 +28,15 @@ fn ports(deployment: &Deployment, found: &mut Diagnostics) {
         if let Some(first) = used.get(&(host.to_lowercase(), port)) {
             let message = format!("port {port} is used twice on {host}");
             let diagnostic = Diagnostic::error("port-used-twice", span, message);
-            found.push(diagnostic.label(*first, "the first time"));
+            found.push(diagnostic.label(*first, "first used here"));
         } else {
             used.insert((host.to_lowercase(), port), span);
         }
     }
 }
 
-/// What is imported is a library, and so is a file without components: others use what it declares.
+/// Reports hosts of the main file without components. Imported files and files without components
+/// are libraries: other files use their hosts.
 fn unused_hosts(deployment: &Deployment, main: SourceId, found: &mut Diagnostics) {
     let mut used = vec![false; deployment.hosts.len()];
     let named = deployment.instances.iter().filter_map(|i| i.host);
@@ -50,8 +51,8 @@ fn unused_hosts(deployment: &Deployment, main: SourceId, found: &mut Diagnostics
     }
 }
 
-/// Who waits for whom, by the numbers of instances; behind them come the groups, each of which waits for all that is
-/// directly in it.
+/// The graph of start dependencies. The nodes are the instances, then the groups. Each instance
+/// depends on those in its `after`, each group on its direct content.
 pub(crate) fn start_dependencies(deployment: &Deployment) -> Vec<Vec<usize>> {
     let count = deployment.instances.len();
     let mut next: Vec<Vec<usize>> = deployment
@@ -78,7 +79,7 @@ pub(crate) fn start_dependencies(deployment: &Deployment) -> Vec<Vec<usize>> {
     next
 }
 
-/// The number of a component or a group among those who wait.
+/// The node of a component or a group in the graph of [`start_dependencies`].
 pub(crate) fn node_index(deployment: &Deployment, place: InstanceOrGroup) -> usize {
     match place {
         InstanceOrGroup::Instance(at) => at,
@@ -86,19 +87,19 @@ pub(crate) fn node_index(deployment: &Deployment, place: InstanceOrGroup) -> usi
     }
 }
 
-/// A circle of those who wait in words, and its places in the text. A step from a group leads to what is in it, one
-/// that no `after` makes is a call; neither has a place.
+/// The message about a cycle of start dependencies, and the locations of its `after` names. Steps
+/// from a group to its content and steps of required interfaces have no location.
 pub(crate) fn describe_cycle(deployment: &Deployment, cycle: &[usize]) -> (String, Vec<Span>) {
     let path = |number: usize| match number.checked_sub(deployment.instances.len()) {
         None => deployment.instances[number].path.as_str(),
         Some(group) => deployment.groups[group].path.as_str(),
     };
     let steps = cycle.iter().zip(cycle.iter().cycle().skip(1));
-    let mut message = format!("these components wait for each other: {}", path(cycle[0]));
+    let mut message = format!("cyclic start order: {}", path(cycle[0]));
     let mut places: Vec<Span> = Vec::new();
     for (from, to) in steps {
         let Some(instance) = deployment.instances.get(*from) else {
-            message.push_str(&format!(" with {}", path(*to)));
+            message.push_str(&format!(" contains {}", path(*to)));
             continue;
         };
         let mut after = instance.after.iter();
@@ -110,15 +111,15 @@ pub(crate) fn describe_cycle(deployment: &Deployment, cycle: &[usize]) -> (Strin
     (message, places)
 }
 
-/// Finds circles of `after`.
+/// Reports cycles of `after`.
 fn check_after_cycles(deployment: &Deployment, found: &mut Diagnostics) {
     for cycle in cycles(&start_dependencies(deployment)) {
         let (message, places) = describe_cycle(deployment, &cycle);
-        // Every circle has at least one component, since groups nest.
+        // Groups nest, so each cycle contains a component.
         if let Some((last, others)) = places.split_last() {
             let mut diagnostic = Diagnostic::error("after-cycle", *last, message);
             for other in others {
-                diagnostic = diagnostic.label(*other, "and here");
+                diagnostic = diagnostic.label(*other, "also here");
             }
             found.push(diagnostic);
         }

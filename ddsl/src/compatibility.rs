@@ -1,6 +1,6 @@
-//! Whether two ends of one interface can talk.
+//! Compatibility of the endpoints of a connection: types, middleware and quality of service.
 
-use crate::connect::{Endpoint, slot};
+use crate::endpoint::{Endpoint, slot};
 use crate::model::{Deployment, Host, Setting};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Backend, Qos, Role};
@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Compares ends; each is spelled out once, however many others it is compared with.
+/// Compares endpoints. Caches the canonical texts of each.
 pub(crate) struct CompatibilityChecker<'a> {
     deployment: &'a Deployment,
     components: &'a [Option<&'a Component>],
@@ -33,7 +33,7 @@ impl<'a> CompatibilityChecker<'a> {
         format!("{}.{slot}", self.deployment.instances[end.instance].path)
     }
 
-    /// The canonical texts of the operations of an end.
+    /// The canonical texts of the operations of an endpoint.
     fn texts(&mut self, end: Endpoint) -> Option<Rc<[String]>> {
         if let Some(known) = self.texts.get(&end) {
             return Some(Rc::clone(known));
@@ -49,8 +49,8 @@ impl<'a> CompatibilityChecker<'a> {
         Some(texts)
     }
 
-    /// Whether two ends of one interface have the same types, the same middleware and a quality of service that
-    /// goes together; what is wrong is reported at `span`.
+    /// Whether two endpoints of one interface have equal types, the same middleware and compatible
+    /// quality of service. Reports errors at `span`.
     pub(crate) fn check(
         &mut self,
         span: Span,
@@ -90,19 +90,19 @@ impl<'a> CompatibilityChecker<'a> {
         };
         if let (Some((path, one)), Some((_, other))) = (declared(consumer), declared(provider)) {
             let message = format!(
-                "`{}` and `{}` have different definitions of {path}: {operation} differs",
+                "`{}` and `{}` have different definitions of `{path}`: {operation} differs",
                 self.name(consumer),
                 self.name(provider)
             );
             let error = Diagnostic::error("type-mismatch", span, message)
-                .label(one, "one definition")
-                .label(other, "the other one");
+                .label(one, "first definition")
+                .label(other, "second definition");
             found.push(error);
         }
         false
     }
 
-    /// The names of the machines of two ends, where these are not the same.
+    /// The names of the hosts of two endpoints if they differ.
     fn hosts_apart(&self, one: Endpoint, other: Endpoint) -> Option<(&str, &str)> {
         let host = |end: Endpoint| {
             let instance = &self.deployment.instances[end.instance];
@@ -132,7 +132,7 @@ impl<'a> CompatibilityChecker<'a> {
         let ends = format!("`{}` and `{}`", self.name(consumer), self.name(provider));
         if here != there {
             let message = format!(
-                "{ends} use different middleware: {} and {}",
+                "{ends} use different middleware: `{}` and `{}`",
                 here.word(),
                 there.word()
             );
@@ -143,15 +143,15 @@ impl<'a> CompatibilityChecker<'a> {
             && let Some((one, other)) = self.hosts_apart(consumer, provider)
         {
             let message = format!(
-                "{ends} are on different machines, {one} and {other}, and {} is shared memory of one",
+                "{ends} are on different hosts, `{one}` and `{other}`, but `{}` is limited to one host",
                 here.word()
             );
             let error = Diagnostic::error("shared-memory-across-hosts", span, message);
-            found.push(error.help("use `middleware dds`, or let both run on one host"));
+            found.push(error.help("use `middleware dds`, or run both on one host"));
             return false;
         }
         let is_call = slot(self.components, consumer).is_some_and(|s| s.role == Role::Requires);
-        // Shared memory knows no domains, and topics no mapping of services.
+        // iceoryx2 has no domains, and topics have no service mapping.
         ["domain", "service_mapping"]
             .iter()
             .filter(|name| is_call || **name == "domain")
@@ -159,7 +159,7 @@ impl<'a> CompatibilityChecker<'a> {
             .all(|key| self.is_set_alike(span, here, key, [consumer, provider], found))
     }
 
-    /// Whether a setting that both ends have to share is the same at both.
+    /// Whether a setting that must be equal at both endpoints is equal.
     fn is_set_alike(
         &self,
         span: Span,
@@ -184,7 +184,7 @@ impl<'a> CompatibilityChecker<'a> {
             Some(_) => value(set).unwrap_or_default(),
             None => match key.default {
                 Some(default) => format!("the default ({default})"),
-                None => "what ROS_DOMAIN_ID says".to_owned(),
+                None => "the value of ROS_DOMAIN_ID".to_owned(),
             },
         };
         let [one, other] = set.map(word);
@@ -195,8 +195,7 @@ impl<'a> CompatibilityChecker<'a> {
             let message = format!("{names} are in different domains: {one} and {other}");
             Diagnostic::error("domain-mismatch", span, message)
         } else {
-            let message =
-                format!("{names} tell requests apart in different ways: {one} and {other}");
+            let message = format!("{names} use different service mappings: {one} and {other}");
             Diagnostic::error("service-mapping-mismatch", span, message)
         };
         for set in set.into_iter().flatten() {
@@ -206,7 +205,8 @@ impl<'a> CompatibilityChecker<'a> {
         false
     }
 
-    /// The quality of service of an operation of an end, and where it was set, if not in the `.cdsl`.
+    /// The quality of service of an operation of an endpoint, and the location of the setting if the
+    /// `.ddsl` sets it.
     fn set(&self, end: Endpoint, operation: &str) -> Option<(Qos, Option<Span>)> {
         let slot = slot(self.components, end)?;
         let instance = &self.deployment.instances[end.instance];
@@ -248,59 +248,59 @@ impl<'a> CompatibilityChecker<'a> {
         let operations = component.map_or(&[][..], |component| {
             &component.library.interface(one.interface).operations
         });
-        // What holds for all operations is told once.
-        let mut told = Vec::new();
+        // Report a mismatch of all operations once.
+        let mut reported = Vec::new();
         for operation in operations {
             let name = operation.name.text.as_str();
-            let (Some((asks, asked)), Some((offers, offered))) =
+            let (Some((requested, asked)), Some((offered_qos, offered))) =
                 (self.set(consumer, name), self.set(provider, name))
             else {
                 continue;
             };
-            for lack in lacking(&asks, &offers) {
-                if told.contains(&lack) {
+            for unmet in unmet_policies(&requested, &offered_qos) {
+                if reported.contains(&unmet) {
                     continue;
                 }
-                let (setting, wanted, given) = &lack;
+                let (setting, wanted, given) = &unmet;
                 let message = format!(
-                    "`{}` asks for {setting} {wanted}, `{}` offers {given}",
+                    "`{}` requests {setting} {wanted}, but `{}` offers {given}",
                     self.name(consumer),
                     self.name(provider)
                 );
                 let error = Diagnostic::error("qos-mismatch", span, message)
-                    .label(asked.unwrap_or(one.span), "asked here")
+                    .label(asked.unwrap_or(one.span), "requested here")
                     .label(offered.unwrap_or(other.span), "offered here");
                 found.push(error);
-                told.push(lack);
+                reported.push(unmet);
             }
         }
-        told.is_empty()
+        reported.is_empty()
     }
 }
 
-/// What one end asks for, and the other does not offer: the setting, what is asked, what is offered.
-fn lacking(asks: &Qos, offers: &Qos) -> Vec<(&'static str, String, String)> {
-    let mut lacking = Vec::new();
-    let mut lacks = |setting, asked: &str, offered: &str| {
-        lacking.push((setting, asked.to_owned(), offered.to_owned()));
+/// The requested policies that are not offered: name, requested value, offered value.
+fn unmet_policies(requested: &Qos, offered_qos: &Qos) -> Vec<(&'static str, String, String)> {
+    let mut unmet_policies = Vec::new();
+    let mut unmet = |setting, asked: &str, offered: &str| {
+        unmet_policies.push((setting, asked.to_owned(), offered.to_owned()));
     };
-    // What is not said is reliable of who publishes, and volatile.
-    if asks.reliable == Some(true) && offers.reliable == Some(false) {
-        lacks("reliability", "reliable", "best_effort");
+    // A publisher is reliable and volatile by default.
+    if requested.reliable == Some(true) && offered_qos.reliable == Some(false) {
+        unmet("reliability", "reliable", "best_effort");
     }
-    if asks.transient_local == Some(true) && offers.transient_local != Some(true) {
-        lacks("durability", "transient_local", "volatile");
+    if requested.transient_local == Some(true) && offered_qos.transient_local != Some(true) {
+        unmet("durability", "transient_local", "volatile");
     }
     let text = |time: Duration| duration_text(time.as_nanos() as u64);
     for (setting, asked, offered) in [
-        ("deadline", asks.deadline, offers.deadline),
-        ("liveliness", asks.liveliness, offers.liveliness),
+        ("deadline", requested.deadline, offered_qos.deadline),
+        ("liveliness", requested.liveliness, offered_qos.liveliness),
     ] {
         let Some(asked) = asked else { continue };
         if offered.is_none_or(|offered| offered > asked) {
             let offered = offered.map_or("none".to_owned(), text);
-            lacks(setting, &text(asked), &offered);
+            unmet(setting, &text(asked), &offered);
         }
     }
-    lacking
+    unmet_policies
 }

@@ -1,7 +1,8 @@
-//! Who talks to whom, and what is wrong with it, before anything starts.
+//! Computes the connections of a deployment and checks them.
 
 use crate::check::{describe_cycle, node_index, start_dependencies};
 use crate::compatibility::CompatibilityChecker;
+use crate::endpoint::{Endpoint, slot};
 use crate::exports::{Exports, is_provider};
 use crate::graph::{cycles, shortest_path, strongly_connected_components};
 use crate::model::{Deployment, Instance, InstanceOrGroup, SlotPath};
@@ -10,48 +11,39 @@ use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-/// One end of a connection: the numbers of an instance and of its slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Endpoint {
-    /// Index into [`Deployment::instances`].
-    pub instance: usize,
-    /// Index into [`Component::slots`].
-    pub slot: usize,
-}
-
-/// A consumer and its provider.
+/// A connection between a consumer and a provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Connection {
-    /// The end that requires or subscribes.
+    /// The endpoint that requires or subscribes.
     pub consumer: Endpoint,
-    /// The end that implements or publishes.
+    /// The endpoint that implements or publishes.
     pub provider: Endpoint,
 }
 
-/// A finding about one slot, or about what should connect it to another one: for those who draw networks.
+/// A diagnostic about a slot or a connection. Drawings of networks show it there.
 #[derive(Clone, Debug)]
 pub struct ConnectionDiagnostic {
-    /// The slot; that of the consumer where there are two.
+    /// The slot. The consumer of a connection.
     pub endpoint: Endpoint,
-    /// The slot that it was meant to be connected to.
+    /// The other end of a connection.
     pub peer: Option<Endpoint>,
-    /// One of the findings that [`connect`] gives.
+    /// The diagnostic. [`connect`] returns it, too.
     pub diagnostic: Diagnostic,
 }
 
-/// All connections of a network.
+/// The connections of a network.
 #[derive(Clone, Debug, Default)]
 pub struct Network {
-    /// Each consumer with its provider; a subscriber of several publishers stands several times.
+    /// Pairs of consumer and provider. A subscriber of several publishers has several connections.
     pub connections: Vec<Connection>,
-    /// For each instance, those that it requires.
+    /// For each instance, the instances it requires.
     pub required: Vec<BTreeSet<usize>>,
-    /// What is wrong with single slots and connections; a connection with an error is none of `connections`.
+    /// Diagnostics about slots and connections. `connections` omits connections with errors.
     pub diagnostics: Vec<ConnectionDiagnostic>,
 }
 
-/// Connects every slot: as `bind` says, else to the only component in sight that provides its interface.
-/// `components` has one entry for each instance, none where its files could not be read.
+/// Connects all slots: as `bind` declares, otherwise to the only visible provider of the interface.
+/// `components` has one entry for each instance, `None` if its files have errors.
 pub fn connect(
     deployment: &Deployment,
     components: &[Option<&Component>],
@@ -77,13 +69,7 @@ pub fn connect(
     (network, connector.found)
 }
 
-/// The slot of one end, where its component could be read.
-pub(crate) fn slot<'a>(components: &[Option<&'a Component>], end: Endpoint) -> Option<&'a Slot> {
-    let component = components.get(end.instance).copied().flatten()?;
-    component.slots.get(end.slot)
-}
-
-/// How many names a message lists.
+/// The maximum number of names that a message lists.
 const MAX_LISTED: usize = 8;
 
 struct Connector<'a> {
@@ -99,9 +85,9 @@ struct Connector<'a> {
 /// The providers of one interface.
 #[derive(Debug, Default)]
 struct Providers {
-    /// By the group in which they are seen.
+    /// The providers by the outermost group in which they are visible.
     seen_in: HashMap<Option<usize>, Vec<Endpoint>>,
-    /// One of them.
+    /// Any of them.
     any: Option<Endpoint>,
 }
 
@@ -114,7 +100,7 @@ impl<'a> Connector<'a> {
         &self.deployment.instances[end.instance]
     }
 
-    /// Reports what is wrong with a slot, or with what should connect it to another one.
+    /// Reports a diagnostic about a slot or a connection.
     fn report(&mut self, end: Endpoint, other: Option<Endpoint>, diagnostic: Diagnostic) {
         self.diagnostics.push(ConnectionDiagnostic {
             endpoint: end,
@@ -124,7 +110,7 @@ impl<'a> Connector<'a> {
         self.found.push(diagnostic);
     }
 
-    /// Whether two ends of one interface can talk; says so where they cannot.
+    /// Whether two endpoints of one interface are compatible. Reports errors if not.
     fn agree(&mut self, span: Span, consumer: Endpoint, provider: Endpoint) -> bool {
         let mut found = Diagnostics::new();
         let agree = self
@@ -136,13 +122,13 @@ impl<'a> Connector<'a> {
         agree
     }
 
-    /// The whole name of a slot.
+    /// The full name of a slot.
     fn name(&self, end: Endpoint) -> String {
         let slot = self.slot(end).map_or("?", |s| s.name.as_str());
         format!("{}.{slot}", self.instance(end).path)
     }
 
-    /// What a `bind` beside the instance `from` calls a slot that it can see.
+    /// The path of a visible slot in a `bind` next to the instance of `from`.
     fn name_beside(&self, from: Endpoint, end: Endpoint) -> String {
         let own = self.deployment.enclosing(self.instance(from).group);
         let common = own.map(|group| &self.deployment.groups[group].path);
@@ -160,10 +146,10 @@ impl<'a> Connector<'a> {
         path.unwrap_or_default()
     }
 
-    /// The slot that a path names; says so where there is none.
+    /// Resolves a path to a slot. Reports an error if there is none.
     fn find(&mut self, path: &SlotPath) -> Option<Endpoint> {
         let instance = match path.place {
-            // What an export means has been told, or reported, already.
+            // `Exports` reports errors of exports.
             InstanceOrGroup::Group(group) => return self.exports.get(group, &path.slot.text),
             InstanceOrGroup::Instance(instance) => instance,
         };
@@ -182,7 +168,7 @@ impl<'a> Connector<'a> {
         None
     }
 
-    /// Makes the connections that the files name; gives the consumers of all of them.
+    /// Makes the explicit connections. Returns their consumers, including those with errors.
     fn connect_binds(&mut self) -> HashSet<Endpoint> {
         let mut bound: HashMap<Endpoint, Span> = HashMap::new();
         let mut pairs: HashSet<(Endpoint, Endpoint)> = HashSet::new();
@@ -191,7 +177,7 @@ impl<'a> Connector<'a> {
             let named = bind.provider.as_ref();
             let provider = named.and_then(|path| self.find(path));
             let (Some(consumer), Some(provider), Some(named)) = (consumer, provider, named) else {
-                // It is bound, if not to what was meant.
+                // The consumer counts as bound, although the bind has an error.
                 bound.extend(consumer.map(|end| (end, bind.consumer.span)));
                 continue;
             };
@@ -202,12 +188,12 @@ impl<'a> Connector<'a> {
             if let Some(first) = bound.get(&consumer).filter(|_| calls || !new) {
                 let name = self.name(consumer);
                 let message = if new {
-                    format!("`{name}` is bound twice; a required slot has one provider")
+                    format!("required slot `{name}` is bound to a second provider")
                 } else {
                     format!("`{name}` is bound twice to `{}`", self.name(provider))
                 };
                 let error = Diagnostic::error("bound-twice", bind.consumer.span, message);
-                let error = error.label(*first, "the first time");
+                let error = error.label(*first, "first bound here");
                 self.report(consumer, Some(provider), error);
                 continue;
             }
@@ -219,7 +205,7 @@ impl<'a> Connector<'a> {
         bound.into_keys().collect()
     }
 
-    /// Whether a bind joins two ends that belong together; says so where it does not.
+    /// Whether a bind joins a consumer to a provider of the same interface. Reports errors if not.
     fn fits(
         &mut self,
         written: (&SlotPath, &SlotPath),
@@ -231,47 +217,47 @@ impl<'a> Connector<'a> {
         };
         let Some(wanted) = provider_of(one.role) else {
             let message = format!(
-                "`{}` {} its interface; the consumer stands left of `->`",
+                "expected a consumer left of `->`, but `{}` {} its interface",
                 self.name(consumer),
                 one.role.word()
             );
             let error = Diagnostic::error("wrong-direction", written.0.span, message)
-                .label(one.span, "described here")
-                .help("a consumer requires or subscribesTo, a provider implements or publishes");
+                .label(one.span, "declared here")
+                .help("write the slot that requires or subscribesTo left of `->`");
             self.report(consumer, Some(provider), error);
             return false;
         };
         if other.role != wanted {
             let message = format!(
-                "`{}` {} its interface; `{}` needs a slot that {}",
-                self.name(provider),
-                other.role.word(),
+                "`{}` needs a slot that {} its interface, but `{}` {} it",
                 self.name(consumer),
-                wanted.word()
+                wanted.word(),
+                self.name(provider),
+                other.role.word()
             );
             let error = Diagnostic::error("wrong-direction", written.1.span, message);
-            let error = error.label(other.span, "described here");
+            let error = error.label(other.span, "declared here");
             self.report(consumer, Some(provider), error);
             return false;
         }
         let (ours, theirs) = (self.interface(consumer), self.interface(provider));
         if ours != theirs {
             let message = format!(
-                "`{}` speaks {ours}, `{}` speaks {theirs}",
+                "`{}` has the interface `{ours}`, but `{}` has `{theirs}`",
                 self.name(consumer),
                 self.name(provider)
             );
             let span = written.0.span.to(written.1.span);
             let error = Diagnostic::error("different-interfaces", span, message)
-                .label(one.span, "one end")
-                .label(other.span, "the other one");
+                .label(one.span, "consumer")
+                .label(other.span, "provider");
             self.report(consumer, Some(provider), error);
             return false;
         }
         self.agree(written.0.span, consumer, provider)
     }
 
-    /// All slots of all components.
+    /// All slots of all components, as endpoints.
     fn ends(&self) -> Vec<Endpoint> {
         let components = self.components.iter().enumerate();
         components
@@ -280,7 +266,8 @@ impl<'a> Connector<'a> {
             .collect()
     }
 
-    /// Slots that no bind names meet the only provider of their interface in sight, topics every publisher.
+    /// Connects slots without a bind: clients to the only visible provider, subscribers to every
+    /// visible publisher.
     fn connect_implicitly(&mut self, bound: &HashSet<Endpoint>) {
         let ends = self.ends();
         let mut providers: HashMap<(Role, String), Providers> = HashMap::new();
@@ -331,14 +318,14 @@ impl<'a> Connector<'a> {
         for end in ends {
             let slot = self.slot(end);
             if slot.is_some_and(|s| s.role == Role::Publishes) && !read.contains(&end) {
-                let message = format!("nobody reads what `{}` publishes", self.name(end));
+                let message = format!("`{}` has no subscriber", self.name(end));
                 let span = self.instance(end).name.span;
                 self.report(end, None, Diagnostic::note("no-subscriber", span, message));
             }
         }
     }
 
-    /// There is no provider in sight of `consumer`; perhaps there is one that is `hidden` in a group.
+    /// Reports that `consumer` sees no provider. `hidden` is a provider that no group exports.
     fn report_no_provider(
         &mut self,
         consumer: Endpoint,
@@ -350,21 +337,23 @@ impl<'a> Connector<'a> {
         };
         let span = self.instance(consumer).name.span;
         let diagnostic = if slot.role == Role::Requires {
-            let message = format!("`{name}` requires {interface}, and no component implements it");
+            let message =
+                format!("`{name}` requires `{interface}`, but no component implements it");
             Diagnostic::error("no-provider", span, message).label(slot.span, "required here")
         } else {
-            let message = format!("`{name}` subscribes to {interface}, and nobody publishes it");
+            let message =
+                format!("`{name}` subscribes to `{interface}`, but no component publishes it");
             Diagnostic::warning("no-publisher", span, message).label(slot.span, "subscribed here")
         };
         let help = hidden.and_then(|end| {
             let slot = self.slot(end)?;
             let group = self.exports.reach(self.deployment, end, &slot.name)?;
             let group = &self.deployment.groups[group];
-            // It may be named there already, with something wrong about it.
+            // If the name is exported, the export has an error.
             let named = group.exports.iter().any(|e| e.text == slot.name);
             let export = (!named).then(|| group.export_with(&slot.name))?;
             Some(format!(
-                "`{}` {} it; {export}",
+                "`{}` {} it: {export}",
                 self.name(end),
                 slot.role.word()
             ))
@@ -383,7 +372,7 @@ impl<'a> Connector<'a> {
             names.push(format!("{} more", seen.len() - MAX_LISTED));
         }
         let message = format!(
-            "`{}` could be served by {}",
+            "several providers for `{}`: {}",
             self.name(consumer),
             names.join(", ")
         );
@@ -395,7 +384,7 @@ impl<'a> Connector<'a> {
         let instance = self.instance(consumer);
         let help = match instance.group {
             Some(group) => format!(
-                "choose one, in group `{}`: {bind}",
+                "choose one in group `{}`: {bind}",
                 self.deployment.groups[group].path
             ),
             None => format!("choose one: {bind}"),
@@ -422,7 +411,7 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// Two components that query each other at the same moment time out.
+    /// Warns of components that require each other: simultaneous queries time out.
     fn check_requires_cycles(&mut self, network: &Network) {
         let next = network.required.iter();
         let next: Vec<Vec<usize>> = next.map(|all| all.iter().copied().collect()).collect();
@@ -430,7 +419,7 @@ impl<'a> Connector<'a> {
             let names = cycle.iter().chain(cycle.first());
             let names = names.map(|i| self.deployment.instances[*i].path.as_str());
             let message = format!(
-                "these components require each other: {}; calls that they make at the same moment time out",
+                "cyclic requirements: {}: simultaneous calls time out",
                 names.collect::<Vec<_>>().join(" → ")
             );
             let span = self.deployment.instances[cycle[0]].name.span;
@@ -441,7 +430,8 @@ impl<'a> Connector<'a> {
 }
 
 impl Connector<'_> {
-    /// What is required starts first, and so does what stands behind `after`: both must be possible.
+    /// Reports `after` declarations that contradict the required interfaces. Both determine the start
+    /// order.
     fn check_start_order(&mut self, network: &Network) {
         let after = start_dependencies(self.deployment);
         let mut both = after.clone();
@@ -456,7 +446,7 @@ impl Connector<'_> {
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             for (place, span) in &instance.after {
                 let other = node_index(self.deployment, *place);
-                // What `after` alone makes impossible has been told.
+                // `check_after_cycles` reports cycles of `after` alone.
                 let new = together[at] == together[other] && alone[at] != alone[other];
                 if !new || !reported.insert(together[at]) {
                     continue;
@@ -466,14 +456,14 @@ impl Connector<'_> {
                 let (message, _) = describe_cycle(self.deployment, &cycle);
                 let error = Diagnostic::error("after-cycle", *span, message);
                 self.found.push(error.help(
-                    "leave this `after` out: what is required starts first, and those that require each other start together",
+                    "remove this `after`: providers start first, and components that require each other start together",
                 ));
             }
         }
     }
 }
 
-/// The end that a consumer of this role needs; none for a provider.
+/// The role of the provider for a consumer of this role. `None` for a provider.
 fn provider_of(role: Role) -> Option<Role> {
     match role {
         Role::Requires => Some(Role::Implements),

@@ -1,6 +1,6 @@
-//! What groups let out: which slot an exported name means, and how far a slot can be seen.
+//! The exports of groups: which slot an exported name refers to, and where a slot is visible.
 
-use crate::connect::Endpoint;
+use crate::endpoint::Endpoint;
 use crate::model::{Deployment, Group};
 use rc_cdsl::Component;
 use rc_cdsl::model::Role;
@@ -8,42 +8,42 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::Name;
 use std::collections::{BTreeMap, HashMap};
 
-/// The slot behind each exported name of each group; none where it could not be told, and why was reported.
+/// The slot of each exported name of each group. `None` after an error.
 #[derive(Debug, Default)]
 pub(crate) struct Exports<'a>(HashMap<(usize, &'a str), Option<Endpoint>>);
 
-/// A slot inside a group that an export may mean.
+/// A slot inside a group that matches an exported name.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     end: Endpoint,
     provides: bool,
-    /// The component, or the group that exports it in its turn.
+    /// The location of the component, or of the `export` of an inner group.
     span: Span,
 }
 
-/// The slots directly in one group, by their names.
+/// The slots directly in one group, by name.
 #[derive(Debug, Default)]
 struct GroupSlots<'a> {
     slots: BTreeMap<&'a str, Vec<Candidate>>,
-    /// Something in it could not be read.
+    /// Whether an error hides some of its slots.
     incomplete: bool,
 }
 
-/// Whether it is the end that others connect to.
+/// Whether the role provides an interface: implements or publishes it.
 pub(crate) fn is_provider(role: Role) -> bool {
     matches!(role, Role::Implements | Role::Publishes)
 }
 
 impl<'a> Exports<'a> {
-    /// Finds the slots behind all exports. `components` has one entry for each instance, none where its files could
-    /// not be read.
+    /// Resolves all exports. `components` has one entry for each instance, `None` if its files have
+    /// errors.
     pub(crate) fn new(
         deployment: &'a Deployment,
         components: &'a [Option<&'a Component>],
         found: &mut Diagnostics,
     ) -> Self {
         let mut exports = Self::default();
-        // What is in each group; those inside come after those around them.
+        // The slots of each group. Inner groups come after their enclosing groups.
         let mut inside: Vec<GroupSlots<'_>> = Vec::new();
         inside.resize_with(deployment.groups.len(), GroupSlots::default);
         for (at, instance) in deployment.instances.iter().enumerate() {
@@ -88,12 +88,12 @@ impl<'a> Exports<'a> {
         exports
     }
 
-    /// The slot that `group` lets out as `name`.
+    /// The slot that `group` exports as `name`.
     pub(crate) fn get(&self, group: usize, name: &str) -> Option<Endpoint> {
         self.0.get(&(group, name)).copied().flatten()
     }
 
-    /// The group in which a slot is seen, with all groups inside it; none is the whole deployment.
+    /// The outermost group in which a slot is visible. `None` is the whole deployment.
     pub(crate) fn reach(
         &self,
         deployment: &Deployment,
@@ -107,8 +107,8 @@ impl<'a> Exports<'a> {
 }
 
 impl GroupSlots<'_> {
-    /// The slot that `name` means: the only one that provides, or else the only one that there is. A consumer of a
-    /// name that is provided inside as well has no need of the outside.
+    /// The slot that `name` refers to: the only provider, otherwise the only slot. A provider takes
+    /// precedence, because a consumer inside the group connects to it.
     fn find(&self, group: &Group, name: &Name, found: &mut Diagnostics) -> Option<Endpoint> {
         let all = self
             .slots
@@ -122,21 +122,22 @@ impl GroupSlots<'_> {
             ([], [one]) => return Some(one.end),
             ([], []) if self.incomplete => {}
             ([], []) => {
-                let message = format!("nothing in group `{group}` has a slot `{text}`");
+                let message = format!("group `{group}` has no slot `{text}`");
                 let error = Diagnostic::error("unknown-export", name.span, message);
                 found.push(error.suggest(text, self.slots.keys().copied()));
             }
             _ => {
-                let message = format!("several in group `{group}` have a slot `{text}`");
-                let mut error = Diagnostic::error("ambiguous-export", name.span, message)
-                    .help("put one of them into a group of its own, or, where they are different components, name a slot by `as NAME`");
+                let message = format!("several slots in group `{group}` match `{text}`");
+                let mut error = Diagnostic::error("ambiguous-export", name.span, message).help(
+                    "move one of them into a group of its own, or rename the slot with `as NAME`",
+                );
                 let meant = if providers.is_empty() {
                     all.iter().collect()
                 } else {
                     providers
                 };
                 for candidate in meant {
-                    error = error.label(candidate.span, "one of them");
+                    error = error.label(candidate.span, "candidate");
                 }
                 found.push(error);
             }

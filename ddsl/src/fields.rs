@@ -1,6 +1,7 @@
-//! What stands in a component, as typed values: what can be said of one component alone.
+//! The fields of a component as typed values, and checks of one component alone.
 
 use crate::ast::{self, Field};
+use crate::duplicates::{check_unique, report_duplicate};
 use crate::model::{BACKOFF, Instance, Policy, READY, Restart, STOP};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -11,38 +12,38 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::time::Duration;
 
-/// The longest time that a field may name; what is longer is a slip of the pen.
+/// The maximum duration of a field: one day.
 const MAX_DURATION: Duration = Duration::from_secs(24 * 60 * 60);
-/// The processors that Linux can name in one set.
+/// The processor numbers of a Linux CPU set.
 const PROCESSORS: RangeInclusive<i64> = 0..=1023;
 /// The real-time priorities of Linux.
 const PRIORITIES: RangeInclusive<i64> = 1..=99;
-/// How often a component may be started again within the time that is given.
+/// The valid values of `restart max`.
 const RESTARTS: RangeInclusive<i64> = 1..=1000;
 
-/// Where a component stands.
+/// The context of a declaration.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockContext<'a> {
-    /// The folder of its file.
+    /// The folder of the file.
     pub(crate) folder: &'a Path,
-    /// The groups that it is in, with a dot after each.
+    /// The enclosing groups, each followed by a dot.
     pub(crate) prefix: String,
-    /// The innermost of them.
+    /// The innermost enclosing group.
     pub(crate) group: Option<usize>,
-    /// What `middleware` and `domain` say there.
+    /// The values of `middleware` and `domain`.
     pub(crate) choice: Choice,
 }
 
-/// Names in a component that lead elsewhere.
+/// The unresolved names in a component.
 #[derive(Debug, Default)]
 pub(crate) struct References {
     /// Its host.
     pub(crate) host: Option<Name>,
-    /// What it starts after.
+    /// The names after `after`.
     pub(crate) after: Vec<Name>,
 }
 
-/// Makes an instance of a tree; its references are still to be followed.
+/// Builds an instance from its syntax tree. The caller resolves the references.
 pub(crate) fn instance(
     tree: &ast::Component,
     context: &BlockContext<'_>,
@@ -72,12 +73,12 @@ pub(crate) fn instance(
         priority: None,
     };
     let mut references = References::default();
-    // Several `middleware` may stand there.
+    // `middleware` may occur several times.
     let words = tree
         .fields
         .iter()
         .filter(|(_, field)| !matches!(field, Field::Middleware(_)));
-    once(words.map(|(word, _)| word), "field", found);
+    check_unique(words.map(|(word, _)| word), "field", found);
     let mut block = Block::new(&context.choice, found);
     for (word, field) in &tree.fields {
         match field {
@@ -103,20 +104,20 @@ pub(crate) fn instance(
             }
             Field::Stop(literal) => instance.stop = duration(literal, word, found).unwrap_or(STOP),
             Field::Env(variables) => {
-                // Unlike the words of the language, variables differ by case.
+                // Unlike keywords, variables are case-sensitive.
                 let mut seen: HashMap<&str, Span> = HashMap::new();
                 for (name, _) in variables {
                     if let Some(first) = seen.insert(&name.text, name.span) {
-                        repeated(name, "variable", first, found);
+                        report_duplicate(name, "variable", first, found);
                     }
                 }
                 instance.env.clone_from(variables);
             }
             Field::Args(texts) => instance.args.clone_from(texts),
             Field::Cpu(literals) => {
-                let numbers = literals
-                    .iter()
-                    .filter_map(|literal| whole_number(literal, "a processor", &PROCESSORS, found));
+                let numbers = literals.iter().filter_map(|literal| {
+                    whole_number(literal, "a processor number", &PROCESSORS, found)
+                });
                 instance.cpu = numbers.map(|n| n as u16).collect();
                 instance.cpu_span = Some(word.span);
             }
@@ -127,36 +128,16 @@ pub(crate) fn instance(
             Field::Middleware(_) | Field::Domain(_) => {}
         }
     }
-    // A field that is there, but could not be read, has been reported.
+    // A field that could not be parsed is not missing.
     if instance.cdsl.is_none() && !tree.incomplete {
-        let message = format!("component `{}` does not say what it is", tree.name.text);
+        let message = format!("component `{}` has no field `cdsl`", tree.name.text);
         let help = "add `cdsl \"PATH/NAME.cdsl\";`, relative to this file";
         found.push(Diagnostic::error("missing-clause", tree.name.span, message).help(help));
     }
     (instance, references)
 }
 
-/// Says which of these words stand there more than once.
-pub(crate) fn once<'a>(
-    words: impl IntoIterator<Item = &'a Name>,
-    what: &str,
-    found: &mut Diagnostics,
-) {
-    let mut seen: HashMap<String, Span> = HashMap::new();
-    for word in words {
-        if let Some(first) = seen.insert(word.text.to_lowercase(), word.span) {
-            repeated(word, what, first, found);
-        }
-    }
-}
-
-pub(crate) fn repeated(word: &Name, what: &str, first: Span, found: &mut Diagnostics) {
-    let message = format!("{what} `{}` is repeated; each stands once", word.text);
-    let diagnostic = Diagnostic::error("repeated-clause", word.span, message);
-    found.push(diagnostic.label(first, "the first one"));
-}
-
-/// The whole number that a literal holds, if it is one of `allowed`.
+/// The integer value of a literal. Reports an error if it is not in `allowed`.
 fn whole_number(
     literal: &Literal,
     what: &str,
@@ -167,7 +148,7 @@ fn whole_number(
     if number.is_none() {
         let (from, to) = (allowed.start(), allowed.end());
         let message = format!(
-            "{} is not {what}; allowed are whole numbers from {from} to {to}",
+            "expected {what} from {from} to {to}, found {}",
             literal.described()
         );
         found.push(Diagnostic::error("out-of-range", literal.span, message));
@@ -180,7 +161,7 @@ fn duration(literal: &Literal, word: &Name, found: &mut Diagnostics) -> Option<D
     let time = time.filter(|time| !time.is_zero() && *time <= MAX_DURATION);
     if time.is_none() {
         let message = format!(
-            "`{}` takes a time such as `5s`, at most a day",
+            "`{}` takes a duration such as `5s`, at most one day",
             word.text.to_lowercase()
         );
         found.push(Diagnostic::error("bad-time", literal.span, message));
@@ -213,7 +194,7 @@ fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
         && policy == Policy::Never
         && (tree.limit.is_some() || tree.backoff.is_some())
     {
-        let message = "a component that is never started again needs no `max` and no `backoff`";
+        let message = "`max` and `backoff` have no effect with the policy `never`";
         found.push(Diagnostic::warning(
             "restart-without-effect",
             tree.policy.span,
@@ -231,8 +212,9 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
     let address = text.text.parse().ok();
     let address = address.filter(|address: &SocketAddr| address.port() != 0);
     if address.is_none() {
-        let message = format!("`{}` is not an endpoint", text.text);
-        let help = "an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`";
+        let message = format!("invalid endpoint `{}`", text.text);
+        let help =
+            "write an IP address and a port from 1 to 65535: `10.0.0.2:7000` or `[::1]:7000`";
         found.push(Diagnostic::error("bad-endpoint", text.span, message).help(help));
     }
     Some((address?, text.span))

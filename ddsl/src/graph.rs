@@ -1,20 +1,19 @@
-//! Circles in a graph.
+//! Algorithms on directed graphs. `next[n]` are the successors of node `n`.
 
-/// Circles of the graph in which `next[n]` are the nodes that node `n` leads to; each circle in the order of its
-/// steps, the last of which leads back to its first node. No two of them share a node, so that all together are no
-/// longer than the graph; where there is any circle, at least one is found.
+/// Cycles that share no nodes, each in the order of its edges. Finds at least one if there is any.
+/// Their total length is at most that of the graph.
 pub(crate) fn cycles(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut cycles = Vec::new();
     let mut reported = vec![false; next.len()];
     let mut seen = vec![false; next.len()];
-    // Where a node stands on the way, while it does.
+    // The index of each node on the current path.
     let mut position: Vec<Option<usize>> = vec![None; next.len()];
     for start in 0..next.len() {
         if seen[start] {
             continue;
         }
-        // The nodes on the way, each with how many of its steps were taken. No recursion: a chain may be longer
-        // than a stack.
+        // The nodes of the path, each with the number of edges followed. No recursion: a chain may be
+        // too long for it.
         seen[start] = true;
         position[start] = Some(0);
         let mut path = vec![(start, 0)];
@@ -41,9 +40,9 @@ pub(crate) fn cycles(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
     cycles
 }
 
-/// For each node the number of its part: nodes that lead to each other, directly or through others, have one part.
+/// For each node, the number of its strongly connected component.
 pub(crate) fn strongly_connected_components(next: &[Vec<usize>]) -> Vec<usize> {
-    // Kosaraju: in the reverse order of their ends, what leads to a node and was not taken yet belongs to it.
+    // Kosaraju's algorithm.
     let mut post_order = Vec::with_capacity(next.len());
     let mut seen = vec![false; next.len()];
     for start in 0..next.len() {
@@ -83,7 +82,7 @@ pub(crate) fn strongly_connected_components(next: &[Vec<usize>]) -> Vec<usize> {
         .collect()
 }
 
-/// The shortest way from one node to another.
+/// The shortest path between two nodes.
 pub(crate) fn shortest_path(next: &[Vec<usize>], from: usize, to: usize) -> Vec<usize> {
     let mut previous: Vec<Option<usize>> = vec![None; next.len()];
     let mut pending = std::collections::VecDeque::from([from]);

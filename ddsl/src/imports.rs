@@ -1,4 +1,4 @@
-//! Which files make up a deployment.
+//! Loads the files of a deployment.
 
 use crate::ast;
 use crate::parse::parse;
@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 /// One file of a deployment.
 #[derive(Debug)]
 pub(crate) struct File {
-    /// The folder that it lies in.
+    /// The folder of the file.
     pub(crate) folder: PathBuf,
-    /// What stands in it.
+    /// Its syntax tree.
     pub(crate) tree: ast::Deployment,
 }
 
-/// The files that `source` imports, directly or through others, each once and before those that import it; then,
-/// if it could be read, its own.
+/// The files that `source` imports directly or indirectly, and its own. Each file occurs once, before
+/// the files that import it. Its own is `None` after a syntax error.
 pub(crate) fn files(
     sources: &mut SourceMap,
     loader: &dyn Loader,
@@ -25,7 +25,7 @@ pub(crate) fn files(
     found: &mut Diagnostics,
 ) -> (Vec<File>, Option<File>) {
     let given = sources.path(source).to_path_buf();
-    // The first file came by another way than the loader's; a file that imports it names it as the loader does.
+    // The caller opened the first file. Use the loader's path for it, to recognize imports of it.
     let name = given.file_name().unwrap_or_default().to_string_lossy();
     let known = loader.find(&given, &name, EXTENSION);
     let path = known.map_or_else(|_| given.clone(), |known| known.path);
@@ -48,17 +48,17 @@ struct Importer<'a> {
     loader: &'a dyn Loader,
     found: &'a mut Diagnostics,
     loaded: HashSet<PathBuf>,
-    /// The files whose imports are being looked at, from the first one on.
+    /// The chain of files whose imports are being loaded.
     open: Vec<PathBuf>,
     imported: Vec<File>,
 }
 
 impl Importer<'_> {
-    /// Reads a text and its imports. `path` is what the loader calls `given`.
+    /// Parses a text and loads its imports. `path` is the loader's path for `given`.
     fn file(&mut self, source: SourceId, given: &Path, path: PathBuf) -> Option<File> {
         let (file, found) = parse(self.sources, source);
         if self.found.is_empty() {
-            // Thousands of findings are compared to nothing.
+            // Skips the search for duplicates.
             *self.found = found;
         } else {
             self.found.extend(found);
@@ -95,7 +95,7 @@ impl Importer<'_> {
         };
         let ring = self.open[at..].iter().chain([&self.open[at]]);
         let message = format!(
-            "these files import each other in a circle: {}",
+            "cyclic import: {}",
             ring.map(shown).collect::<Vec<_>>().join(" → ")
         );
         self.found

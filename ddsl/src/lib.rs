@@ -1,12 +1,15 @@
 //! DDSL: a network of components.
 //!
-//! [`parse`] turns one text into a tree ([`ast`]); [`load`] also reads what it imports and resolves all of it into
-//! the [`model`]; [`connect`] checks that against its components and says who talks to whom.
+//! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads its imports and resolves
+//! all names into the [`model`]. [`connect`] checks the model against the components and computes the
+//! connections.
 
 pub mod ast;
 mod check;
 mod compatibility;
 mod connect;
+mod duplicates;
+mod endpoint;
 mod exports;
 mod fields;
 mod graph;
@@ -16,12 +19,13 @@ mod parse;
 mod resolve;
 mod settings;
 
-pub use connect::{Connection, ConnectionDiagnostic, Endpoint, Network, connect};
+pub use connect::{Connection, ConnectionDiagnostic, Network, connect};
+pub use endpoint::Endpoint;
 pub use model::Deployment;
 pub use parse::parse;
 pub use resolve::load;
 
-/// The layout of a `.ddsl`.
+/// The formatting options of `.ddsl` files.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
     angle_brackets: false,
     enum_blocks: false,

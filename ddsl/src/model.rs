@@ -1,5 +1,5 @@
-//! A network with every name resolved and every value typed: one flat list of instances, whatever groups and
-//! files they stand in.
+//! The model of DDSL: a network with all names resolved and all values typed. The components of all
+//! groups and files are in one list of instances.
 
 use rc_cdsl::model::Backend;
 use rc_diagnostics::Span;
@@ -9,92 +9,92 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// One deployment, with all that it imports.
+/// A deployment, including its imports.
 #[derive(Clone, Debug)]
 pub struct Deployment {
-    /// Its name, which is the network's.
+    /// The name of the network.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The machines that it names.
+    /// All hosts.
     pub hosts: Vec<Host>,
-    /// All components, in the order of the files; those of a group stand together.
+    /// All components, in the order of the files. Components of a group are adjacent.
     pub instances: Vec<Instance>,
-    /// All groups, each before those inside it.
+    /// All groups. Each group is before the groups inside it.
     pub groups: Vec<Group>,
-    /// Connections that the files make themselves.
+    /// Explicit connections.
     pub binds: Vec<Bind>,
 }
 
 /// A machine.
 #[derive(Clone, Debug)]
 pub struct Host {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its name or IP address in the network of machines.
+    /// Its host name or IP address.
     pub address: Name,
-    /// Who runs components there, where the file says.
+    /// The user that runs components there. `None` for ssh's default.
     pub user: Option<Name>,
-    /// The folder for programs and files there, where the file says.
+    /// The folder for programs and files there. `None` for the default.
     pub workspace: Option<Name>,
 }
 
 /// One component of a network.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// Its own name.
+    /// Its name without groups.
     pub name: Name,
-    /// Its name in the network, with the groups that it is in: `arm.left.motor`.
+    /// Its full name in the network: `arm.left.motor`.
     pub path: String,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The innermost group that it is in: an index into [`Deployment::groups`].
+    /// The innermost group around it: an index into [`Deployment::groups`].
     pub group: Option<usize>,
-    /// The folder of the file that it stands in, where its relative paths start.
+    /// The folder of the file that declares it, the base of its relative paths.
     pub folder: PathBuf,
-    /// Its `.cdsl`.
+    /// The path of its `.cdsl` file, as written.
     pub cdsl: Option<Name>,
-    /// Its program, where it is not the one that cargo builds.
+    /// The path of its executable. `None` for the one that cargo builds.
     pub executable: Option<Name>,
-    /// Its configuration, where it is not the component's `etc/config.toml`.
+    /// The path of its configuration. `None` for the component's `etc/config.toml`.
     pub config: Option<Name>,
-    /// The machine that it runs on, where that is not this one: an index into [`Deployment::hosts`], and where the
-    /// file says so.
+    /// Its host: an index into [`Deployment::hosts`], and the location of the field. `None` for this
+    /// machine.
     pub host: Option<(usize, Span)>,
-    /// The TCP address of its management, where it has one, and where the file says so.
+    /// The TCP address of its management, and the location of the field.
     pub endpoint: Option<(SocketAddr, Span)>,
-    /// The middleware of its slots that do not choose one.
+    /// The middleware of its slots, unless a slot sets its own.
     pub middleware: Backend,
-    /// What the files set of middlewares, each key of one of them once.
+    /// The settings of middlewares. Each key of a middleware occurs once.
     pub settings: Vec<Setting>,
-    /// What must be ready first, and where the file says so.
+    /// The components and groups that must be ready first, and the location of each name.
     pub after: Vec<(InstanceOrGroup, Span)>,
-    /// Whether it is started again when it has ended.
+    /// The restart policy.
     pub restart: Restart,
-    /// How long it may take to become ready.
+    /// The timeout for becoming ready.
     pub ready: Duration,
-    /// How long it may take to stop.
+    /// The timeout for stopping.
     pub stop: Duration,
-    /// Environment variables.
+    /// Environment variables: name and value.
     pub env: Vec<(Name, Name)>,
-    /// Further arguments.
+    /// Additional command line arguments.
     pub args: Vec<Name>,
-    /// The processors that it may run on; any where there is none.
+    /// The processors it may run on. Empty for any.
     pub cpu: Vec<u16>,
-    /// Where the file names these processors.
+    /// The location of the field `cpu`.
     pub cpu_span: Option<Span>,
-    /// Its real-time priority, 1 to 99, where it has one, and where the file says so.
+    /// Its real-time priority, 1 to 99, and the location of the field.
     pub priority: Option<(u8, Span)>,
 }
 
-/// What is set of a middleware.
+/// A setting of a middleware.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// Of which.
+    /// The middleware.
     pub middleware: Backend,
-    /// What, as `rc_settings` knows it.
+    /// The key, one of `rc_settings`.
     pub key: &'static str,
     /// To what, each value in its usual form.
     pub values: Vec<String>,
@@ -103,31 +103,31 @@ pub struct Setting {
 }
 
 impl Instance {
-    /// What is set of a middleware.
+    /// Looks up a setting of a middleware.
     pub fn setting(&self, middleware: Backend, key: &str) -> Option<&Setting> {
         let mut settings = self.settings.iter();
         settings.find(|s| s.middleware == middleware && s.key == key)
     }
 }
 
-/// How long a component may take to become ready where the file does not say.
+/// The default of [`Instance::ready`].
 pub const READY: Duration = Duration::from_secs(10);
-/// How long a component may take to stop where the file does not say.
+/// The default of [`Instance::stop`].
 pub const STOP: Duration = Duration::from_secs(3);
-/// How long after its end a component is started for the first time again, where the file does not say.
+/// The default of [`Restart::backoff`].
 pub const BACKOFF: Duration = Duration::from_millis(500);
-/// The most characters that the name of a network, or of a component with its groups, may have: names of files and
-/// sockets are made of them.
+/// The maximum length in bytes of a network's name and of a component's full name: they become names
+/// of files and sockets.
 pub const LONGEST_NAME: usize = 64;
 
-/// Whether a component is started again when it has ended by itself.
+/// The restart policy of a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Restart {
-    /// After which ends.
+    /// The exits that cause a restart.
     pub policy: Policy,
-    /// How often within which time at most; a further end stops the network.
+    /// The maximum number of restarts within a time. One more exit stops the network.
     pub limit: Option<(u32, Duration)>,
-    /// How long after its end it is started again; the time doubles from one short run to the next.
+    /// The delay before a restart. It doubles after each short run.
     pub backoff: Duration,
 }
 
@@ -141,19 +141,19 @@ impl Default for Restart {
     }
 }
 
-/// After which ends a component is started again.
+/// The exits after which a component is restarted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Policy {
-    /// After none.
+    /// No exit.
     Never,
-    /// After those that are no success.
+    /// Exits with an error.
     OnFailure,
-    /// After all.
+    /// Every exit.
     Always,
 }
 
 impl Policy {
-    /// The words of the language.
+    /// The names in files.
     pub const WORDS: [(&'static str, Self); 3] = [
         ("never", Self::Never),
         ("on_failure", Self::OnFailure),
@@ -161,20 +161,20 @@ impl Policy {
     ];
 }
 
-/// Components that belong together. What is inside can be named from outside only as far as it is exported.
+/// A group of components. Only exported slots are visible outside the group.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// Its own name.
+    /// Its name without enclosing groups.
     pub name: Name,
-    /// Its name with the groups that it is in.
+    /// Its full name in the network.
     pub path: String,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The group that it is in: an index into [`Deployment::groups`].
+    /// The enclosing group: an index into [`Deployment::groups`].
     pub parent: Option<usize>,
-    /// Its components and those of the groups inside it, in [`Deployment::instances`].
+    /// Its components, including those of inner groups: indices into [`Deployment::instances`].
     pub instances: Range<usize>,
-    /// The slots that it lets out, each by a name that one slot inside has.
+    /// The exported slots. Each name matches one slot inside.
     pub exports: Vec<Name>,
 }
 
@@ -192,30 +192,29 @@ pub enum InstanceOrGroup {
 pub struct Bind {
     /// The slot that requires or subscribes.
     pub consumer: SlotPath,
-    /// The slot that implements or publishes; none where the file names nothing that can be reached, which has been
-    /// reported.
+    /// The slot that implements or publishes. `None` after an error.
     pub provider: Option<SlotPath>,
 }
 
 /// A slot of an instance, or one that a group exports.
 #[derive(Clone, Debug)]
 pub struct SlotPath {
-    /// The instance or the group.
+    /// The instance or the group that has the slot.
     pub place: InstanceOrGroup,
-    /// The slot.
+    /// The name of the slot.
     pub slot: Name,
-    /// The whole path.
+    /// The location of the whole path.
     pub span: Span,
 }
 
 impl Deployment {
-    /// The machine that an instance runs on, where that is not this one.
+    /// The host of an instance, if it is not this machine.
     pub fn remote_host(&self, instance: &Instance) -> Option<&Host> {
         let (host, _) = instance.host?;
         self.hosts.get(host).filter(|host| !host.is_local())
     }
 
-    /// All instances that a place stands for, as indices into [`Deployment::instances`].
+    /// The indices into [`Deployment::instances`] of an instance, or of all instances of a group.
     pub fn instances_of(&self, place: InstanceOrGroup) -> Range<usize> {
         match place {
             InstanceOrGroup::Instance(at) => at..at + 1,
@@ -223,24 +222,24 @@ impl Deployment {
         }
     }
 
-    /// A group and those that it is in, from inside to outside.
+    /// A group and its enclosing groups, from inside to outside.
     pub fn enclosing(&self, group: Option<usize>) -> impl Iterator<Item = usize> + '_ {
         std::iter::successors(group, |at| self.groups[*at].parent)
     }
 
-    /// Whether `inner` is `outer` or inside it; none is the deployment itself.
+    /// Whether `inner` is `outer` or inside it. `None` is the deployment itself.
     pub fn is_inside(&self, inner: Option<usize>, outer: Option<usize>) -> bool {
         outer.is_none() || self.enclosing(inner).any(|group| Some(group) == outer)
     }
 }
 
 impl Group {
-    /// The clause that lets `slot` out as well, as a proposal.
+    /// A help text with the `export` clause that adds `slot`.
     pub(crate) fn export_with(&self, slot: &str) -> String {
         let names = self.exports.iter().map(|name| name.text.as_str());
         let names: Vec<&str> = names.chain([slot]).collect();
         format!(
-            "`export {};` in group `{}` would let it out",
+            "write `export {};` in group `{}`",
             names.join(", "),
             self.path
         )
@@ -248,14 +247,14 @@ impl Group {
 }
 
 impl Host {
-    /// Whether it is this machine, under whatever name.
+    /// Whether it is this machine, by loopback name or address.
     pub fn is_local(&self) -> bool {
         let address = self.address.text.as_str();
         address.eq_ignore_ascii_case("localhost")
             || address.parse().is_ok_and(|ip: IpAddr| ip.is_loopback())
     }
 
-    /// Whether both are one machine, and one user there.
+    /// Whether both have the same address and the same user.
     pub fn is_same(&self, other: &Self) -> bool {
         let machine = |host: &Self| host.address.text.to_lowercase();
         let user = |host: &Self| host.user.as_ref().map(|user| user.text.clone());

@@ -1,4 +1,4 @@
-//! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
+//! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
     Bind, Component, Decl, Deployment, Field, File, Group, Host, Middleware, Restart, SlotPath,
@@ -17,7 +17,7 @@ use rc_syntax::{Literal, Name, ParseContext};
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
-/// The words that begin something, each with the rule that reads it.
+/// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
 const GROUP: [(&str, Rule); 7] = [
@@ -29,7 +29,7 @@ const GROUP: [(&str, Rule); 7] = [
     ("domain", Rule::domain),
     ("export", Rule::export),
 ];
-/// A deployment has all that a group has, but nobody to export to.
+/// A deployment has all declarations of a group but `export`.
 const DEPLOYMENT: &Keywords = GROUP.split_at(6).0;
 const COMPONENT: [(&str, Rule); 15] = [
     ("cdsl", Rule::text_field),
@@ -54,7 +54,7 @@ const HOST: [(&str, Rule); 3] = [
     ("workspace", Rule::host_field),
 ];
 
-/// Reads one `.ddsl` text.
+/// Parses one `.ddsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
@@ -299,7 +299,7 @@ fn restart(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
     })
 }
 
-/// The values directly inside a pair, its `;` checked.
+/// The literals directly inside a pair. Reports a missing `;`.
 fn values(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
     let mut values = Vec::new();
     for part in pair.into_inner() {
@@ -312,7 +312,7 @@ fn values(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Literal> {
     values
 }
 
-/// Says what is wrong with a piece that should begin with one of `words`.
+/// Reports skipped input where one of `words` is expected.
 fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywords, what: &str) {
     let first = r.first_word(pair);
     let meant = words
@@ -321,7 +321,7 @@ fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywo
     if let Some((_, rule)) = meant {
         return r.report_skipped(pair, *rule);
     }
-    let message = format!("`{}` does not begin {what}", first.text);
+    let message = format!("expected {what}, found `{}`", first.text);
     let diagnostic = Diagnostic::error("unknown-field", first.span, message);
     r.found
         .push(diagnostic.suggest(&first.text, words.iter().map(|(word, _)| *word)));
@@ -330,7 +330,7 @@ fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywo
 rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     file | kw_deployment => "`Deployment`",
     slot_path => "a slot such as `simulator.Laser`",
-    time | duration => "a time such as `5s`",
+    time | duration => "a duration such as `5s`",
     field => "a field",
     settings => "`{`",
     setting => "a setting such as `lease 500ms;`",

@@ -1,8 +1,9 @@
-//! From trees to the model: files are joined, names become references.
+//! Merges the files of a deployment and resolves their names into the model.
 
 use crate::ast::{self, Decl};
 use crate::check::check;
-use crate::fields::{BlockContext, References, instance, once};
+use crate::duplicates::check_unique;
+use crate::fields::{BlockContext, References, instance};
 use crate::imports::{File, files};
 use crate::model::{Bind, Deployment, Group, Host, InstanceOrGroup, LONGEST_NAME, SlotPath};
 use crate::settings::{Block, Choice};
@@ -10,8 +11,10 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::HashMap;
 
-/// Reads one `.ddsl` text and all that it imports. There is a deployment unless its text could not be read at
-/// all; it may be used only where no diagnostic is an error.
+/// Loads a `.ddsl` text with its imports.
+///
+/// Returns no deployment if the text cannot be parsed at all. Use the deployment only if no diagnostic
+/// is an error.
 pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
@@ -48,10 +51,10 @@ pub fn load(
     (Some(deployment), found)
 }
 
-/// So many names are looked through for near ones, in all; a text with more mistakes needs no more proposals.
+/// The number of name comparisons for suggestions, for all files together.
 const MAX_COMPARISONS: usize = 200_000;
 
-/// What can be named in one block: the deployment, or a group.
+/// The names declared in one block: the deployment or a group.
 #[derive(Debug, Default)]
 struct Scope {
     places: Names<InstanceOrGroup>,
@@ -61,7 +64,7 @@ struct Scope {
 #[derive(Debug)]
 struct Names<T> {
     known: HashMap<String, T>,
-    /// The first of all names that differ in nothing but upper and lower case.
+    /// The location of the first of the names that differ only in case.
     by_lowercase: HashMap<String, Span>,
 }
 
@@ -75,16 +78,16 @@ impl<T> Default for Names<T> {
 }
 
 impl<T> Names<T> {
-    /// Takes a name in; of two that are equal, the first one is meant.
+    /// Declares a name. Of two equal names, the first one stays.
     fn declare(&mut self, name: &Name, what: T, found: &mut Diagnostics) {
         if let Some(first) = self.by_lowercase.get(&name.text.to_lowercase()) {
-            let message = format!("the name `{}` is there twice", name.text);
+            let message = format!("duplicate name `{}`", name.text);
             let diagnostic = Diagnostic::error("duplicate-name", name.span, message)
                 .label(*first, "first declared here");
             found.push(if self.known.contains_key(&name.text) {
                 diagnostic
             } else {
-                diagnostic.help("names that differ only in case count as equal")
+                diagnostic.help("choose names that differ in more than case")
             });
             self.known.entry(name.text.clone()).or_insert(what);
             return;
@@ -97,11 +100,11 @@ impl<T> Names<T> {
 
 struct Resolver<'a> {
     deployment: Deployment,
-    /// The first one is that of the deployment; that of a group has the group's number, plus one.
+    /// The scope of the deployment, then those of the groups in order.
     scopes: Vec<Scope>,
-    /// Those of each instance.
+    /// The unresolved names of each instance.
     references: Vec<References>,
-    /// Each with the group that it stands in.
+    /// The binds, each with the enclosing group.
     binds: Vec<(Option<usize>, &'a ast::Bind)>,
     comparisons: usize,
     found: Diagnostics,
@@ -132,7 +135,7 @@ impl<'a> Resolver<'a> {
         self.block(&main.tree.decls, &network);
     }
 
-    /// What holds for the components in a block, where it says something else than what is around it.
+    /// The context inside a block: that of the enclosing block with the block's own settings.
     fn settings<'b>(&mut self, decls: &[Decl], context: &BlockContext<'b>) -> BlockContext<'b> {
         let mut block = Block::new(&context.choice, &mut self.found);
         for decl in decls {
@@ -177,7 +180,7 @@ impl<'a> Resolver<'a> {
         let names = &mut self.scopes[scope_of(context.group)].places;
         names.declare(&tree.name, place, &mut self.found);
         self.scopes.push(Scope::default());
-        once(
+        check_unique(
             tree.exports.iter().map(|(word, _)| word),
             "clause",
             &mut self.found,
@@ -186,9 +189,10 @@ impl<'a> Resolver<'a> {
         let mut seen: HashMap<&str, Span> = HashMap::new();
         for name in &exports {
             if let Some(first) = seen.insert(&name.text, name.span) {
-                let message = format!("`{}` is exported twice", name.text);
+                let message = format!("duplicate export `{}`", name.text);
                 let diagnostic = Diagnostic::error("duplicate-name", name.span, message);
-                self.found.push(diagnostic.label(first, "the first time"));
+                self.found
+                    .push(diagnostic.label(first, "first exported here"));
             }
         }
         let first = self.deployment.instances.len();
@@ -208,7 +212,7 @@ impl<'a> Resolver<'a> {
         let end = self.deployment.instances.len();
         self.deployment.groups[number].instances.end = end;
         if first == end && !tree.incomplete {
-            let message = format!("there is no component in group `{}`", tree.name.text);
+            let message = format!("group `{}` has no components", tree.name.text);
             let warning = Diagnostic::warning("empty-group", tree.name.span, message);
             self.found.push(warning);
         }
@@ -216,11 +220,11 @@ impl<'a> Resolver<'a> {
 
     fn host(&mut self, tree: &ast::Host, scope: usize) {
         if tree.name.text.eq_ignore_ascii_case(LOCALHOST) {
-            let message = "`localhost` is this machine in every network, and needs no declaration";
+            let message = "the host name `localhost` is reserved for this machine";
             let error = Diagnostic::error("reserved-name", tree.name.span, message);
             self.found.push(error);
         }
-        once(
+        check_unique(
             tree.fields.iter().map(|(word, _)| word),
             "field",
             &mut self.found,
@@ -234,14 +238,13 @@ impl<'a> Resolver<'a> {
         let address = field("address");
         match &address {
             Some(address) if !is_address(&address.text) => {
-                let message = format!("`{}` is not the address of a machine", address.text);
-                let help =
-                    "an address is a name or an IP address, as in `robot.local` or `10.0.0.2`";
+                let message = format!("invalid address `{}`", address.text);
+                let help = "write a host name or an IP address: `robot.local` or `10.0.0.2`";
                 let error = Diagnostic::error("bad-host-address", address.span, message);
                 self.found.push(error.help(help));
             }
             None if !tree.incomplete => {
-                let message = format!("host `{}` does not say where it is", tree.name.text);
+                let message = format!("host `{}` has no field `address`", tree.name.text);
                 let error = Diagnostic::error("missing-clause", tree.name.span, message);
                 self.found.push(error.help("add `address \"10.0.0.2\";`"));
             }
@@ -260,11 +263,11 @@ impl<'a> Resolver<'a> {
         });
     }
 
-    /// The deployer has files beside those of the components: `rcdeploy`, and `rcdeploy-guard`, which would also
-    /// be those of a component in a group `rcdeploy`.
+    /// Reports the name `rcdeploy`. The supervisor's own files are called `rcdeploy` and
+    /// `rcdeploy-guard`; those of a component in a group `rcdeploy` could collide with them.
     fn reserved(&mut self, name: &Name, context: &BlockContext<'_>) {
         if context.group.is_none() && name.text.eq_ignore_ascii_case("rcdeploy") {
-            let message = "`rcdeploy` is the deployer's own name in every network";
+            let message = "the name `rcdeploy` is reserved for the supervisor";
             let error = Diagnostic::error("reserved-name", name.span, message);
             self.found.push(error);
         }
@@ -273,7 +276,7 @@ impl<'a> Resolver<'a> {
     fn length(&mut self, what: &str, name: &str, span: Span) {
         if name.len() > LONGEST_NAME {
             let message = format!(
-                "the name of this {what}, `{name}`, has {} characters; at most {LONGEST_NAME} are possible, since files and sockets are called by it",
+                "the name of {what} `{name}` has {} bytes, but the maximum is {LONGEST_NAME}",
                 name.len()
             );
             self.found
@@ -304,7 +307,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The blocks whose names can be used in `group`, from inside to outside.
+    /// The scopes visible in `group`, from inside to outside.
     fn visible(&self, group: Option<usize>) -> impl Iterator<Item = &Scope> {
         let groups = self.deployment.enclosing(group).map(|group| group + 1);
         groups.chain([0]).map(|scope| &self.scopes[scope])
@@ -315,7 +318,7 @@ impl<'a> Resolver<'a> {
             .visible(group)
             .find_map(|s| s.hosts.known.get(&name.text).copied());
         if host.is_none() && name.text != LOCALHOST {
-            let message = format!("there is no host `{}`", name.text);
+            let message = format!("unknown host `{}`", name.text);
             let error = Diagnostic::error("unknown-host", name.span, message);
             self.report_unknown(error, &name.text, |r| {
                 let hosts = r.visible(group).flat_map(|s| s.hosts.known.keys().cloned());
@@ -325,13 +328,13 @@ impl<'a> Resolver<'a> {
         host
     }
 
-    /// What a name by itself, or the first name of a path, stands for in `group`.
+    /// Resolves a single name, or the first name of a path, in `group`.
     fn first(&mut self, name: &Name, group: Option<usize>) -> Option<InstanceOrGroup> {
         let place = self
             .visible(group)
             .find_map(|s| s.places.known.get(&name.text).copied());
         if place.is_none() {
-            let message = format!("there is no component or group `{}` here", name.text);
+            let message = format!("unknown component or group `{}`", name.text);
             let error = Diagnostic::error("unknown-instance", name.span, message);
             self.report_unknown(error, &name.text, |r| {
                 let scopes = r.visible(group);
@@ -343,7 +346,7 @@ impl<'a> Resolver<'a> {
         place
     }
 
-    /// Adds the names that could have been meant, until so many have been compared that it would take long.
+    /// Reports an unknown name with a suggestion, until [`MAX_COMPARISONS`] is reached.
     fn report_unknown(
         &mut self,
         error: Diagnostic,
@@ -361,27 +364,26 @@ impl<'a> Resolver<'a> {
             .push(error.suggest(name, known.iter().map(String::as_str)));
     }
 
-    /// What a path in `group` leads to. Groups are left freely, but entered only as far as they export the slot.
+    /// Resolves a path in `group`. A path may enter a group from outside only if the group exports the
+    /// slot.
     fn slot_path(&mut self, tree: &ast::SlotPath, group: Option<usize>) -> Option<SlotPath> {
         let (first, rest) = tree.path.split_first()?;
         let mut place = self.first(first, group)?;
         let mut entered: Vec<(usize, &Name)> = Vec::new();
         for (name, next) in rest.iter().zip(&tree.path) {
             let InstanceOrGroup::Group(inside) = place else {
-                let message = format!(
-                    "`{}` is a component; a slot of it is `{0}.SLOT`, and there is nothing else in it",
-                    next.text
-                );
+                let message = format!("expected a group, found component `{}`", next.text);
                 let error = Diagnostic::error("not-a-group", name.span, message);
-                self.found.push(error);
+                self.found
+                    .push(error.help(format!("write `{}.SLOT`", next.text)));
                 return None;
             };
             entered.push((inside, name));
             let known = &self.scopes[inside + 1].places.known;
             let Some(found) = known.get(&name.text).copied() else {
                 let message = format!(
-                    "there is no component or group `{}` in group `{}`",
-                    name.text, self.deployment.groups[inside].path
+                    "group `{}` has no component or group `{}`",
+                    self.deployment.groups[inside].path, name.text
                 );
                 let error = Diagnostic::error("unknown-instance", name.span, message);
                 self.report_unknown(error, &name.text, |r| {
@@ -394,7 +396,7 @@ impl<'a> Resolver<'a> {
         }
         let private = entered.iter().find(|(inside, _)| {
             let exports = &self.deployment.groups[*inside].exports;
-            // Whoever stands inside a group sees all of it.
+            // Inside a group, all of its content is visible.
             !self.deployment.is_inside(group, Some(*inside))
                 && !exports.iter().any(|e| e.text == tree.slot.text)
         });
@@ -434,10 +436,10 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// The machine that runs everything which names no host.
+/// The host of components without the field `host`.
 const LOCALHOST: &str = "localhost";
 
-/// A name of a machine, or an IP address of either kind.
+/// Whether `text` is a host name or an IP address.
 fn is_address(text: &str) -> bool {
     let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_' | ':' | '%');
     !text.is_empty() && !text.starts_with('-') && text.chars().all(allowed)

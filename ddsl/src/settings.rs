@@ -1,7 +1,7 @@
 //! `middleware` and `domain`: what holds in a block, or for one component.
 
 use crate::ast;
-use crate::fields::repeated;
+use crate::duplicates::report_duplicate;
 use crate::model::Setting;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
@@ -58,7 +58,7 @@ impl<'a> Block<'a> {
         let same = self.named.iter().find(|n| n.text == backend.word());
         if let Some(first) = same {
             let word = Name::new("middleware", tree.name.span);
-            repeated(&word, "clause", first.span, self.found);
+            report_duplicate(&word, "clause", first.span, self.found);
         } else if let Some(first) = self.named.first().filter(|_| tree.settings.is_none()) {
             let message = format!("`middleware {}` comes second here", tree.name.text);
             let error = Diagnostic::error("repeated-clause", tree.name.span, message)
@@ -93,7 +93,7 @@ impl<'a> Block<'a> {
     fn set(&mut self, backend: Backend, key: &'static Key, word: &Name, literals: &[Literal]) {
         let same = |(b, name, _): &&(Backend, &str, Span)| *b == backend && *name == key.name;
         if let Some((_, _, first)) = self.set.iter().find(same) {
-            return repeated(word, "setting", *first, self.found);
+            return report_duplicate(word, "setting", *first, self.found);
         }
         self.set.push((backend, key.name, word.span));
         if let [_, second, ..] = literals

@@ -1,16 +1,16 @@
-//! One finding, and a list of them.
+//! A diagnostic, and the list of diagnostics of one run.
 
 use crate::Span;
 use std::collections::HashSet;
 
-/// How bad a finding is.
+/// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The input cannot be used.
     Error,
-    /// The input can be used, and probably does not mean what was meant.
+    /// The input can be used, but is probably not what its author intended.
     Warning,
-    /// Something that is good to know.
+    /// Information that needs no action.
     Note,
 }
 
@@ -25,31 +25,31 @@ impl Severity {
     }
 }
 
-/// A second place that explains a finding ("declared here").
+/// A secondary location that explains a diagnostic ("declared here").
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// Where.
+    /// The location.
     pub span: Span,
-    /// What is there.
+    /// The text shown at the location.
     pub message: String,
 }
 
-/// One finding about a text.
+/// A problem or a remark, at a location of a source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// A stable name in kebab case, `unknown-interface`.
+    /// A stable identifier in kebab case: `unknown-interface`.
     pub code: &'static str,
-    /// How bad it is.
+    /// Whether the input can be used.
     pub severity: Severity,
-    /// What is wrong, in the user's words, without a full stop.
+    /// The problem: lower case, without a full stop, the user's text in backticks.
     pub message: String,
-    /// Where.
+    /// The primary location.
     pub span: Span,
-    /// Further places.
+    /// Secondary locations.
     pub labels: Vec<Label>,
-    /// What is allowed, or what to do.
+    /// How to solve the problem, in the imperative.
     pub help: Option<String>,
-    /// Places of what is secret: who shows a line of the text hides them.
+    /// Locations of secret values. Renderers replace them by asterisks.
     pub secrets: Vec<Span>,
 }
 
@@ -83,7 +83,7 @@ impl Diagnostic {
         }
     }
 
-    /// Adds a second place.
+    /// Adds a secondary location.
     #[must_use]
     pub fn label(mut self, span: Span, message: impl Into<String>) -> Self {
         self.labels.push(Label {
@@ -93,14 +93,14 @@ impl Diagnostic {
         self
     }
 
-    /// Sets what is allowed, or what to do.
+    /// Sets the help text.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Suggests `near`, where there is one.
+    /// Suggests `near` if it is `Some`.
     #[must_use]
     pub fn did_you_mean(self, near: Option<&str>) -> Self {
         match near {
@@ -109,7 +109,7 @@ impl Diagnostic {
         }
     }
 
-    /// Suggests the nearest of `candidates` to `name`; where none is near, lists them if they are few.
+    /// Suggests the candidate nearest to `name`. If none is near, lists up to 12 candidates.
     #[must_use]
     pub fn suggest<'a>(self, name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Self {
         let candidates: Vec<&str> = candidates.into_iter().collect();
@@ -121,62 +121,66 @@ impl Diagnostic {
             return self;
         }
         let list: Vec<String> = candidates.iter().map(|c| format!("`{c}`")).collect();
-        self.help(format!("allowed here: {}", list.join(", ")))
+        self.help(match list.as_slice() {
+            [only] => format!("expected {only}"),
+            _ => format!("expected one of {}", list.join(", ")),
+        })
     }
 }
 
-/// The findings of one run.
+/// The diagnostics of one run, without duplicates.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
     all: Vec<Diagnostic>,
-    /// What is there already; a file full of mistakes must not take the square of its length.
-    known: HashSet<(&'static str, Span, String)>,
+    /// Keys of `all`. A set keeps `push` linear in a file full of mistakes.
+    seen: HashSet<(&'static str, Span, String)>,
 }
 
 impl Diagnostics {
-    /// No findings yet.
+    /// An empty list.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a finding, unless the very same is there already (two components importing one broken file).
+    /// Adds a diagnostic unless the list contains an equal one. Two components that import one
+    /// broken file report it once.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let key = (diagnostic.code, diagnostic.span, diagnostic.message.clone());
-        if self.known.insert(key) {
+        if self.seen.insert(key) {
             self.all.push(diagnostic);
         }
     }
 
-    /// Adds all of `others`.
+    /// Adds each of `others` as [`push`](Self::push) does.
     pub fn extend(&mut self, others: impl IntoIterator<Item = Diagnostic>) {
         others.into_iter().for_each(|d| self.push(d));
     }
 
-    /// Hides these places wherever a finding so far shows their line.
+    /// Marks `secrets` as secret in all diagnostics added so far.
     pub fn redact(&mut self, secrets: &[Span]) {
         for diagnostic in &mut self.all {
             diagnostic.secrets.extend_from_slice(secrets);
         }
     }
 
-    /// Whether any of them is an error.
+    /// Whether the list contains an error.
     pub fn has_errors(&self) -> bool {
         self.all.iter().any(|d| d.severity == Severity::Error)
     }
 
-    /// Whether there is none.
+    /// Whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// All, in the order of their places.
+    /// All diagnostics, ordered by location.
     pub fn sorted(&self) -> Vec<&Diagnostic> {
         let mut all: Vec<&Diagnostic> = self.all.iter().collect();
         all.sort_by_key(|d| (d.span, d.severity));
         all
     }
 
-    /// All, in the order in which they were found.
+    /// All diagnostics, in the order in which they were added.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
         self.all.iter()
     }

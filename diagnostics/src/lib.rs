@@ -1,7 +1,7 @@
-//! What every tool of this project says about a text: where, how bad, what is wrong, and what would be right.
+//! Diagnostics about source texts, shared by all languages and tools of this project.
 //!
-//! [`SourceMap`] owns the texts, a [`Span`] is a place in one of them, a [`Diagnostic`] is one finding,
-//! and [`render`] turns findings into text. Nothing here knows any of the languages.
+//! [`SourceMap`] owns the texts, a [`Span`] is a byte range in one of them, and [`render`] prints
+//! [`Diagnostics`]. This crate knows none of the languages.
 
 mod diagnostic;
 mod duration;

@@ -1,12 +1,12 @@
-//! "Did you mean …?"
+//! Suggestions for misspelled names.
 
-/// The candidate that `name` most probably was meant to be, if one is near enough.
+/// The candidate with the smallest edit distance to `name`, if it is near enough.
 ///
-/// Upper and lower case count as equal here, so that `laser` finds `Laser`.
+/// Case is ignored: `laser` finds `Laser`. The distance is at most a third of the length of `name`.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = name.to_lowercase();
     let length = wanted.chars().count();
-    // A name of which no letter stays is another name.
+    // At least one letter stays unchanged.
     let allowed = (length / 3).max(1).min(length.saturating_sub(1));
     candidates
         .into_iter()

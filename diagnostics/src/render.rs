@@ -1,4 +1,4 @@
-//! Findings as text for a person, as one line each, or as JSON lines.
+//! Rendering of diagnostics: for people, as one line each, or as JSON lines.
 
 use crate::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
@@ -6,16 +6,16 @@ use serde_json::json;
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-/// How findings are printed.
+/// An output format for diagnostics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
-    /// With the lines of the text, for a person.
+    /// With excerpts of the source, for people.
     #[default]
     Human,
     /// `file:line:column: error[code]: message`, one line each, for editors and scripts.
     Short,
-    /// One JSON object a line: `code`, `severity`, `message`, `file`, `start` and `end` (`line`, `column`),
-    /// `labels` (places with a `message`), `help`.
+    /// One JSON object per line: `code`, `severity`, `message`, `file`, `start` and `end` (`line`,
+    /// `column`), `labels` (locations with a `message`), `help`.
     Json,
 }
 
@@ -28,14 +28,16 @@ impl std::str::FromStr for Format {
             "short" => Ok(Self::Short),
             "json" => Ok(Self::Json),
             other => Err(format!(
-                "`{other}` is not a format; there are human, short and json"
+                "unknown format `{other}`: expected `human`, `short` or `json`"
             )),
         }
     }
 }
 
-/// All findings in the order of their places, each ending in a line feed; nothing for none. What two components
-/// found in a file that both read is told once.
+/// Renders all diagnostics in the order of their locations, each followed by a line feed.
+///
+/// Diagnostics that render equally appear once, for example those of a file that two components
+/// read.
 pub fn render(sources: &SourceMap, diagnostics: &Diagnostics, format: Format) -> String {
     let mut out = String::new();
     let mut printed = HashSet::new();
@@ -77,7 +79,8 @@ fn human(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
     Renderer::plain().render(&[group])
 }
 
-/// A part of a text, which begins at `start`, with a star for each byte of what is secret: places stay what they are.
+/// Replaces each byte of a secret in `text` by an asterisk. `text` is the excerpt of `source` from
+/// byte `start` on. Its length stays the same, so that spans stay valid.
 fn redacted<'a>(
     text: &'a str,
     source: crate::SourceId,
@@ -115,7 +118,7 @@ fn snippet<'a>(
         .chain([diagnostic.span])
         .filter(|s| s.source == source);
     let all = spans.reduce(Span::to).unwrap_or(diagnostic.span);
-    // The lines concerned alone: the renderer goes through all that it is given.
+    // The renderer scans all text it gets: pass only the affected lines.
     let (start, end) = sources.lines(all);
     let text = redacted(&sources.text(source)[start..end], source, start, diagnostic);
     let within = |at: usize| at.clamp(start, end) - start;

@@ -1,11 +1,11 @@
-//! The texts that were read, and places in them.
+//! Source texts and locations in them.
 
 use std::any::Any;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// One text of a [`SourceMap`].
+/// Identifies a text of a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SourceId(u32);
 
@@ -14,9 +14,9 @@ pub struct SourceId(u32);
 pub struct Span {
     /// The text.
     pub source: SourceId,
-    /// First byte.
+    /// Offset of the first byte.
     pub start: usize,
-    /// One past the last byte; equal to `start` for a place between two characters.
+    /// Offset after the last byte. Equal to `start` for a position between two characters.
     pub end: usize,
 }
 
@@ -26,7 +26,7 @@ impl Span {
         Self { source, start, end }
     }
 
-    /// The empty range at the end of this one: where a missing `;` belongs.
+    /// The empty range at the end of this one, where a missing `;` belongs.
     #[must_use]
     pub fn after(self) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl Span {
         }
     }
 
-    /// The smallest range that holds this one and `other`, which must be of the same text.
+    /// The smallest range that contains this one and `other`. Both must be of the same text.
     #[must_use]
     pub fn to(self, other: Self) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl Span {
     }
 }
 
-/// A place as people count: both numbers start at 1, a column is a character, and a tab is one.
+/// Line and column. A tab counts as one column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position {
     /// Line, from 1.
@@ -62,11 +62,11 @@ struct Source {
     line_starts: Vec<usize>,
 }
 
-/// All texts of one run of a tool.
+/// All source texts of one run of a tool.
 #[derive(Debug, Default)]
 pub struct SourceMap {
     sources: Vec<Source>,
-    /// What was made of the text of a file, which many others may import.
+    /// Results of [`SourceMap::cached`], by path.
     cache: HashMap<PathBuf, (SourceId, Arc<dyn Any + Send + Sync>)>,
 }
 
@@ -76,8 +76,10 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Takes a text in, each time anew: who loads a component counts the texts that it is made of. A byte order mark
-    /// at its start is dropped.
+    /// Adds a text and drops a byte order mark at its start.
+    ///
+    /// Each call adds a new entry, also for a known path: the caller of a component's loader counts
+    /// the texts that the component consists of.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<String>) -> SourceId {
         let mut text = text.into();
         if text.starts_with('\u{feff}') {
@@ -94,8 +96,8 @@ impl SourceMap {
         SourceId((self.sources.len() - 1) as u32)
     }
 
-    /// What `make` makes of a text, or has made of the same text of the same file: places in that stay as good, since
-    /// path, line and column are equal.
+    /// The result of `make` for a text. If an earlier call had the same path and the same text, its
+    /// result is returned instead: spans in it stay valid, because path, line and column are equal.
     pub fn cached<T: Any + Send + Sync>(
         &mut self,
         source: SourceId,
@@ -112,22 +114,22 @@ impl SourceMap {
         cache
     }
 
-    /// The text itself.
+    /// The content of a text.
     pub fn text(&self, source: SourceId) -> &str {
         &self.sources[source.0 as usize].text
     }
 
-    /// The path as the user named it or as it was found.
+    /// The path of a text, as the user or a loader named it.
     pub fn path(&self, source: SourceId) -> &Path {
         &self.sources[source.0 as usize].path
     }
 
-    /// Every text, in the order in which they were added.
+    /// All texts, in the order in which they were added.
     pub fn ids(&self) -> impl Iterator<Item = SourceId> {
         (0..self.sources.len() as u32).map(SourceId)
     }
 
-    /// The whole lines that `span` touches: first byte, and the one after the last, without its line feed.
+    /// The byte range of all lines that `span` touches, without the last line feed.
     pub fn lines(&self, span: Span) -> (usize, usize) {
         let source = &self.sources[span.source.0 as usize];
         let line = |at: usize| source.line_starts.partition_point(|start| *start <= at);
@@ -137,7 +139,7 @@ impl SourceMap {
         (start, end.max(start))
     }
 
-    /// Line and column of a byte.
+    /// The line and column of byte `at`.
     pub fn position(&self, source: SourceId, at: usize) -> Position {
         let source = &self.sources[source.0 as usize];
         let line = source.line_starts.partition_point(|start| *start <= at);

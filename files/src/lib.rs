@@ -1,4 +1,4 @@
-//! Reading and replacing the files that belong to users: nothing is waited for, nothing is left half written.
+//! Reads and replaces users' files without blocking on pipes and without partial writes.
 
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};
 use std::fs::{self, File, OpenOptions, Permissions};
@@ -6,20 +6,28 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-/// The largest file that is read or written, in bytes: a thousand times what anybody writes.
+/// The largest file that [`read`] and [`replace`] accept, in bytes.
 pub const LARGEST: u64 = 64 << 20;
 
-/// The text of a file. A pipe would be waited for, a device read for ever: neither is taken, and nothing above
-/// [`LARGEST`]. The error for what is no UTF-8 is `InvalidData`.
+/// Reads a regular file as UTF-8.
+///
+/// # Errors
+/// `InvalidInput` for pipes, devices, folders and files larger than [`LARGEST`]; `InvalidData` for
+/// text that is not UTF-8; otherwise the error of the system.
 pub fn read(path: &Path) -> io::Result<String> {
-    // Before it is opened: to open a device may do something.
+    // Check before opening: opening a device can have side effects.
     check(&fs::metadata(path)?)?;
     text(&open(path, false)?)
 }
 
-/// Gives the file at `path`, whose text is `old`, the text `new`, or changes nothing. A link stays one; owner, group
-/// and rights stay as they are; a file that may not be written into is refused, also where its folder may be. The
-/// text is on the disk before it takes the file's name. Of several who replace one file at once, one does.
+/// Replaces the content `old` of the file at `path` by `new`, atomically.
+///
+/// The new text is on disk before it takes the file's name. Symbolic links, owner, group and
+/// permissions are preserved. If several processes replace a file at the same time, one succeeds.
+///
+/// # Errors
+/// The file is unchanged if it is read-only, larger than [`LARGEST`], does not contain `old`, is
+/// locked by another process, or the system refuses an operation.
 pub fn replace(path: &Path, old: &str, new: &str) -> io::Result<()> {
     if new.len() as u64 > LARGEST {
         return Err(too_large());
@@ -30,11 +38,11 @@ pub fn replace(path: &Path, old: &str, new: &str) -> io::Result<()> {
     if before.permissions().readonly() {
         return Err(io::Error::new(
             ErrorKind::PermissionDenied,
-            "it is read-only",
+            "the file is read-only",
         ));
     }
-    // The lock goes with the process, however that ends: what lies at `beside` while it is ours is of a process that
-    // was killed.
+    // The system releases the lock when a process ends. So if this process holds the lock, a file
+    // at `temporary` is left over from a process that was killed.
     let file = open(&path, true)?;
     flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(|error| {
         if error == rustix::io::Errno::WOULDBLOCK {
@@ -43,17 +51,17 @@ pub fn replace(path: &Path, old: &str, new: &str) -> io::Result<()> {
             error.into()
         }
     })?;
-    let beside = beside(&path);
-    unchanged(&path, &file, old)?;
-    match fs::remove_file(&beside) {
+    let temporary = temporary_path(&path);
+    check_unchanged(&path, &file, old)?;
+    match fs::remove_file(&temporary) {
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
         _ => {}
     }
-    let staged = stage(&beside, &file, new)
-        .and_then(|()| unchanged(&path, &file, old))
-        .and_then(|()| fs::rename(&beside, &path));
+    let staged = stage(&temporary, &file, new)
+        .and_then(|()| check_unchanged(&path, &file, old))
+        .and_then(|()| fs::rename(&temporary, &path));
     if let Err(error) = staged {
-        let _ = fs::remove_file(&beside);
+        let _ = fs::remove_file(&temporary);
         return Err(error);
     }
     match path.parent() {
@@ -62,30 +70,30 @@ pub fn replace(path: &Path, old: &str, new: &str) -> io::Result<()> {
     }
 }
 
-/// Where the new text of a file lies until it takes the name of the file.
-fn beside(path: &Path) -> PathBuf {
+/// The path of the new text until it is renamed to `path`.
+fn temporary_path(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(".rc-new");
     path.with_file_name(name)
 }
 
-/// Writes `new` to the disk as `beside`, which is as `file` in all else.
-fn stage(beside: &Path, file: &File, new: &str) -> io::Result<()> {
+/// Writes `new` to `temporary` with the owner, group and permissions of `file`.
+fn stage(temporary: &Path, file: &File, new: &str) -> io::Result<()> {
     let wanted = file.metadata()?;
     let mut options = OpenOptions::new();
-    // Nobody else reads it before it has its owner and its rights.
+    // Other users cannot read the file before it has its final owner and permissions.
     let mut out = options
         .write(true)
         .create_new(true)
         .mode(0o600)
-        .open(beside)?;
+        .open(temporary)?;
     let have = out.metadata()?;
     if (have.uid(), have.gid()) != (wanted.uid(), wanted.gid()) {
         let owner = Some(Uid::from_raw(wanted.uid())).filter(|_| have.uid() != wanted.uid());
         fchown(&out, owner, Some(Gid::from_raw(wanted.gid()))).map_err(|error| {
             let why = format!(
-                "it would lose its owner ({}:{}): {error}",
+                "cannot keep its owner ({}:{}): {error}",
                 wanted.uid(),
                 wanted.gid()
             );
@@ -97,8 +105,8 @@ fn stage(beside: &Path, file: &File, new: &str) -> io::Result<()> {
     out.sync_all()
 }
 
-/// `path` still is `file`, and its text still is `old`.
-fn unchanged(path: &Path, file: &File, old: &str) -> io::Result<()> {
+/// Checks that `path` still names `file` and that its content is still `old`.
+fn check_unchanged(path: &Path, file: &File, old: &str) -> io::Result<()> {
     let (now, then) = (fs::metadata(path)?, file.metadata()?);
     if (now.dev(), now.ino()) == (then.dev(), then.ino()) && text(&open(path, false)?)? == old {
         Ok(())
@@ -107,7 +115,7 @@ fn unchanged(path: &Path, file: &File, old: &str) -> io::Result<()> {
     }
 }
 
-/// Opens what is to be a regular file, without waiting for anybody if it is none.
+/// Opens a regular file. Does not block if `path` is a pipe.
 fn open(path: &Path, write: bool) -> io::Result<File> {
     let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
     let mut options = OpenOptions::new();
@@ -119,7 +127,7 @@ fn open(path: &Path, write: bool) -> io::Result<File> {
 
 fn text(mut file: &File) -> io::Result<String> {
     let mut text = String::new();
-    // It may grow while it is read.
+    // The file may grow while it is read.
     let read = Read::by_ref(&mut file)
         .take(LARGEST + 1)
         .read_to_string(&mut text)?;
@@ -131,7 +139,10 @@ fn text(mut file: &File) -> io::Result<String> {
 
 fn check(metadata: &fs::Metadata) -> io::Result<()> {
     if !metadata.is_file() {
-        return Err(io::Error::new(ErrorKind::InvalidInput, "it is not a file"));
+        return Err(io::Error::new(
+            ErrorKind::InvalidInput,
+            "not a regular file",
+        ));
     }
     if metadata.len() > LARGEST {
         return Err(too_large());
@@ -140,11 +151,11 @@ fn check(metadata: &fs::Metadata) -> io::Result<()> {
 }
 
 fn too_large() -> io::Error {
-    io::Error::new(ErrorKind::InvalidInput, "it has more than 64 MB")
+    io::Error::new(ErrorKind::InvalidInput, "the file is larger than 64 MB")
 }
 
 fn being_edited() -> io::Error {
-    io::Error::other("it is being edited; try again")
+    io::Error::other("the file is being edited; try again")
 }
 
 #[cfg(test)]
@@ -173,7 +184,7 @@ mod tests {
     fn a_file_keeps_its_rights_its_owner_and_its_link() {
         let folder = folder();
         let path = file(&folder, 0o640);
-        // Only root may give a file away.
+        // Only root can change the owner of a file.
         let owner = if rustix::process::geteuid().is_root() {
             std::os::unix::fs::chown(&path, Some(1000), Some(1001)).expect("to give away");
             (1000, 1001)
@@ -183,8 +194,8 @@ mod tests {
         };
         let link = folder.path().join("link.toml");
         std::os::unix::fs::symlink(&path, &link).expect("a link");
-        // What a process has left that was killed is in nobody's way.
-        fs::write(beside(&path), "half").expect("to write");
+        // A temporary file left over from a killed process does not prevent the replacement.
+        fs::write(temporary_path(&path), "half").expect("to write");
         replace(&link, "old", "new").expect("to replace");
         assert_eq!(read(&path).expect("to read"), "new");
         let now = fs::metadata(&path).expect("a file");
@@ -195,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_only_locked_or_changed_stays() {
+    fn a_read_only_locked_or_changed_file_is_not_replaced() {
         let folder = folder();
         let path = file(&folder, 0o444);
         let refused = replace(&path, "old", "new").expect_err("it is read-only");
@@ -208,27 +219,27 @@ mod tests {
         let refused = replace(&path, "old", "new").expect_err("another one replaces it");
         assert!(refused.to_string().contains("being edited"), "{refused}");
         drop(held);
-        // What was put in its place meanwhile has the same text, and may have another owner.
+        // Another file with the same text took its place; it may have another owner.
         let moved = open(&path, true).expect("to open");
         fs::rename(&path, folder.path().join("other")).expect("to rename");
         fs::copy(folder.path().join("other"), &path).expect("to copy");
-        unchanged(&path, &moved, "old").expect_err("it is another file");
+        check_unchanged(&path, &moved, "old").expect_err("another file");
         assert_eq!(read(&path).expect("to read"), "old");
         assert_eq!(names(&folder).len(), 2, "{:?}", names(&folder));
     }
 
     #[test]
-    fn what_is_no_file_or_too_large_is_not_waited_for() {
+    fn pipes_devices_folders_and_large_files_are_refused_at_once() {
         let folder = folder();
         let pipe = folder.path().join("pipe");
         mknodat(CWD, &pipe, FileType::Fifo, Mode::from_raw_mode(0o600), 0).expect("a pipe");
         for path in [pipe.as_path(), folder.path(), Path::new("/dev/zero")] {
             for refused in [read(path).map(drop), replace(path, "", "new")] {
-                assert!(refused.is_err_and(|e| e.to_string() == "it is not a file"));
+                assert!(refused.is_err_and(|e| e.to_string() == "not a regular file"));
             }
         }
-        // It became one between the look and the opening.
-        assert!(open(&pipe, true).is_err_and(|e| e.to_string() == "it is not a file"));
+        // The file became a pipe between the check and the opening.
+        assert!(open(&pipe, true).is_err_and(|e| e.to_string() == "not a regular file"));
         let large = file(&folder, 0o600);
         let hollow = File::options().write(true).open(&large).expect("to open");
         hollow.set_len(LARGEST + 1).expect("to grow");

@@ -1,25 +1,25 @@
-//! What stands in one `.idsl` file, in its order, nothing resolved yet.
+//! The syntax tree of an `.idsl` file. Names are not resolved.
 
 use rc_diagnostics::Span;
 use rc_syntax::{Literal, Name};
 
-/// A whole file.
+/// A file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct File {
     /// `import "Other.idsl";`
     pub imports: Vec<Name>,
-    /// The module, if one could be read.
+    /// The module. `None` after a syntax error.
     pub module: Option<Module>,
 }
 
 /// `module NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Module {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// `@…` before it.
+    /// Its annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// Its declarations.
     pub decls: Vec<Decl>,
@@ -28,13 +28,13 @@ pub struct Module {
 /// One declaration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decl {
-    /// What it declares.
+    /// The declared name.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// `@…` before it.
+    /// Its annotations, `@…`.
     pub annotations: Vec<Annotation>,
-    /// What kind of thing it is.
+    /// The kind of declaration, with its content.
     pub kind: DeclKind,
 }
 
@@ -58,9 +58,9 @@ pub enum DeclKind {
 /// One value of an enum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Enumerator {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
     /// `= 3`
     pub value: Option<Literal>,
@@ -69,11 +69,11 @@ pub struct Enumerator {
 /// One member of a struct or an exception.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Member {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// `@…` before it.
+    /// Its annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// Its type; an array's `[N]` is part of it.
     pub ty: Type,
@@ -84,17 +84,17 @@ pub struct Member {
 /// One operation of an interface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Operation {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// `@…` before it.
+    /// Its annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// `idempotent`
     pub idempotent: bool,
-    /// `command`, `query` or `publish` before it.
+    /// The keyword `command`, `query` or `publish`.
     pub pattern: Option<Name>,
-    /// Its return type, `void` included; none where it was left out.
+    /// Its return type, which may be `void`. Optional after a pattern.
     pub result: Option<Type>,
     /// Its parameters.
     pub params: Vec<Param>,
@@ -105,9 +105,9 @@ pub struct Operation {
 /// One parameter of an operation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Param {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// `@…` before it.
+    /// Its annotations, `@…`.
     pub annotations: Vec<Annotation>,
     /// `out`
     pub out: bool,
@@ -115,12 +115,12 @@ pub struct Param {
     pub ty: Type,
 }
 
-/// A type where it is used.
+/// A use of a type.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Type {
-    /// What it is.
+    /// The form of the type.
     pub kind: TypeKind,
-    /// Where it is used.
+    /// The location of the use.
     pub span: Span,
 }
 
@@ -139,7 +139,7 @@ pub enum TypeKind {
     Array(Box<Type>, Literal),
 }
 
-/// A name, perhaps with its module.
+/// A name with an optional module: `Module::Name`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scoped {
     /// The part before `::`.
@@ -149,14 +149,14 @@ pub struct Scoped {
 }
 
 impl Scoped {
-    /// The whole place.
+    /// The location of module and name.
     pub fn span(&self) -> Span {
         self.module
             .as_ref()
             .map_or(self.name.span, |m| m.span.to(self.name.span))
     }
 
-    /// As it was written.
+    /// The name as written.
     pub fn text(&self) -> String {
         match &self.module {
             Some(module) => format!("{}::{}", module.text, self.name.text),
@@ -168,8 +168,8 @@ impl Scoped {
 /// `@unit("m/s")`, `@range(min=0, max=100)`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Annotation {
-    /// The word after `@`.
+    /// The name after `@`.
     pub name: Name,
-    /// Its arguments, each perhaps with a name.
+    /// Its arguments, with optional names.
     pub args: Vec<(Option<Name>, Literal)>,
 }

@@ -1,9 +1,9 @@
-//! One text and one hash for types that are equal on the wire.
+//! Canonical texts and hashes of operations and interfaces.
 //!
-//! Two ends of a connection may talk where the hashes of their operations are equal. The canonical text holds
-//! names, order, types and bounds; aliases are replaced by what they stand for; documentation, units, ranges
-//! and defaults do not enter it, since they do not change a byte on the wire. A type with a name is written out where
-//! it stands first; after that its name is enough.
+//! Two endpoints connect only if the hashes of their types are equal. The canonical text contains
+//! names, order, types and bounds. Aliases are replaced by their types. Documentation, units, ranges
+//! and defaults do not affect the bytes on the wire, so they are left out. The first occurrence of a
+//! named type includes its members; later ones are only its name.
 
 use crate::model::{
     InterfaceId, Library, Member, Operation, Primitive, Type, TypeDeclKind, TypeId,
@@ -11,7 +11,7 @@ use crate::model::{
 use sha2::{Digest, Sha256};
 use std::collections::HashSet;
 
-/// The first eight bytes of the SHA-256 of `text`, as a number.
+/// The first eight bytes of the SHA-256 of `text` as a big-endian number.
 pub fn hash(text: &str) -> u64 {
     let digest = Sha256::digest(text.as_bytes());
     digest
@@ -20,12 +20,12 @@ pub fn hash(text: &str) -> u64 {
         .fold(0, |value, byte| value << 8 | u64::from(*byte))
 }
 
-/// The hash of one operation's types, which is the same for every interface that spells it so.
+/// The hash of an operation's canonical text: the type hash of a topic.
 pub fn operation_hash(library: &Library, interface: InterfaceId, operation: &Operation) -> u64 {
     hash(&operation_text(library, interface, operation))
 }
 
-/// The hash of all operations of an interface, in their order: the types of a connection for calls.
+/// The hash of the canonical texts of all operations in order: the type hash of a client or server.
 pub fn interface_hash(library: &Library, interface: InterfaceId) -> u64 {
     let operations = &library.interface(interface).operations;
     let texts: Vec<String> = operations

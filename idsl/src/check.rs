@@ -1,4 +1,4 @@
-//! Rules that a resolved thing can break.
+//! Semantic checks of resolved declarations.
 
 use crate::ast::Annotation;
 use crate::image::{self, Image};
@@ -7,7 +7,8 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::{HashMap, HashSet};
 
-/// Names that differ only in case would become one name in some language.
+/// Reports equal names. Names that differ only in case count as equal, because they become equal in
+/// some target language.
 pub(crate) fn duplicates<'a>(
     names: impl Iterator<Item = &'a Name>,
     what: &str,
@@ -23,7 +24,7 @@ pub(crate) fn duplicates<'a>(
             format!("{what} `{}` is declared twice", name.text)
         } else {
             format!(
-                "{what} `{}` differs from `{}` only in case",
+                "{what} `{}` differs only in case from `{}`",
                 name.text, first.text
             )
         };
@@ -34,18 +35,20 @@ pub(crate) fn duplicates<'a>(
     }
 }
 
-/// Types inside of types inside of types: more levels than this describe no data of a robot.
+/// The maximum nesting of named types.
 const MAX_NESTING: u32 = 64;
 
-/// Works out, for the types of one module, how deep they nest and whether their size is known. A type that contains
-/// itself has no size: it is reported, and emptied, so that whoever walks through types comes to an end.
+/// Computes the nesting depth and the memory image of the types of one module.
+///
+/// Reports types that contain themselves. Their members are removed, so that every later traversal
+/// of types terminates.
 pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagnostics) {
     let mut cycles = CycleFinder {
         visits: types.iter().map(|id| (*id, Visit::New)).collect(),
         path: Vec::new(),
         reported: HashSet::new(),
     };
-    // By hand instead of by calls: a chain of types may be longer than the stack.
+    // An explicit stack: a chain of types may be too long for recursion.
     let mut todo: Vec<Step> = types.iter().rev().map(|id| Step::Enter(*id)).collect();
     while let Some(step) = todo.pop() {
         match step {
@@ -69,7 +72,7 @@ pub(crate) fn nesting(library: &mut Library, types: &[TypeId], found: &mut Diagn
                 if nesting_depth > MAX_NESTING {
                     let decl = library.ty(id);
                     let message = format!(
-                        "type `{}` nests deeper than {MAX_NESTING} levels",
+                        "type `{}` is nested more than {MAX_NESTING} levels deep",
                         decl.name.text
                     );
                     found.push(Diagnostic::error(
@@ -115,7 +118,7 @@ struct CycleFinder {
 }
 
 impl CycleFinder {
-    /// The path has come back to `id`.
+    /// Reports the cycle of the current path, which returned to `id`.
     fn report_cycle(&mut self, library: &Library, id: TypeId, found: &mut Diagnostics) {
         let start = self.path.iter().position(|t| *t == id).unwrap_or(0);
         let report_cycle = &self.path[start..];
@@ -142,13 +145,13 @@ pub(crate) fn dictionary_key(library: &Library, key: &Type, span: Span, found: &
         _ => false,
     };
     if !allowed {
-        let message = "this cannot be the key of a dictionary";
-        let help = "a key is a bool, a whole number, a string or an enum";
+        let message = "invalid type for the key of a dictionary";
+        let help = "use a bool, an integer, a string or an enum";
         found.push(Diagnostic::error("dictionary-key", span, message).help(help));
     }
 }
 
-/// Whether `value` is a value of `ty`; says so where it is not.
+/// Whether `value` is a value of `ty`. Reports an error if not.
 pub(crate) fn value_fits(
     library: &Library,
     ty: &Type,
@@ -165,7 +168,7 @@ pub(crate) fn value_fits(
                 return true;
             }
             (None, LiteralKind::Int(_) | LiteralKind::Float(_)) => return true,
-            (Some((min, max)), _) => format!("a whole number from {min} to {max}"),
+            (Some((min, max)), _) => format!("an integer from {min} to {max}"),
             (None, _) => "a number".to_owned(),
         },
         Type::String(bound) => match (&value.kind, bound) {
@@ -173,17 +176,17 @@ pub(crate) fn value_fits(
                 return true;
             }
             (LiteralKind::String(_), None) => return true,
-            (_, Some(bound)) => format!("a text in quotes of at most {bound} bytes"),
-            (_, None) => "a text in quotes".to_owned(),
+            (_, Some(bound)) => format!("a string of at most {bound} bytes"),
+            (_, None) => "a string".to_owned(),
         },
         Type::Named(id) => {
             if let TypeDeclKind::Enum(values) = &library.ty(*id).kind {
                 let names = values.iter().map(|v| v.name.text.as_str());
                 let LiteralKind::Name(written) = &value.kind else {
                     let message = format!(
-                        "{} is not a value of enum `{}`",
-                        value.described(),
-                        library.ty(*id).name.text
+                        "expected a value of enum `{}`, found {}",
+                        library.ty(*id).name.text,
+                        value.described()
                     );
                     found.push(
                         Diagnostic::error("bad-default", value.span, message).suggest("", names),
@@ -194,7 +197,7 @@ pub(crate) fn value_fits(
                     return true;
                 }
                 let message = format!(
-                    "`{written}` is not a value of enum `{}`",
+                    "enum `{}` has no value `{written}`",
                     library.ty(*id).name.text
                 );
                 found.push(
@@ -202,25 +205,24 @@ pub(crate) fn value_fits(
                 );
                 return false;
             }
-            let message = "a structure has no default of its own: its members have theirs";
-            found.push(Diagnostic::error("bad-default", value.span, message));
+            let message = "a struct cannot have a default value";
+            let help = "set the defaults of its members";
+            found.push(Diagnostic::error("bad-default", value.span, message).help(help));
             return false;
         }
         Type::Sequence(..) | Type::Array(..) | Type::Dictionary(..) => {
-            let message = "only single values have a default; a sequence, an array and a dictionary begin empty or zero";
-            found.push(Diagnostic::error("bad-default", value.span, message));
+            let message = "sequences, arrays and dictionaries cannot have a default value";
+            let help = "remove the default: the initial value is empty or zero";
+            found.push(Diagnostic::error("bad-default", value.span, message).help(help));
             return false;
         }
     };
-    let message = format!(
-        "{} cannot be the value here; allowed is {what}",
-        value.described()
-    );
+    let message = format!("expected {what}, found {}", value.described());
     found.push(Diagnostic::error("bad-default", value.span, message));
     false
 }
 
-/// Whether a range makes sense for its type; says so where it does not.
+/// Whether a range is valid for its type. Reports an error if not.
 pub(crate) fn range(
     library: &Library,
     ty: &Type,
@@ -237,20 +239,20 @@ pub(crate) fn range(
         false
     };
     let Type::Primitive(primitive) = library.resolved(ty) else {
-        return report("`@range` is only possible on a number");
+        return report("`@range` requires a number");
     };
     if *primitive == Primitive::Bool {
-        return report("`@range` is only possible on a number");
+        return report("`@range` requires a number");
     }
     let ends = [&range.min, &range.max];
     if ends.iter().all(|end| end.is_none())
         || annotation.args.len() != ends.iter().flat_map(|e| e.iter()).count()
     {
-        return report("`@range` takes `min=` and `max=`: `@range(min=0, max=100)`");
+        return report("expected the arguments `min=` and `max=`: `@range(min=0, max=100)`");
     }
     for end in ends.into_iter().flatten() {
         if end.as_f64().is_none() || (!primitive.is_float() && end.as_i64().is_none()) {
-            return report("the ends of `@range` are numbers of the member's type");
+            return report("the limits of `@range` must be numbers of the member's type");
         }
     }
     let (min, max) = (
@@ -260,7 +262,7 @@ pub(crate) fn range(
     if let (Some(min), Some(max)) = (min, max)
         && min > max
     {
-        return report("this range is empty: `min` is above `max`");
+        return report("empty range: `min` is greater than `max`");
     }
     true
 }
@@ -279,7 +281,7 @@ pub(crate) fn value_in_range(range: &Range, value: &Literal, name: &Name, found:
         .is_some_and(|max| number > max);
     if below || above {
         let message = format!(
-            "the default {number} of `{}` is outside its own range",
+            "the default {number} of `{}` is outside its range",
             name.text
         );
         found.push(Diagnostic::error(

@@ -1,34 +1,35 @@
-//! The memory image of plain types: what they look like where they are written and read in place.
+//! The memory image of plain types, which components write and read in place.
 //!
-//! The layout is that of C on a 64-bit machine, members in their order: numbers have their natural size and
-//! alignment, a `bool` is a byte, an enum an int32, a bounded sequence or string is its length as uint32 and then room
-//! for as many elements as its bound says, an optional member is a sequence of at most one.
+//! The layout is that of C on a 64-bit machine, with members in order. Numbers have their natural
+//! size and alignment. A `bool` is a byte, an enum an int32. A bounded sequence or string is its
+//! length as uint32, then space for as many elements as its bound allows. An optional member is a
+//! sequence of at most one element.
 
 use crate::model::{Library, Member, Operation, Type, TypeDeclKind, TypeId};
 
-/// What lengths are.
+/// The image of the length of a sequence or string: a uint32.
 pub const LENGTH: Image = Image {
     size: 4,
     align: 4,
     counted: false,
 };
 
-/// The largest image that is sent, in bytes.
+/// The maximum size of an image that is sent, in bytes.
 pub const LARGEST: u64 = 1 << 30;
 
-/// Size and alignment of a value.
+/// Size and alignment of a value in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image {
     /// In bytes, a multiple of the alignment.
     pub size: u64,
     /// In bytes, at most 8.
     pub align: u64,
-    /// Whether there is a bounded sequence in it, which need not be full.
+    /// Whether it contains a bounded sequence or string, which may be partly filled.
     pub counted: bool,
 }
 
 impl Image {
-    /// `count` of them.
+    /// The image of an array of `count` elements.
     #[must_use]
     pub fn times(self, count: u32) -> Self {
         Self {
@@ -37,7 +38,7 @@ impl Image {
         }
     }
 
-    /// One behind the other.
+    /// The image of a struct with these members, in order.
     pub fn structure(parts: impl IntoIterator<Item = Self>) -> Self {
         let mut whole = Self {
             size: 0,
@@ -54,13 +55,13 @@ impl Image {
     }
 }
 
-/// The next place with this alignment.
+/// The smallest multiple of `align` that is not less than `size`.
 pub fn aligned(size: u64, align: u64) -> u64 {
     size.checked_next_multiple_of(align).unwrap_or(u64::MAX)
 }
 
 impl Library {
-    /// The image of a value of this type; none where its size is not known from the type alone.
+    /// The image of a value of this type. `None` if the type does not determine its size.
     pub fn image(&self, ty: &Type) -> Option<Image> {
         let number = |size: u32| Image {
             size: u64::from(size),
@@ -77,7 +78,7 @@ impl Library {
         })
     }
 
-    /// The image of a member.
+    /// The image of a member. `None` as for [`image`](Self::image).
     pub fn member_image(&self, member: &Member) -> Option<Image> {
         if member.optional {
             self.sequence(&member.ty, 1)
@@ -94,7 +95,7 @@ impl Library {
         })
     }
 
-    /// The structure whose values of this type are worth being written and read in place: a plain one with a bounded
+    /// The struct behind `ty` if its values can travel in place: a plain struct with a bounded
     /// sequence.
     pub fn in_place(&self, ty: &Type) -> Option<TypeId> {
         let Type::Named(id) = self.resolved(ty) else {
@@ -108,7 +109,7 @@ impl Library {
 }
 
 impl Operation {
-    /// The structure in which its only parameter travels as a topic, where that can be in place.
+    /// The struct of the only parameter, if a topic of this operation can travel in place.
     pub fn topic_in_place(&self, library: &Library) -> Option<TypeId> {
         match self.inputs.as_slice() {
             [only] if !only.optional => library.in_place(&only.ty),
@@ -116,7 +117,7 @@ impl Operation {
         }
     }
 
-    /// The structure in which its only result travels, where that can be in place.
+    /// The struct of the only result, if the reply can travel in place.
     pub fn result_in_place(&self, library: &Library) -> Option<TypeId> {
         match (&self.result, self.outputs.as_slice()) {
             (Some(result), []) => library.in_place(result),

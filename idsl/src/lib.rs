@@ -1,8 +1,9 @@
-//! IDSL: the interfaces of components and the types of their data.
+//! IDSL: the interfaces of components and their data types.
 //!
-//! [`parse`] turns one text into a tree ([`ast`]); [`Library::import`] loads a text and all that it imports,
-//! and resolves every name into the [`model`]; [`canonical`] gives two equal things one hash.
-//! The grammar is `src/grammar.pest`, after `common.pest` of the crate `syntax`.
+//! [`parse`] turns one text into a syntax tree ([`ast`]). [`Session`] loads a text with its imports
+//! and resolves all names into the [`model`]. [`canonical`] computes the hashes by which two ends of
+//! a connection compare their types. The grammar is `src/grammar.pest`, after `common.pest` of the
+//! crate `syntax`.
 
 pub mod ast;
 pub mod canonical;
@@ -17,7 +18,7 @@ pub use model::Library;
 pub use parse::parse;
 pub use session::Session;
 
-/// The layout of a `.idsl`.
+/// The formatting options of `.idsl` files.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
     angle_brackets: true,
     enum_blocks: true,

@@ -1,4 +1,4 @@
-//! Interfaces and types with every name resolved.
+//! The model of IDSL: interfaces and types with all names resolved.
 
 use crate::image::Image;
 use rc_diagnostics::{SourceId, Span};
@@ -17,10 +17,10 @@ pub struct InterfaceId(pub usize);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ModuleId(pub usize);
 
-/// Everything that one component's imports reach.
+/// All modules that a component imports, directly or indirectly.
 #[derive(Clone, Debug, Default)]
 pub struct Library {
-    /// The modules, each after those that it imports.
+    /// The modules. Each module is after the modules it imports.
     pub modules: Vec<Module>,
     /// All types of all modules.
     pub types: Vec<TypeDecl>,
@@ -33,30 +33,30 @@ pub struct Library {
 pub struct Module {
     /// The name after `module`.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The file.
+    /// The file that declares the module.
     pub source: SourceId,
-    /// The modules that it imports directly.
+    /// The directly imported modules.
     pub imports: Vec<ModuleId>,
-    /// Its types, in their order.
+    /// The types, in the order of the file.
     pub types: Vec<TypeId>,
-    /// The same, by their names.
+    /// The types by name.
     pub types_by_name: HashMap<String, TypeId>,
-    /// Its interfaces, in their order.
+    /// The interfaces, in the order of the file.
     pub interfaces: Vec<InterfaceId>,
-    /// Its constants, in their order.
+    /// The constants, in the order of the file.
     pub consts: Vec<Const>,
-    /// `@ros("robot_msgs")`: its package in ROS 2, as it is written.
+    /// `@ros("robot_msgs")`: the ROS 2 package of the module, as written.
     pub ros_package: Option<Name>,
 }
 
 /// A constant.
 #[derive(Clone, Debug)]
 pub struct Const {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
     /// Its type, a primitive or a string.
     pub ty: Type,
@@ -64,33 +64,33 @@ pub struct Const {
     pub value: Literal,
 }
 
-/// A type with a name.
+/// A named type.
 #[derive(Clone, Debug)]
 pub struct TypeDecl {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
     /// Its module.
     pub module: ModuleId,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// What it is.
+    /// The kind of type, with its content.
     pub kind: TypeDeclKind,
-    /// How many levels of named types are inside of it.
+    /// The levels of named types inside it. 0 if it contains none.
     pub nesting_depth: u32,
-    /// What it looks like in memory, where its size is known from the type alone: it is plain.
+    /// The memory image of a plain type. `None` if the type does not determine its size.
     pub image: Option<Image>,
-    /// `@ros("sensor_msgs/msg/LaserScan")` on a structure: the type in ROS 2 that it is, as it is written.
+    /// `@ros("sensor_msgs/msg/LaserScan")` on a struct: its ROS 2 type, as written.
     pub ros_type: Option<Name>,
 }
 
 /// The kinds of named types.
 #[derive(Clone, Debug)]
 pub enum TypeDeclKind {
-    /// Values with names; an int32 on the wire.
+    /// Named values, an int32 on the wire.
     Enum(Vec<Enumerator>),
     /// Members in order.
     Struct(Vec<Member>),
-    /// Members in order, those of the base first.
+    /// Members in order, starting with those of the base.
     Exception(Vec<Member>),
     /// Another name for a sequence or a dictionary.
     Alias(Type),
@@ -99,9 +99,9 @@ pub enum TypeDeclKind {
 /// One value of an enum.
 #[derive(Clone, Debug)]
 pub struct Enumerator {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
     /// Its value on the wire.
     pub value: i32,
@@ -110,17 +110,17 @@ pub struct Enumerator {
 /// A member of a struct or an exception, or a parameter of an operation.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
     /// Its type.
     pub ty: Type,
-    /// `@optional`: there or not.
+    /// `@optional`
     pub optional: bool,
     /// `@unit("m/s")`
     pub unit: Option<String>,
-    /// `@range(min=…, max=…)`, both ends allowed values.
+    /// `@range(min=…, max=…)`, limits included.
     pub range: Option<Range>,
     /// `= value` or `@default(value)`
     pub default: Option<Literal>,
@@ -129,30 +129,30 @@ pub struct Member {
 /// The allowed values of a number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// The smallest allowed value.
+    /// The minimum. `None` if unlimited.
     pub min: Option<Literal>,
-    /// The largest allowed value.
+    /// The maximum. `None` if unlimited.
     pub max: Option<Literal>,
 }
 
-/// A type where it is used.
+/// A use of a type.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     /// `bool`, `int` …
     Primitive(Primitive),
-    /// `string`, with the largest number of bytes if it is bounded.
+    /// `string`, with the maximum number of bytes if bounded.
     String(Option<u32>),
-    /// A sequence, with the largest number of elements if it is bounded.
+    /// A sequence, with the maximum number of elements if bounded.
     Sequence(Box<Type>, Option<u32>),
-    /// Exactly so many elements.
+    /// An array, with its exact number of elements.
     Array(Box<Type>, u32),
-    /// Pairs of key and value.
+    /// A dictionary, with the types of key and value.
     Dictionary(Box<Type>, Box<Type>),
-    /// A type with a name.
+    /// A named type.
     Named(TypeId),
 }
 
-/// The types that have no parts.
+/// Booleans and numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Primitive {
     /// `bool`
@@ -180,7 +180,7 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    /// Every word that names a primitive type.
+    /// All names of primitive types.
     pub const WORDS: [(&'static str, Primitive); 17] = [
         ("bool", Self::Bool),
         ("byte", Self::U8),
@@ -209,7 +209,7 @@ impl Primitive {
             .map(|(_, primitive)| *primitive)
     }
 
-    /// Size on the wire and in memory, in bytes.
+    /// The size on the wire and in memory, in bytes.
     pub fn size(self) -> u32 {
         match self {
             Self::Bool | Self::I8 | Self::U8 => 1,
@@ -219,7 +219,7 @@ impl Primitive {
         }
     }
 
-    /// The smallest and the largest value of an integer type.
+    /// The minimum and maximum of an integer type. `None` for other types.
     pub fn integer_limits(self) -> Option<(i128, i128)> {
         Some(match self {
             Self::I8 => (i128::from(i8::MIN), i128::from(i8::MAX)),
@@ -240,19 +240,19 @@ impl Primitive {
     }
 }
 
-/// The three patterns of communication.
+/// A communication pattern.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Pattern {
-    /// One to one, one way.
+    /// A call without a reply.
     Command,
-    /// One to one, there and back.
+    /// A call with a reply.
     Query,
-    /// One to many, one way.
+    /// A sample of a topic.
     Publish,
 }
 
 impl Pattern {
-    /// The word of the language.
+    /// The keyword.
     pub fn word(self) -> &'static str {
         match self {
             Self::Command => "command",
@@ -265,11 +265,11 @@ impl Pattern {
 /// An interface.
 #[derive(Clone, Debug)]
 pub struct Interface {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
     /// Its module.
     pub module: ModuleId,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
     /// Its operations, in their order.
     pub operations: Vec<Operation>,
@@ -278,33 +278,33 @@ pub struct Interface {
 /// An operation of an interface.
 #[derive(Clone, Debug)]
 pub struct Operation {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The pattern that is written before it.
+    /// The pattern keyword before it, if any.
     pub explicit_pattern: Option<Pattern>,
     /// `idempotent`
     pub idempotent: bool,
-    /// What it returns.
+    /// The return type. `None` for `void`.
     pub result: Option<Type>,
-    /// Parameters that go in.
+    /// Input parameters.
     pub inputs: Vec<Member>,
-    /// Parameters that come out.
+    /// `out` parameters.
     pub outputs: Vec<Member>,
-    /// Exceptions that it may answer with.
+    /// The exceptions it may throw.
     pub throws: Vec<TypeId>,
-    /// `@ros("std_srvs/srv/Trigger")`: its types in ROS 2, as they are written: of its topic, of its service.
+    /// `@ros("std_srvs/srv/Trigger")`: its ROS 2 types, of the topic and of the service, as written.
     pub ros_types: Vec<Name>,
 }
 
 impl Operation {
-    /// Whether something comes back: a value, an `out` parameter or an exception.
+    /// Whether it has a return value, an `out` parameter or an exception.
     pub fn has_result(&self) -> bool {
         self.result.is_some() || !self.outputs.is_empty() || !self.throws.is_empty()
     }
 
-    /// Its pattern where its interface is implemented or required.
+    /// Its pattern in an interface that a component implements or requires.
     pub fn call_pattern(&self) -> Pattern {
         match self.explicit_pattern {
             Some(pattern) => pattern,
@@ -315,7 +315,7 @@ impl Operation {
 }
 
 impl Type {
-    /// The named types that stand in it, as often as they do.
+    /// The named types it mentions directly, with repetitions.
     pub fn named(&self) -> Vec<TypeId> {
         match self {
             Self::Named(id) => vec![*id],
@@ -327,7 +327,7 @@ impl Type {
 }
 
 impl Library {
-    /// The named types that stand in what is declared as `id`.
+    /// The named types that the declaration of `id` mentions directly, with repetitions.
     pub fn named_in(&self, id: TypeId) -> Vec<TypeId> {
         match &self.ty(id).kind {
             TypeDeclKind::Enum(_) => Vec::new(),
@@ -338,17 +338,17 @@ impl Library {
         }
     }
 
-    /// The named type.
+    /// Looks up a type.
     pub fn ty(&self, id: TypeId) -> &TypeDecl {
         &self.types[id.0]
     }
 
-    /// The interface.
+    /// Looks up an interface.
     pub fn interface(&self, id: InterfaceId) -> &Interface {
         &self.interfaces[id.0]
     }
 
-    /// The module.
+    /// Looks up a module.
     pub fn module(&self, id: ModuleId) -> &Module {
         &self.modules[id.0]
     }
@@ -369,7 +369,7 @@ impl Library {
         )
     }
 
-    /// The type behind aliases.
+    /// The type itself, or the type behind an alias.
     pub fn resolved<'a>(&'a self, ty: &'a Type) -> &'a Type {
         match ty {
             Type::Named(id) => match &self.ty(*id).kind {
@@ -380,7 +380,7 @@ impl Library {
         }
     }
 
-    /// The modules that `module` reaches by imports, itself included.
+    /// `module` and all modules it imports, directly or indirectly.
     pub fn reachable(&self, module: ModuleId) -> Vec<ModuleId> {
         let mut seen = vec![module];
         let mut next = 0;
@@ -397,7 +397,7 @@ impl Library {
 }
 
 impl Module {
-    /// Where the module's name stands.
+    /// The location of the module's name.
     pub fn span(&self) -> Span {
         self.name.span
     }

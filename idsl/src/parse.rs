@@ -1,4 +1,4 @@
-//! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
+//! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
     Annotation, Decl, DeclKind, Enumerator, File, Member, Module, Operation, Param, Scoped, Type,
@@ -17,7 +17,7 @@ use rc_syntax::{Name, ParseContext};
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
-/// Reads one `.idsl` text.
+/// Parses one `.idsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
@@ -152,7 +152,7 @@ fn unknown_decl(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Decl>
     };
     let start = pair.as_span().start();
     let span = Span::new(r.source, start, start + word.len());
-    let message = format!("`{word}` does not begin a declaration");
+    let message = format!("expected a declaration, found `{word}`");
     let diagnostic = Diagnostic::error("unknown-declaration", span, message);
     r.found.push(match word {
         "vector" | "list" | "array" => diagnostic.help("write `sequence<TYPE> NAME;`"),

@@ -1,4 +1,4 @@
-//! From the trees of one module to its model: names become references.
+//! Resolves the names of one module and builds its model.
 
 use crate::ast::{self, Decl, DeclKind, Scoped, TypeKind};
 use crate::check;
@@ -11,15 +11,15 @@ use rc_diagnostics::Diagnostic;
 use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::HashMap;
 
-/// So many unknown names get a suggestion.
+/// The number of unknown names per session for which a similar name is searched.
 const MAX_SUGGESTIONS: usize = 100;
 
-/// The annotations of members and parameters.
+/// The annotations that members and parameters accept.
 const MEMBER_ANNOTATIONS: [&str; 4] = ["unit", "range", "default", "optional"];
-/// What may stand before a module, a structure or an operation.
+/// The annotations that modules, structs and operations accept.
 const ALL_ANNOTATIONS: [&str; 5] = ["unit", "range", "default", "optional", "ros"];
 
-/// Whether a declaration makes a type that has a name.
+/// Whether a declaration declares a named type.
 pub(crate) fn is_type(kind: &DeclKind) -> bool {
     matches!(
         kind,
@@ -59,8 +59,9 @@ impl ModuleResolver<'_, '_> {
             };
             let Some(ty) = self.ty(tree) else { continue };
             if !matches!(ty, Type::Primitive(_) | Type::String(_)) {
-                let message = "a constant is a number, a bool or a string";
-                self.report(Diagnostic::error("const-type", tree.span, message));
+                let message = "invalid type for a constant";
+                let help = "use a number, a bool or a string";
+                self.report(Diagnostic::error("const-type", tree.span, message).help(help));
                 continue;
             }
             check::value_fits(&self.session.library, &ty, value, &mut self.session.found);
@@ -108,7 +109,7 @@ impl ModuleResolver<'_, '_> {
                     None => self.report(Diagnostic::error(
                         "enum-value",
                         literal.span,
-                        "the value of an enumerator is a whole number of 32 bits",
+                        "expected a 32-bit integer as the value of an enumerator",
                     )),
                 }
             }
@@ -118,7 +119,7 @@ impl ModuleResolver<'_, '_> {
                     value.name.text, same.text
                 );
                 let diagnostic = Diagnostic::error("enum-value", value.name.span, message);
-                let diagnostic = diagnostic.label(same.span, "the first one");
+                let diagnostic = diagnostic.label(same.span, "first used here");
                 self.report(diagnostic);
             }
             out.push(Enumerator {
@@ -225,7 +226,7 @@ impl ModuleResolver<'_, '_> {
             ("optional" | "unit" | "default" | "range", _) => {
                 let message = match text {
                     "optional" => "`@optional` takes no argument",
-                    "unit" => "`@unit` takes one text: `@unit(\"m/s\")`",
+                    "unit" => "`@unit` takes one string: `@unit(\"m/s\")`",
                     "default" => "`@default` takes one value: `@default(0)`",
                     _ => "`@range` takes `min=` and `max=`: `@range(min=0, max=100)`",
                 };
@@ -239,7 +240,8 @@ impl ModuleResolver<'_, '_> {
         }
     }
 
-    /// On a structure or an operation an annotation documents; one that nobody knows is a slip all the same.
+    /// Warns of an annotation that has no meaning here. The known annotations of members are accepted
+    /// on structs and operations, as documentation.
     fn warn_ignored(&mut self, annotation: &ast::Annotation, known: &[&str]) {
         let text = annotation.name.text.as_str();
         if known.contains(&text) {
@@ -249,14 +251,13 @@ impl ModuleResolver<'_, '_> {
             |message| Diagnostic::warning("unknown-annotation", annotation.name.span, message);
         self.report(if text == "ros" {
             report("`@ros` is ignored here".to_owned())
-                .help("it stands before a module, a struct or an operation")
+                .help("move it before a module, a struct or an operation")
         } else {
-            report(format!("unknown annotation `@{text}` is ignored"))
-                .suggest(text, known.iter().copied())
+            report(format!("unknown annotation `@{text}`")).suggest(text, known.iter().copied())
         });
     }
 
-    /// The texts of all `@ros` among `annotations`.
+    /// The arguments of all `@ros` annotations.
     fn ros_names(&mut self, annotations: &[ast::Annotation]) -> Vec<Name> {
         let mut all = Vec::new();
         for annotation in annotations {
@@ -277,27 +278,27 @@ impl ModuleResolver<'_, '_> {
                 _ => self.report(Diagnostic::error(
                     "annotation-arguments",
                     annotation.name.span,
-                    "`@ros` takes one text: `@ros(\"sensor_msgs/msg/LaserScan\")`",
+                    "`@ros` takes one string: `@ros(\"sensor_msgs/msg/LaserScan\")`",
                 )),
             }
         }
         all
     }
 
-    /// The only `@ros` among `annotations`.
+    /// The argument of `@ros`, which may occur once.
     pub(crate) fn single_ros_name(&mut self, annotations: &[ast::Annotation]) -> Option<Name> {
         let mut all = self.ros_names(annotations).into_iter();
         let first = all.next();
         for other in all {
-            let message = "there is a `@ros` already";
+            let message = "duplicate annotation `@ros`";
             let diagnostic = Diagnostic::error("annotation-arguments", other.span, message);
             let first = first.as_ref().map_or(other.span, |first| first.span);
-            self.report(diagnostic.label(first, "the first one"));
+            self.report(diagnostic.label(first, "first used here"));
         }
         first
     }
 
-    /// The type in ROS 2 that a structure says it is.
+    /// The ROS 2 type that a struct declares with `@ros`.
     pub(crate) fn ros_type(&mut self, decl: &Decl) -> Option<Name> {
         if matches!(decl.kind, DeclKind::Struct(_)) {
             return self.single_ros_name(&decl.annotations);
@@ -308,7 +309,7 @@ impl ModuleResolver<'_, '_> {
         None
     }
 
-    /// Members of an exception's base come before its own.
+    /// Adds the members of the base of each exception before its own.
     pub(crate) fn bases(&mut self, decls: &[Decl], types: &[TypeId]) {
         for (decl, id) in decls.iter().filter(|d| is_type(&d.kind)).zip(types) {
             let DeclKind::Exception(Some(base), _) = &decl.kind else {
@@ -321,7 +322,7 @@ impl ModuleResolver<'_, '_> {
                 TypeDeclKind::Exception(members) if base_id < *id => members.clone(),
                 _ => {
                     let message = format!(
-                        "`{}` is not an exception declared before this one",
+                        "expected an exception declared before this one, found `{}`",
                         base.text()
                     );
                     self.report(Diagnostic::error("not-an-exception", base.span(), message));
@@ -384,7 +385,7 @@ impl ModuleResolver<'_, '_> {
             .collect();
         let mut pattern = tree.pattern.as_ref();
         let mut result = tree.result.as_ref().filter(|ty| !is_void(ty));
-        // `query get();` where somebody has called a type `query`.
+        // `query get();` if the module declares a type named `query`.
         let named = pattern.filter(|p| tree.result.is_none() && self.own(&p.text).is_some());
         let of_pattern = named.map(type_named);
         if of_pattern.is_some() {
@@ -411,11 +412,9 @@ impl ModuleResolver<'_, '_> {
         if let (Some(Pattern::Command | Pattern::Publish), Some(word), true) =
             (explicit_pattern, pattern, operation.has_result() || written)
         {
-            let message = format!(
-                "`{}` is a {} and cannot have a result",
-                tree.name.text, word.text
-            );
-            let help = "a query has results: a return value, `out` parameters or `throws`";
+            let message = format!("{} `{}` cannot have a result", word.text, tree.name.text);
+            let help =
+                "make it a `query`, or remove the return value, `out` parameters and `throws`";
             self.report(Diagnostic::error("result-of-one-way", word.span, message).help(help));
         }
         operation
@@ -426,7 +425,7 @@ impl ModuleResolver<'_, '_> {
         if matches!(self.session.library.ty(id).kind, TypeDeclKind::Exception(_)) {
             return Some(id);
         }
-        let message = format!("`{}` is not an exception", name.text());
+        let message = format!("expected an exception, found `{}`", name.text());
         let declared = self.session.library.ty(id).name.span;
         self.report(
             Diagnostic::error("not-an-exception", name.span(), message)
@@ -444,17 +443,15 @@ impl ModuleResolver<'_, '_> {
                     return Some(Type::Primitive(primitive));
                 }
                 if is_void(tree) {
-                    let message = "`void` is only possible as the result of an operation";
+                    let message = "`void` is valid only as the return type of an operation";
                     self.report(Diagnostic::error("void-value", tree.span, message));
                     return None;
                 }
                 let id = self.named(scoped)?;
                 if matches!(self.session.library.ty(id).kind, TypeDeclKind::Exception(_)) {
-                    let message = format!(
-                        "exception `{}` is only possible after `throws`",
-                        scoped.text()
-                    );
-                    self.report(Diagnostic::error("exception-as-type", tree.span, message));
+                    let message = format!("expected a type, found exception `{}`", scoped.text());
+                    let error = Diagnostic::error("exception-as-type", tree.span, message);
+                    self.report(error.help("exceptions are valid only after `throws`"));
                     return None;
                 }
                 Type::Named(id)
@@ -489,13 +486,13 @@ impl ModuleResolver<'_, '_> {
         {
             Some(bound)
         } else {
-            let message = "a bound is a whole number from 1 to 4294967295";
+            let message = "expected a bound from 1 to 4294967295";
             self.report(Diagnostic::error("bad-bound", literal.span, message));
             None
         }
     }
 
-    /// The type of this name in this module.
+    /// The type `name` of this module.
     fn own(&self, name: &str) -> Option<TypeId> {
         let module = self.session.library.module(self.module);
         module.types_by_name.get(name).copied()
@@ -505,7 +502,7 @@ impl ModuleResolver<'_, '_> {
         let library = &self.session.library;
         let wanted = scoped.name.text.as_str();
         let own = |module: ModuleId| library.module(module).types_by_name.get(wanted).copied();
-        // Nearly always the first place to look is the right one.
+        // The fast path: most names are of this module.
         if scoped.module.is_none()
             && let Some(found) = self.own(wanted)
         {
@@ -531,7 +528,7 @@ impl ModuleResolver<'_, '_> {
         let span = scoped.span();
         match (elsewhere.as_slice(), &scoped.module) {
             ([one], None) => {
-                let message = format!("`{wanted}` is not in this module; {} is taken", paths[0]);
+                let message = format!("unscoped name `{wanted}` refers to {}", paths[0]);
                 self.report(
                     Diagnostic::warning("unscoped-name", span, message)
                         .help(format!("write {}", paths[0])),
@@ -546,12 +543,12 @@ impl ModuleResolver<'_, '_> {
                             &module.text,
                             known.map(|name| name.text.as_str()),
                         );
-                        let message = format!("module `{}` is not imported here", module.text);
+                        let message = format!("module `{}` is not imported", module.text);
                         let diagnostic = Diagnostic::error("unknown-module", module.span, message);
                         match near {
                             Some(_) => diagnostic.did_you_mean(near),
                             None if self.session.import_failed => {
-                                diagnostic.help("an import of this file was not found")
+                                diagnostic.help("fix the failed import of this file first")
                             }
                             None if !paths.is_empty() => {
                                 diagnostic.help(format!("import its file, or write {}", paths[0]))
@@ -561,7 +558,7 @@ impl ModuleResolver<'_, '_> {
                     }
                     _ => {
                         let message = format!("unknown type `{}`", scoped.text());
-                        // A thousand wrong names among ten thousand right ones would take minutes.
+                        // A limit: comparing thousands of names with thousands takes minutes.
                         let near = if self.session.suggestions < MAX_SUGGESTIONS {
                             self.session.suggestions += 1;
                             let words = Primitive::WORDS.iter().map(|(word, _)| *word);
@@ -581,7 +578,7 @@ impl ModuleResolver<'_, '_> {
                 self.report(diagnostic);
             }
             (_, None) => {
-                let message = format!("`{wanted}` is in several modules: {}", paths.join(", "));
+                let message = format!("ambiguous type `{wanted}`: found {}", paths.join(" and "));
                 self.report(
                     Diagnostic::error("ambiguous-type", span, message)
                         .help(format!("write {}", paths[0])),
@@ -589,9 +586,9 @@ impl ModuleResolver<'_, '_> {
             }
             (_, Some(module)) => {
                 let message = format!(
-                    "`{wanted}` is not in module `{}`; it is {}",
+                    "module `{}` has no type `{wanted}`; found {}",
                     module.text,
-                    paths.join(", ")
+                    paths.join(" and ")
                 );
                 self.report(
                     Diagnostic::error("type-moved", span, message)

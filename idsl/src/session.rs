@@ -1,4 +1,4 @@
-//! One loading: files that import each other become modules of one library.
+//! Loads a file with its imports into one library.
 
 use crate::ast::{self, Decl, DeclKind};
 use crate::check;
@@ -10,29 +10,29 @@ use rc_syntax::Loader;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// One loading of files that import each other.
+/// Loads files that import each other into one [`Library`].
 pub struct Session<'a> {
-    /// Receives every text that is read.
+    /// The texts of all loaded files.
     pub sources: &'a mut SourceMap,
-    /// Finds the texts.
+    /// Finds imported files.
     pub loader: &'a dyn Loader,
-    /// What was found wrong so far.
+    /// The diagnostics so far.
     pub found: Diagnostics,
-    /// What was resolved so far.
+    /// The modules resolved so far.
     pub library: Library,
     loaded: HashMap<PathBuf, Option<ModuleId>>,
     loading: Vec<(PathBuf, Span)>,
-    /// How many unknown names got a suggestion.
+    /// The number of unknown names for which a similar name was searched.
     pub(crate) suggestions: usize,
-    /// Whether a file that was to be imported could not be.
+    /// Whether an import failed.
     pub(crate) import_failed: bool,
 }
 
-/// So many files may be open because each is imported by the one before.
+/// The maximum length of a chain of imports.
 const MAX_IMPORT_DEPTH: usize = 50;
 
 impl<'a> Session<'a> {
-    /// Nothing loaded yet.
+    /// An empty session.
     pub fn new(sources: &'a mut SourceMap, loader: &'a dyn Loader) -> Self {
         Self {
             sources,
@@ -46,7 +46,8 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Loads what `from` imports at `span` as `wanted`, with all that it imports; none where that failed.
+    /// Loads the file that `from` imports at `span` as `wanted`, with its imports. Reports an error
+    /// and returns `None` if that fails.
     pub fn import(&mut self, from: &Path, wanted: &str, span: Span) -> Option<ModuleId> {
         let file = match self.loader.find(from, wanted, "idsl") {
             Ok(file) => file,
@@ -60,7 +61,7 @@ impl<'a> Session<'a> {
         self.load(file.path, file.text, span)
     }
 
-    /// Loads one text, which was named at `span`, with all that it imports.
+    /// Loads the text of `path` with its imports. Diagnostics about the import itself refer to `span`.
     pub fn load(&mut self, path: PathBuf, text: String, span: Span) -> Option<ModuleId> {
         if let Some(at) = self.loading.iter().position(|(open, _)| *open == path) {
             let mut names: Vec<String> = self.loading[at..]
@@ -68,10 +69,7 @@ impl<'a> Session<'a> {
                 .map(|(p, _)| file_name(p))
                 .collect();
             names.push(file_name(&path));
-            let message = format!(
-                "these files import each other in a circle: {}",
-                names.join(" → ")
-            );
+            let message = format!("cyclic import: {}", names.join(" → "));
             self.found
                 .push(Diagnostic::error("import-cycle", span, message));
             return None;
@@ -80,8 +78,7 @@ impl<'a> Session<'a> {
             return *known;
         }
         if self.loading.len() >= MAX_IMPORT_DEPTH {
-            let message =
-                format!("files import each other more than {MAX_IMPORT_DEPTH} levels deep");
+            let message = format!("imports are nested more than {MAX_IMPORT_DEPTH} levels deep");
             self.found
                 .push(Diagnostic::error("nested-too-deep", span, message));
             return None;
@@ -90,14 +87,14 @@ impl<'a> Session<'a> {
         self.load_source(source, path, span)
     }
 
-    /// Resolves a text that is in the source map already.
+    /// Loads a text that the source map already contains.
     pub fn load_source(
         &mut self,
         source: rc_diagnostics::SourceId,
         path: PathBuf,
         span: Span,
     ) -> Option<ModuleId> {
-        // The components of a network import the same interfaces over and over.
+        // Many components of a network import the same interfaces.
         let parsed = self.sources.cached(source, parse);
         let (file, found) = &*parsed;
         self.found.extend(found.iter().cloned());
@@ -128,7 +125,7 @@ impl<'a> Session<'a> {
             .find(|m| m.name.text == tree.name.text)
         {
             let message = format!(
-                "module `{}` is in two files: {} and {}",
+                "module `{}` is declared in two files: {} and {}",
                 tree.name.text,
                 self.sources.path(other.source).display(),
                 self.sources.path(source).display()
@@ -153,7 +150,7 @@ impl<'a> Session<'a> {
             consts: Vec::new(),
             ros_package: None,
         };
-        // Names first, so that declarations may stand in any order.
+        // Declare all names first: declarations may be in any order.
         for decl in tree.decls.iter().filter(|d| is_type(&d.kind)) {
             let ty = TypeId(self.library.types.len());
             module.types.push(ty);
@@ -181,7 +178,7 @@ impl<'a> Session<'a> {
         let package = resolver.single_ros_name(&tree.annotations);
         resolver.session.library.modules[id.0].ros_package = package;
         resolver.consts(&tree.decls);
-        // Keys and defaults look into enums and aliases, wherever in the file these stand.
+        // Keys and defaults depend on enums and aliases, which may be declared later.
         let depth = |decl: &Decl| match decl.kind {
             DeclKind::Enum(_) => 0,
             DeclKind::Alias(_) => 1,

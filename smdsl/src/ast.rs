@@ -1,71 +1,71 @@
-//! What stands in one `.smdsl` file, in its order, nothing resolved yet.
+//! The syntax tree of an `.smdsl` file. Names are not resolved.
 
 use rc_syntax::Name;
 
-/// A whole file.
+/// A file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct File {
-    /// The machine, if one could be read.
+    /// The machine. `None` after a syntax error.
     pub machine: Option<Block>,
-    /// The blocks of substates after it.
+    /// The blocks of substates.
     pub substates: Vec<Block>,
-    /// Whether nothing that could declare a state was left unread.
+    /// Whether no input was skipped that could declare a state.
     pub complete: bool,
 }
 
 /// `NAME { … };` or `:PARENT parallel { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// The machine's name, or the state that holds these states.
+    /// The name of the machine, or of the parent of these states.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// The word `parallel`, where it stands.
+    /// The keyword `parallel`, if present.
     pub parallel: Option<Name>,
     /// Its clauses.
     pub clauses: Vec<Clause>,
-    /// Whether every clause could be read.
+    /// Whether no clause was skipped.
     pub complete: bool,
 }
 
 /// One clause of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clause {
-    /// The word that begins it.
+    /// Its keyword.
     pub keyword: Name,
-    /// What it says.
+    /// Its content.
     pub kind: ClauseKind,
 }
 
-/// The clauses.
+/// The kinds of clauses.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClauseKind {
     /// `states a, b;`
     States(Vec<State>),
-    /// `initial_state a;` More than one is a mistake that is told later.
+    /// `initial_state a;` The resolver reports more than one state.
     Initial(Vec<State>),
-    /// `end_state a;` More than one is a mistake that is told later.
+    /// `end_state a;` The resolver reports more than one state.
     End(Vec<State>),
     /// `transitions { … }`
     Transitions(Vec<Transition>),
 }
 
-/// A state where it is declared.
+/// The declaration of a state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// Its documentation: its own, or that of the whole clause.
+    /// The lines of its own documentation, or of the clause's documentation.
     pub doc: Vec<String>,
 }
 
 /// `a => b, c;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transition {
-    /// Where it begins.
+    /// The source state.
     pub source: Name,
-    /// Where it may lead.
+    /// The target states, one transition each.
     pub targets: Vec<Name>,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
 }

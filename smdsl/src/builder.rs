@@ -1,4 +1,4 @@
-//! A machine while it is made, from either language: states are declared, then named.
+//! Builds a state machine from SMDSL or SCXML: first all states are declared, then names are resolved.
 
 use crate::check::check;
 use crate::model::{Region, State, StateId, StateKind, StateMachine};
@@ -6,15 +6,14 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::Name;
 use std::collections::HashMap;
 
-/// How many names are compared, in all, to guess what unknown ones mean. A file with more mistakes than that has
-/// another problem.
+/// The number of name comparisons per file for suggestions.
 const SUGGESTION_BUDGET: usize = 100_000;
 
-/// A machine, and how its states are found.
+/// An unfinished machine with a lookup of its states.
 pub(crate) struct MachineBuilder {
     pub(crate) machine: StateMachine,
     pub(crate) found: Diagnostics,
-    /// Whether no state can be missing because its declaration was not read.
+    /// Whether all declarations of states were parsed.
     complete: bool,
     by_name: HashMap<String, StateId>,
     by_lowercase_name: HashMap<String, StateId>,
@@ -45,7 +44,7 @@ impl MachineBuilder {
         self.found.push(Diagnostic::error(code, span, message));
     }
 
-    /// Adds a state. A second one of a name stays in the model, and the name means the first one.
+    /// Adds a state. A duplicate stays in the model, but its name refers to the first state.
     pub(crate) fn declare(&mut self, name: Name, doc: Vec<String>, kind: StateKind) -> StateId {
         let id = StateId(self.machine.states.len());
         if !name.text.is_empty() {
@@ -58,11 +57,11 @@ impl MachineBuilder {
                     format!("state `{}` is declared twice", name.text)
                 } else {
                     let (one, two) = (&first.text, &name.text);
-                    format!("states `{one}` and `{two}` differ only in upper and lower case")
+                    format!("states `{one}` and `{two}` differ only in case")
                 };
                 self.found.push(
                     Diagnostic::error("duplicate-state", name.span, message)
-                        .label(first.span, "the first one"),
+                        .label(first.span, "first declared here"),
                 );
             }
         }
@@ -78,7 +77,7 @@ impl MachineBuilder {
         id
     }
 
-    /// The state of a name.
+    /// Looks up a state by name. Reports an error if there is none.
     pub(crate) fn find(&mut self, name: &Name) -> Option<StateId> {
         let id = self.by_name.get(&name.text).copied();
         if id.is_none() {
@@ -108,7 +107,7 @@ impl MachineBuilder {
         }
     }
 
-    /// Checks what holds in both languages, and gives everything back.
+    /// Checks the machine and returns it.
     pub(crate) fn finish(mut self) -> (StateMachine, Diagnostics) {
         check(&self.machine, &mut self.found);
         (self.machine, self.found)

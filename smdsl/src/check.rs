@@ -1,24 +1,24 @@
-//! What holds for every state machine, whatever it was written in.
+//! Checks of a state machine, independent of its source language.
 
 use crate::model::{StateId, StateKind, StateMachine, Transition};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::HashMap;
 
-/// States that are in each other deeper than this are refused, so that what follows may go down by calling itself.
+/// The maximum nesting of states, so that later passes may recurse.
 pub(crate) const MAX_NESTING: usize = 100;
 
-/// Finds all that is wrong with a machine whose names are resolved.
+/// Checks a machine whose names are resolved.
 pub(crate) fn check(machine: &StateMachine, found: &mut Diagnostics) {
     nesting(machine, found);
     end_states(machine, found);
-    // Where something is wrong, what is unreachable or said twice may be what was meant.
+    // After an error, an unreachable state or a repeated transition may be the intended one.
     if found.has_errors() {
         return;
     }
     duplicate_transitions(machine, found);
     if machine.transitions.is_empty() {
         let message = format!(
-            "`{}` has no transitions: it stays in its initial state",
+            "state machine `{}` has no transitions: it stays in its initial state",
             machine.name.text
         );
         found.push(Diagnostic::warning(
@@ -31,11 +31,11 @@ pub(crate) fn check(machine: &StateMachine, found: &mut Diagnostics) {
     }
 }
 
-/// No state is in itself, and none is too deep.
+/// Reports states that contain themselves and states that are nested too deep.
 fn nesting(machine: &StateMachine, found: &mut Diagnostics) {
-    // Zero for a state that was not looked at yet, otherwise its depth, from 1.
+    // The depth of each state, from 1. 0 if not visited yet.
     let mut depths = vec![0_usize; machine.states.len()];
-    // The step of the current way up on which a state was met.
+    // The index of each state on the current path to the root.
     let mut met = vec![usize::MAX; machine.states.len()];
     let mut too_deep = false;
     for start in machine.ids() {
@@ -60,7 +60,7 @@ fn nesting(machine: &StateMachine, found: &mut Diagnostics) {
             depths[id.0] = depth;
             if depth > MAX_NESTING && !too_deep {
                 too_deep = true;
-                let message = format!("states nest deeper than {MAX_NESTING} levels here");
+                let message = format!("states are nested more than {MAX_NESTING} levels deep");
                 let span = machine.state(*id).name.span;
                 found.push(Diagnostic::error("nested-too-deep", span, message));
             }
@@ -68,7 +68,7 @@ fn nesting(machine: &StateMachine, found: &mut Diagnostics) {
     }
 }
 
-/// States of which each is in the next one, and the last one in the first.
+/// Reports states that contain each other. Each state is inside the next, the last inside the first.
 fn parent_cycle(machine: &StateMachine, states: &[StateId]) -> Diagnostic {
     let mut names: Vec<String> = states
         .iter()
@@ -80,16 +80,16 @@ fn parent_cycle(machine: &StateMachine, states: &[StateId]) -> Diagnostic {
         .filter_map(|id| machine.state(*id).region.as_ref())
         .map(|region| region.span);
     let first = spans.next().unwrap_or(machine.name.span);
-    let message = format!("a state cannot be inside itself: {}", names.join(" in "));
+    let message = format!("a state cannot contain itself: {}", names.join(" inside "));
     let diagnostic = Diagnostic::error("circular-parents", first, message);
-    spans.fold(diagnostic, |d, span| d.label(span, "and this block"))
+    spans.fold(diagnostic, |d, span| d.label(span, "also this block"))
 }
 
-/// An end state ends: nothing leads out of it, and nothing is in it.
+/// Reports end states with substates and transitions out of end states.
 fn end_states(machine: &StateMachine, found: &mut Diagnostics) {
     for state in machine.states.iter().filter(|s| s.kind == StateKind::End) {
         if let Some(region) = &state.region {
-            let message = format!("the end state `{}` cannot have substates", state.name.text);
+            let message = format!("end state `{}` has substates", state.name.text);
             found.push(
                 Diagnostic::error("end-state-with-substates", region.span, message)
                     .label(state.name.span, "declared here"),
@@ -100,7 +100,7 @@ fn end_states(machine: &StateMachine, found: &mut Diagnostics) {
         let source = machine.state(transition.source);
         if source.kind == StateKind::End {
             let name = &source.name.text;
-            let message = format!("a transition cannot lead out of the end state `{name}`");
+            let message = format!("transition out of the end state `{name}`");
             found.push(
                 Diagnostic::error("transition-from-end-state", transition.span, message)
                     .label(source.name.span, "declared here"),
@@ -131,18 +131,18 @@ fn duplicate_transitions(machine: &StateMachine, found: &mut Diagnostics) {
             .map(|id| machine.state(*id).name.text.as_str())
             .collect();
         let message = format!(
-            "the transition `{} => {}` is repeated",
+            "duplicate transition `{} => {}`",
             machine.state(transition.source).name.text,
             targets.join(" ")
         );
         found.push(
             Diagnostic::warning("duplicate-transition", transition.span, message)
-                .label(first, "the first one"),
+                .label(first, "first declared here"),
         );
     }
 }
 
-/// States that the machine can never be in.
+/// Reports unreachable states.
 fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
     let entered = entered(machine);
     let mut is_target = vec![false; machine.states.len()];
@@ -166,14 +166,14 @@ fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
     }
     for id in machine.ids() {
         let state = machine.state(id);
-        // What is inside an unreachable state goes without saying.
+        // Skip substates of unreachable states.
         if entered[id.0] || state.parent.is_some_and(|parent| !entered[parent.0]) {
             continue;
         }
         let name = &state.name;
         found.push(if is_target[id.0] {
             let message = format!(
-                "state `{}` cannot be reached from the initial state",
+                "state `{}` is not reachable from the initial state",
                 name.text
             );
             Diagnostic::warning("unreachable-state", name.span, message)
@@ -184,9 +184,10 @@ fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
     }
 }
 
-/// Which states can be entered, over transitions from the initial one. With a state all that it is in is entered,
-/// and what is entered with it. A parallel state that is entered through one of its parts counts as entered
-/// with its other parts and that one: a warning too few is better than a wrong one.
+/// The states that transitions from the initial state can enter.
+///
+/// Entering a state enters its ancestors and its initial substates. Entering one region of a parallel
+/// state counts as entering all of them: a missing warning is better than a wrong one.
 fn entered(machine: &StateMachine) -> Vec<bool> {
     let mut targets_of: Vec<Vec<StateId>> = vec![Vec::new(); machine.states.len()];
     for transition in &machine.transitions {
@@ -208,7 +209,7 @@ fn entered(machine: &StateMachine) -> Vec<bool> {
             pending.extend(targets_of[id.0].iter().map(|id| (*id, true)));
             let parts = region.filter(|r| r.parallel).map(|r| &r.states);
             let parts = parts.into_iter().flatten();
-            // The history of a parallel state is not one of its parts.
+            // A history state is not a region of its parallel state.
             let parts =
                 parts.filter(|id| !matches!(machine.state(**id).kind, StateKind::History { .. }));
             pending.extend(parts.map(|id| (*id, true)));

@@ -1,4 +1,4 @@
-//! A state machine with every name resolved.
+//! The model of SMDSL: a state machine with all names resolved.
 
 use rc_diagnostics::Span;
 use rc_syntax::Name;
@@ -6,114 +6,114 @@ use rc_syntax::Name;
 /// One state machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateMachine {
-    /// Its name.
+    /// The name as declared.
     pub name: Name,
-    /// The states that are in no other state. It is never parallel.
+    /// The region of the states without a parent. It is never parallel.
     pub top: Region,
-    /// All states, also those in other states; [`Machine::state`] gives one of them.
+    /// All states, including substates, indexed by [`StateId`].
     pub states: Vec<State>,
-    /// All transitions. Those of one state are in the order of the file, which is their priority.
+    /// All transitions. Transitions of one state are in order of priority, the order of the file.
     pub transitions: Vec<Transition>,
 }
 
 impl StateMachine {
-    /// One state.
+    /// Looks up a state.
     pub fn state(&self, id: StateId) -> &State {
         &self.states[id.0]
     }
 
-    /// Every state, in the order of [`Machine::states`].
+    /// All states, in the order of [`StateMachine::states`].
     pub fn ids(&self) -> impl Iterator<Item = StateId> + use<> {
         (0..self.states.len()).map(StateId)
     }
 }
 
-/// A state of a [`Machine`]: its index in [`Machine::states`].
+/// Identifies a state: its index in [`StateMachine::states`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StateId(pub(crate) usize);
 
 /// One state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// Its name, unique in the machine; upper and lower case count as equal.
+    /// Its name, unique in the machine. Case is ignored.
     pub name: Name,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// What it is.
+    /// The kind of state.
     pub kind: StateKind,
-    /// The state that it is in.
+    /// The state that contains it.
     pub parent: Option<StateId>,
-    /// The states that are in it.
+    /// Its substates.
     pub region: Option<Region>,
-    /// What is done on entering it; only SCXML says.
+    /// The actions on entry. Only SCXML has them.
     pub on_entry: Vec<Action>,
-    /// What is done on leaving it; only SCXML says.
+    /// The actions on exit. Only SCXML has them.
     pub on_exit: Vec<Action>,
 }
 
-/// What a state is.
+/// The kind of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateKind {
     /// An ordinary state, with or without substates.
     Plain,
-    /// Entering it ends the machine or the state that it is in.
+    /// An end state: entering it ends its parent or the machine.
     End,
-    /// Entering it resumes what was left in its parent, all of it or only the direct substates. The first time,
-    /// its only transition is taken. Only SCXML has it.
+    /// A history state: entering it resumes the last active substates of its parent. The first time,
+    /// its only transition is taken. Only SCXML has history states.
     History {
-        /// Whether substates of substates are resumed, too.
+        /// Whether all descendants are resumed, or only the direct substates.
         deep: bool,
     },
 }
 
-/// The states that are directly in the machine or in one state.
+/// The states directly inside the machine or inside one state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
-    /// The documentation of the block; of the machine, where it is its top.
+    /// The lines of documentation of the block, or of the machine.
     pub doc: Vec<String>,
-    /// Whether all of its states are active together. Otherwise it is one of them.
+    /// Whether all of its states are active at the same time. Otherwise one of them is.
     pub parallel: bool,
-    /// What is entered with it; nothing where it is parallel. SMDSL names one of its states; SCXML may name
-    /// states deeper inside, and several in different parts of a parallel state.
+    /// The initial states; none if parallel. SMDSL has one of the region's states. SCXML may name
+    /// descendants, and several of them in different regions of a parallel state.
     pub initial: Vec<StateId>,
-    /// What is done before `initial` is entered; only SCXML says.
+    /// The actions before `initial` is entered. Only SCXML has them.
     pub actions: Vec<Action>,
-    /// Its states: the initial one, the others in the order of the file, the end state. In SCXML, the file's order.
+    /// Its states. SMDSL: the initial state, the others, the end state. SCXML: the order of the file.
     pub states: Vec<StateId>,
-    /// Where it is named.
+    /// The location of the block's name.
     pub span: Span,
 }
 
-/// One way from a state.
+/// A transition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transition {
-    /// Where it begins.
+    /// The source state.
     pub source: StateId,
-    /// Where it leads. SMDSL has one state (`a => b, c;` are two transitions); SCXML may have none, where only
-    /// actions are done, or several in different parts of a parallel state.
+    /// The target states. SMDSL has one (`a => b, c;` are two transitions). SCXML may have none, for
+    /// actions only, or several in different regions of a parallel state.
     pub targets: Vec<StateId>,
-    /// The events that start it, as written; only SCXML says.
+    /// The events that trigger it, as written. Only SCXML has them.
     pub events: Vec<Name>,
-    /// What must hold, as written; only SCXML says.
+    /// The guard condition, as written. Only SCXML has it.
     pub cond: Option<Name>,
-    /// What is done on the way; only SCXML says.
+    /// The actions of the transition. Only SCXML has them.
     pub actions: Vec<Action>,
-    /// Its documentation.
+    /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Where it stands.
+    /// The location.
     pub span: Span,
 }
 
-/// Something that is done.
+/// An action of a state or a transition.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// `<raise event="…"/>`
     Raise(Name),
     /// `<log label="…" expr="…"/>`
     Log {
-        /// What is written before the value.
+        /// The text before the value.
         label: Option<Name>,
-        /// The value, as written.
+        /// The expression, as written.
         expr: Option<Name>,
     },
 }

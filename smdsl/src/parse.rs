@@ -1,4 +1,4 @@
-//! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
+//! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{Block, Clause, ClauseKind, File, State, Transition};
 use pest::iterators::Pair;
@@ -14,10 +14,10 @@ use rc_syntax::{Name, ParseContext};
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
-/// The words that begin a clause.
+/// The keywords of clauses.
 const KEYWORDS: [&str; 4] = ["states", "initial_state", "end_state", "transitions"];
 
-/// Reads one `.smdsl` text.
+/// Parses one `.smdsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
@@ -86,7 +86,7 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Clause> {
     Some(Clause { keyword, kind })
 }
 
-/// The states of a clause. Documentation of the clause is that of each state without its own.
+/// The states of a clause. States without documentation get that of the clause.
 fn states(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<State> {
     let common = r.doc(&pair);
     let mut states = Vec::new();
@@ -140,14 +140,14 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
 
 fn unknown_clause(first: &Name) -> Diagnostic {
     let message = format!(
-        "`{}` does not begin a clause of a state machine",
+        "expected a clause of a state machine, found `{}`",
         first.text
     );
     let diagnostic = Diagnostic::error("unknown-clause", first.span, message);
-    // What people write who know state machines from elsewhere.
+    // Keywords of other state machine languages.
     let meant = match first.text.to_lowercase().as_str() {
         ":" => {
-            return diagnostic.help("substates stand in a block of their own, after the machine");
+            return diagnostic.help("move the block of substates after the machine");
         }
         "initial" | "initialstate" | "start" | "start_state" => "initial_state",
         "end" | "endstate" | "final" | "final_state" | "finalstate" => "end_state",
@@ -156,7 +156,7 @@ fn unknown_clause(first: &Name) -> Diagnostic {
     diagnostic.suggest(meant, KEYWORDS)
 }
 
-rc_syntax::language!("`NAME { … };`, then a `:STATE { … };` for each state with substates", words: [], {
+rc_syntax::language!("`NAME { … };` with optional `:STATE { … };` blocks", words: [], {
     file | machine => "a name",
     states | initial | end | transitions => "a clause",
     kw_parallel => "`parallel`",

@@ -1,4 +1,4 @@
-//! From the tree of SMDSL to the model.
+//! Resolves the syntax tree of SMDSL into the model.
 
 use crate::ast::{self, Block, ClauseKind};
 use crate::builder::{MachineBuilder, empty_region};
@@ -8,7 +8,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Name;
 use std::collections::HashMap;
 
-/// Reads, resolves and checks one `.smdsl` text.
+/// Loads and checks one `.smdsl` text.
 pub(crate) fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Diagnostics) {
     let (file, found) = parse(sources, source);
     let Some(top) = file.machine else {
@@ -23,7 +23,7 @@ pub(crate) fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachin
         .iter()
         .map(|block| declare(&mut builder, block, &format!("`{}`", block.name.text)))
         .collect();
-    // A block may stand before the one that declares its parent, and a transition may lead into any block.
+    // Blocks may be in any order, and transitions may lead to states of any block.
     for (block, declared) in file.substates.iter().zip(inner) {
         attach_substates(&mut builder, block, declared);
     }
@@ -40,7 +40,8 @@ struct DeclaredStates {
     all: Vec<StateId>,
 }
 
-/// Declares the states of a block: the initial one, the others, the end state. `whose` names the block in messages.
+/// Declares the states of a block: the initial state, the others, the end state. `whose` names the
+/// block in messages.
 fn declare(builder: &mut MachineBuilder, block: &Block, whose: &str) -> DeclaredStates {
     check_unique_clauses(builder, block);
     let of = |wanted: fn(&ClauseKind) -> Option<&Vec<ast::State>>| -> Vec<&ast::State> {
@@ -87,7 +88,7 @@ fn declare(builder: &mut MachineBuilder, block: &Block, whose: &str) -> Declared
     for state in plain {
         if let Some(first) = marked.get(state.name.text.as_str()) {
             let message = format!(
-                "`{}` is the initial or the end state, and is not repeated under `states`",
+                "`{}` is already declared as the initial or the end state",
                 state.name.text
             );
             builder.found.push(
@@ -108,7 +109,7 @@ fn declare(builder: &mut MachineBuilder, block: &Block, whose: &str) -> Declared
         let id = builder.declare(state.name.clone(), state.doc.clone(), kind);
         declared.all.push(id);
     }
-    // A clause that is there, but could not be read, has been reported.
+    // A clause that could not be parsed is not missing.
     if block.complete && parallel && declared.all.is_empty() {
         builder.error(
             "no-states",
@@ -126,32 +127,28 @@ fn declare(builder: &mut MachineBuilder, block: &Block, whose: &str) -> Declared
     declared
 }
 
-/// `states` and `transitions` come once in a block.
+/// Reports repeated `states` and `transitions` clauses.
 fn check_unique_clauses(builder: &mut MachineBuilder, block: &Block) {
     let mut seen: HashMap<&str, Span> = HashMap::new();
     for clause in &block.clauses {
         let name = match clause.kind {
             ClauseKind::States(_) => "states",
             ClauseKind::Transitions(_) => "transitions",
-            // A second one of these has a message of its own.
+            // `check_single` reports these.
             ClauseKind::Initial(_) | ClauseKind::End(_) => continue,
         };
         let first = *seen.entry(name).or_insert(clause.keyword.span);
         if first != clause.keyword.span {
-            let message = format!(
-                "clause `{}` is repeated; each stands once",
-                clause.keyword.text
-            );
+            let message = format!("duplicate clause `{}`", clause.keyword.text);
             builder.found.push(
                 Diagnostic::error("repeated-clause", clause.keyword.span, message)
-                    .label(first, "the first one"),
+                    .label(first, "first used here"),
             );
         }
     }
 }
 
-/// A block has one initial state and one end state; further ones are ordinary states, so that what names them has
-/// something to name.
+/// Reports a second initial or end state. It stays declared, so that names can refer to it.
 fn check_single(builder: &mut MachineBuilder, named: &mut Vec<&ast::State>, what: &str) {
     let Some((first, others)) = named.split_first() else {
         return;
@@ -163,12 +160,12 @@ fn check_single(builder: &mut MachineBuilder, named: &mut Vec<&ast::State>, what
     };
     for other in others {
         let message = format!(
-            "there is an {what} state already: `{}`; a block has one",
-            first.name.text
+            "a block cannot have a second {what} state `{}`",
+            other.name.text
         );
         builder.found.push(
             Diagnostic::error(code, other.name.span, message)
-                .label(first.name.span, "the first one"),
+                .label(first.name.span, "first declared here"),
         );
     }
     let first = first.name.text.clone();
@@ -183,18 +180,18 @@ fn reject_in_parallel(builder: &mut MachineBuilder, block: &Block) {
             ClauseKind::End(_) => ("end", "it ends when each of its states has ended"),
             _ => continue,
         };
-        let message = format!("a parallel block has no {what} state");
-        let help = format!("{help}; name this one under `states`");
+        let message = format!("a parallel block cannot have an {what} state");
+        let help = format!("declare the state under `states`: {help}");
         let mut diagnostic =
             Diagnostic::error("not-in-parallel", clause.keyword.span, message).help(help);
         if let Some(keyword) = &block.parallel {
-            diagnostic = diagnostic.label(keyword.span, "parallel because of this");
+            diagnostic = diagnostic.label(keyword.span, "parallel because of this keyword");
         }
         builder.found.push(diagnostic);
     }
 }
 
-/// Puts the states of a block into the state that it names.
+/// Attaches the states of a block to their parent.
 fn attach_substates(builder: &mut MachineBuilder, block: &Block, declared: DeclaredStates) {
     let Some(parent) = builder.find(&block.name) else {
         return;
@@ -204,11 +201,11 @@ fn attach_substates(builder: &mut MachineBuilder, block: &Block, declared: Decla
     }
     let place = &mut builder.machine.states[parent.0].region;
     if let Some(first) = place {
-        let message = format!("the substates of `{}` are declared twice", block.name.text);
+        let message = format!("duplicate block of substates of `{}`", block.name.text);
         builder.found.push(
             Diagnostic::error("duplicate-parent", block.name.span, message)
-                .label(first.span, "the first block")
-                .help("put all of them into one block"),
+                .label(first.span, "first block")
+                .help("merge the blocks"),
         );
         return;
     }

@@ -1,5 +1,5 @@
-//! SCXML: the part of W3C's State Chart XML 1.0 (<https://www.w3.org/TR/scxml/>) that the model can hold. Any other
-//! element or attribute is an error at its place.
+//! SCXML: the subset of W3C's State Chart XML 1.0 (<https://www.w3.org/TR/scxml/>) that the model
+//! represents. Every other element or attribute is an error.
 
 mod xml;
 
@@ -14,7 +14,7 @@ use xml::XmlSource;
 
 const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
-/// An element: its name, the elements that it may stand in, its attributes.
+/// An element: its name, its valid parents, its attributes.
 type Element = (
     &'static str,
     &'static [&'static str],
@@ -24,7 +24,8 @@ type Element = (
 const STATE_PARENTS: &[&str] = &["scxml", "state", "parallel"];
 const WITH_ENTRY_AND_EXIT: &[&str] = &["state", "parallel", "final"];
 const WITH_ACTIONS: &[&str] = &["onentry", "onexit", "transition"];
-/// `final` and `initial` in a `parallel`, and a `transition` of a `final`, are told in the words of SMDSL.
+/// The supported elements. `final` and `initial` in a `parallel`, and a `transition` in a `final`, are
+/// accepted here, because the checks shared with SMDSL report them.
 const ELEMENTS: [Element; 11] = [
     ("scxml", &[], &["name", "version", "initial"]),
     ("state", STATE_PARENTS, &["id", "initial"]),
@@ -43,7 +44,7 @@ const ELEMENTS: [Element; 11] = [
     ("log", WITH_ACTIONS, &["label", "expr"]),
 ];
 
-/// Reads, resolves and checks one SCXML text. There is a machine unless the text is not SCXML at all.
+/// Loads and checks one SCXML text. Returns no machine if the text is not SCXML.
 pub fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Diagnostics) {
     let text = XmlSource {
         source,
@@ -87,7 +88,7 @@ pub fn load(sources: &SourceMap, source: SourceId) -> (Option<StateMachine>, Dia
     (Some(machine), found)
 }
 
-/// What was read, with names that may be declared later in the text.
+/// Reads the elements. Names are resolved at the end, because states may be declared later.
 struct ScxmlReader<'a> {
     text: XmlSource<'a>,
     builder: MachineBuilder,
@@ -95,7 +96,7 @@ struct ScxmlReader<'a> {
     transitions: Vec<UnresolvedTransition>,
 }
 
-/// What the text says is entered with a state, or with the machine.
+/// The declared initial states of a state or of the machine.
 struct Initial {
     of: Option<StateId>,
     targets: Vec<Name>,
@@ -103,14 +104,14 @@ struct Initial {
     span: Span,
 }
 
-/// A transition, and where it leads.
+/// A transition with the names of its targets.
 struct UnresolvedTransition {
     targets: Vec<Name>,
     transition: Transition,
 }
 
 impl ScxmlReader<'_> {
-    /// Whether an element may stand where it does; what may not is reported, and left out with all that is in it.
+    /// Whether an element is valid in its parent. Reports an error if not; the caller skips it.
     fn accept(&mut self, node: Node<'_, '_>, parent: Option<&str>) -> bool {
         let name = node.tag_name().name();
         let tag = self.text.tag(node);
@@ -124,7 +125,7 @@ impl ScxmlReader<'_> {
             return false;
         };
         if !parent.is_none_or(|parent| parents.contains(&parent)) {
-            let message = format!("`{name}` cannot stand in `{}`", parent.unwrap_or_default());
+            let message = format!("`{name}` is not valid in `{}`", parent.unwrap_or_default());
             self.builder.error("misplaced-element", tag, message);
             return false;
         }
@@ -144,7 +145,7 @@ impl ScxmlReader<'_> {
     }
 
     fn unsupported(&mut self, span: Span, what: &str) {
-        let message = format!("{what} is not in the part of SCXML that is supported");
+        let message = format!("{what} is not supported");
         self.builder.error("scxml-not-supported", span, message);
     }
 
@@ -152,7 +153,7 @@ impl ScxmlReader<'_> {
         self.builder.error("missing-attribute", span, message);
     }
 
-    /// The elements in `node` that may be there.
+    /// The valid child elements of `node`.
     fn children<'n, 'i>(&mut self, node: Node<'n, 'i>) -> Vec<(&'n str, Node<'n, 'i>)> {
         let parent = node.tag_name().name();
         node.children()
@@ -162,7 +163,7 @@ impl ScxmlReader<'_> {
             .collect()
     }
 
-    /// All that is directly in the machine or in a state; none where there are no states in it.
+    /// Reads the content of the machine or a state. Returns `None` if it contains no states.
     fn region(&mut self, node: Node<'_, '_>, of: Option<StateId>, depth: usize) -> Option<Region> {
         let mut region = empty_region(self.text.tag(node));
         region.parallel = node.tag_name().name() == "parallel";
@@ -170,7 +171,7 @@ impl ScxmlReader<'_> {
         let attribute = self.text.attribute(node, "initial");
         initials.extend(attribute.map(|attribute| Initial {
             of,
-            targets: self.names(&attribute, "state"),
+            targets: self.names(&attribute, "a state"),
             actions: Vec::new(),
             span: attribute.span,
         }));
@@ -178,7 +179,7 @@ impl ScxmlReader<'_> {
             let tag = self.text.tag(child);
             match name {
                 "state" | "parallel" | "final" | "history" if depth > MAX_NESTING => {
-                    let message = format!("states nest deeper than {MAX_NESTING} levels here");
+                    let message = format!("states are nested more than {MAX_NESTING} levels deep");
                     self.builder.error("nested-too-deep", tag, message);
                 }
                 "state" | "parallel" => {
@@ -228,7 +229,7 @@ impl ScxmlReader<'_> {
             }
         }
         if region.parallel && region.states.is_empty() {
-            let message = "a `parallel` without states";
+            let message = "`parallel` has no states";
             self.builder.error("no-states", region.span, message);
         }
         if region.parallel {
@@ -241,7 +242,7 @@ impl ScxmlReader<'_> {
         (!region.states.is_empty()).then_some(region)
     }
 
-    /// What is entered with a state: what the text says once its names are known, otherwise the first state in it.
+    /// Sets the initial states: as declared, otherwise the first state.
     fn initial(&mut self, region: &mut Region, declared: Vec<Initial>) {
         let machine = &self.builder.machine;
         let mut declared = declared.into_iter();
@@ -251,16 +252,16 @@ impl ScxmlReader<'_> {
             let first = region.states.iter().find(|id| !history(id));
             region.initial.extend(first);
             if first.is_none() && !region.states.is_empty() {
-                let message = "there is no state to enter first here, only a history";
+                let message = "expected an initial state, found only a history state";
                 self.builder.error("no-initial-state", region.span, message);
             }
             return;
         };
         for other in declared {
-            let message = "what is entered first is said twice";
+            let message = "duplicate initial state";
             self.builder.found.push(
                 Diagnostic::error("second-initial-state", other.span, message)
-                    .label(initial.span, "the first one"),
+                    .label(initial.span, "first declared here"),
             );
         }
         self.initials.push(initial);
@@ -272,11 +273,11 @@ impl ScxmlReader<'_> {
         match &name {
             None => {
                 let what = node.tag_name().name();
-                let message = format!("`{what}` needs an `id`: code is generated by this name");
+                let message = format!("`{what}` has no attribute `id`");
                 self.missing(tag, &message);
             }
             Some(id) if id.text.is_empty() || id.text.contains(char::is_whitespace) => {
-                let message = "an id is a name without spaces";
+                let message = "expected a name without spaces";
                 self.builder.error("bad-attribute", id.span, message);
             }
             Some(_) => {}
@@ -291,7 +292,7 @@ impl ScxmlReader<'_> {
         let kind = self.text.attribute(node, "type");
         let deep = kind.as_ref().is_some_and(|kind| kind.text == "deep");
         if let Some(kind) = kind.filter(|kind| !deep && kind.text != "shallow") {
-            let message = format!("`{}` is not a type of history", kind.text);
+            let message = format!("unknown type of history `{}`", kind.text);
             self.builder.found.push(
                 Diagnostic::error("bad-attribute", kind.span, message)
                     .suggest(&kind.text, ["shallow", "deep"]),
@@ -305,36 +306,37 @@ impl ScxmlReader<'_> {
         id
     }
 
-    /// Targets and actions of the one transition that `initial` and `history` have.
+    /// The targets and actions of the only transition of an `initial` or a `history`.
     fn default_transition(&mut self, node: Node<'_, '_>) -> Option<(Vec<Name>, Vec<Action>)> {
         let children = self.children(node);
         let (tag, name) = (self.text.tag(node), node.tag_name().name());
         let Some(((_, first), others)) = children.split_first() else {
-            let message = format!("`{name}` needs a `transition` with a `target`");
+            let message = format!("`{name}` has no `transition` with a `target`");
             self.builder.error("missing-element", tag, message);
             return None;
         };
         for (_, other) in others {
-            let message = format!("`transition` is repeated; it stands once in `{name}`");
+            let message = format!("duplicate `transition` in `{name}`");
             self.builder.found.push(
                 Diagnostic::error("repeated-clause", self.text.tag(*other), message)
-                    .label(self.text.tag(*first), "the first one"),
+                    .label(self.text.tag(*first), "first declared here"),
             );
         }
         for attribute in ["event", "cond"] {
             if let Some(value) = self.text.attribute(*first, attribute) {
-                let message =
-                    format!("the transition of `{name}` has no `{attribute}`: it is always taken");
+                let message = format!(
+                    "the transition of `{name}` cannot have `{attribute}`: it is always taken"
+                );
                 self.builder.error("bad-attribute", value.span, message);
             }
         }
         let actions = self.actions(*first);
         let Some(target) = self.text.attribute(*first, "target") else {
-            let message = format!("the transition of `{name}` needs a `target`");
+            let message = format!("the transition of `{name}` has no `target`");
             self.missing(self.text.tag(*first), &message);
             return None;
         };
-        Some((self.names(&target, "state"), actions))
+        Some((self.names(&target, "a state"), actions))
     }
 
     fn transition(&mut self, node: Node<'_, '_>, source: StateId) {
@@ -343,13 +345,13 @@ impl ScxmlReader<'_> {
         let cond = self.text.attribute(node, "cond");
         let target = self.text.attribute(node, "target");
         if event.is_none() && cond.is_none() && target.is_none() {
-            self.missing(tag, "a transition needs an `event`, a `cond` or a `target`");
+            self.missing(tag, "`transition` has no `event`, `cond` or `target`");
         }
         let events = event
-            .map(|event| self.names(&event, "event"))
+            .map(|event| self.names(&event, "an event"))
             .unwrap_or_default();
         let targets = target
-            .map(|target| self.names(&target, "state"))
+            .map(|target| self.names(&target, "a state"))
             .unwrap_or_default();
         let actions = self.actions(node);
         self.add_transition(source, targets, events, cond, actions, tag);
@@ -379,11 +381,11 @@ impl ScxmlReader<'_> {
         });
     }
 
-    /// The names of states or events in a value; there is at least one.
+    /// The names of states or events in a value. Reports an error if there is none.
     fn names(&mut self, value: &Name, of: &str) -> Vec<Name> {
         let names = self.text.tokens(value);
         if names.is_empty() {
-            let message = format!("no {of} is named here");
+            let message = format!("expected the name of {of}, found nothing");
             self.builder.error("bad-attribute", value.span, message);
         }
         names
@@ -399,24 +401,24 @@ impl ScxmlReader<'_> {
                     expr: self.text.attribute(child, "expr"),
                 });
             } else if let Some(event) = self.text.attribute(child, "event") {
-                self.names(&event, "event");
+                self.names(&event, "an event");
                 actions.push(Action::Raise(event));
             } else {
-                self.missing(self.text.tag(child), "`raise` needs an `event`");
+                self.missing(self.text.tag(child), "`raise` has no `event`");
             }
         }
         actions
     }
 
     fn reject_in_parallel(&mut self, span: Span, what: &str, parallel: Span) {
-        let message = format!("a parallel state has no {what} state");
+        let message = format!("a parallel state cannot have an {what} state");
         self.builder.found.push(
             Diagnostic::error("not-in-parallel", span, message)
-                .label(parallel, "parallel because of this"),
+                .label(parallel, "the parallel state"),
         );
     }
 
-    /// Everything is declared: names become states.
+    /// Resolves the names of all targets.
     fn resolve(&mut self) {
         for mut unresolved in std::mem::take(&mut self.transitions) {
             let targets = self.find_all(&unresolved.targets);
@@ -443,7 +445,7 @@ impl ScxmlReader<'_> {
         }
     }
 
-    /// The states of these names.
+    /// Looks up states by name.
     fn find_all(&mut self, names: &[Name]) -> Vec<StateId> {
         let found: Vec<(StateId, Span)> = names
             .iter()
@@ -455,9 +457,10 @@ impl ScxmlReader<'_> {
         found.into_iter().map(|(id, _)| id).collect()
     }
 
-    /// States that are entered together are in different parts of parallel states.
+    /// Reports targets that cannot be active together: they are not in different regions of a parallel
+    /// state.
     fn check_together(&mut self, targets: &[(StateId, Span)]) {
-        // By which of its states each state on the way up is entered, and where that was said.
+        // For each ancestor: the child through which it is entered, and the location of that target.
         let mut entered_through: HashMap<Option<StateId>, (StateId, Span)> = HashMap::new();
         for (target, span) in targets {
             let mut way = Some(*target);
@@ -469,10 +472,10 @@ impl ScxmlReader<'_> {
                 if other != id && !region.is_some_and(|region| region.parallel) {
                     let name = &machine.state(*target).name.text;
                     let message = format!("`{name}` cannot be entered together with another state");
-                    let help = "only states in different parts of a `parallel` are active together";
+                    let help = "choose states in different regions of a `parallel`";
                     self.builder.found.push(
                         Diagnostic::error("conflicting-targets", *span, message)
-                            .label(place, "the other one")
+                            .label(place, "the other state")
                             .help(help),
                     );
                     break;

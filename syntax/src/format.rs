@@ -1,26 +1,27 @@
-//! One layout for every language: the same words in the same order, comments kept, white space put right.
+//! The formatter of all languages. It changes only white space and redundant or missing `;`.
 //!
-//! The languages share their shape — statements that end with `;`, blocks in braces, lists with commas — so one
-//! printer over the words of a text serves all of them, and none of them can lose a comment or change a meaning.
+//! All languages consist of statements that end with `;`, blocks in braces and lists with commas. So
+//! one printer of tokens formats all of them. It works on tokens and comments instead of syntax
+//! trees, and therefore never loses a comment.
 
 use crate::scan::{SegmentKind, segments};
 
-/// A line that would be longer is broken after a comma or before `throws`.
+/// The maximum width. Longer lines are broken after a comma or before `throws`.
 const WIDTH: usize = 100;
 
-/// What is particular to a language.
+/// The formatting options of a language.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Style {
-    /// `<` and `>` enclose types; otherwise they compare.
+    /// `<` and `>` are brackets around types. Otherwise they are operators.
     pub angle_brackets: bool,
-    /// Braces without a `;` in them declare an enumeration, one name a line where the line is too short for all;
-    /// otherwise they are a choice within a statement.
+    /// Braces without a `;` in them are the block of an enum: on one line if it fits, otherwise one
+    /// name per line. Without this option, they are part of a statement.
     pub enum_blocks: bool,
-    /// Braces that stand this deep belong to the statement around them and stay in its line.
+    /// Braces at this depth or deeper stay on the line of their statement.
     pub inline_braces_from: Option<usize>,
 }
 
-/// `text` in our layout. It must be free of syntax errors; of one that is not, nothing is promised but an end.
+/// Formats `text`. If the text has syntax errors, the result is unspecified, but the call returns.
 pub fn format(text: &str, style: Style) -> String {
     let mut printer = Printer {
         tokens: tokens(text),
@@ -30,7 +31,7 @@ pub fn format(text: &str, style: Style) -> String {
     };
     while printer.at < printer.tokens.len() {
         printer.entries(0, ";");
-        // A closing brace too many would stop here for ever.
+        // Skip an unmatched `}`: `entries` does not consume it.
         printer.at += 1;
     }
     printer.end_line();
@@ -49,15 +50,15 @@ enum TokenKind {
 struct Token<'a> {
     kind: TokenKind,
     text: &'a str,
-    /// Line feeds between the token before and this one.
+    /// Number of line feeds before this token.
     newlines: usize,
-    /// Nothing stands between the token before and this one.
+    /// No white space is before this token.
     joint: bool,
-    /// A unit of time that belongs to the number before.
+    /// A unit of time after a number.
     unit: bool,
 }
 
-/// Marks of two characters; every other mark has one.
+/// Punctuation of two characters. All other punctuation has one.
 const TWO_CHARACTER_PUNCTUATION: [&str; 7] = ["::", "->", "=>", "==", "!=", "<=", ">="];
 const UNITS: [&str; 4] = ["us", "ms", "s", "min"];
 
@@ -97,7 +98,7 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
     tokens
 }
 
-/// The kind and the length of the token that `rest` begins with.
+/// The kind and the length of the first token of `rest`.
 fn code_token(rest: &str) -> (TokenKind, usize) {
     let bytes = rest.as_bytes();
     let word = |b: u8| b.is_ascii_alphanumeric() || b == b'_';
@@ -133,7 +134,7 @@ enum Break {
     Must,
 }
 
-/// A token with what stands before it in its statement.
+/// A token with the white space before it.
 struct Piece {
     text: String,
     space: bool,
@@ -152,14 +153,14 @@ impl<'a> Printer<'a> {
         self.tokens.get(self.at).copied()
     }
 
-    /// The statements of a block, or the entries of an enumeration, up to the brace that closes it.
+    /// Prints the statements of a block, or the names of an enum, up to the closing brace.
     fn entries(&mut self, depth: usize, end: &str) {
         let mut first = true;
         while let Some(token) = self.peek() {
             if token.text == "}" && token.kind == TokenKind::Punctuation {
                 return;
             }
-            // One `;` too many goes, unless it keeps a comment from documenting what follows.
+            // Drop a redundant `;`, unless it separates a comment from the next declaration.
             let behind_comment = |at: usize| self.tokens[at - 1].kind == TokenKind::Comment;
             if token.kind == TokenKind::Punctuation
                 && token.text == ";"
@@ -206,7 +207,7 @@ impl<'a> Printer<'a> {
         self.out.push_str(&text);
     }
 
-    /// One statement with its `;`, or one entry with its `,`, and the block that may belong to it.
+    /// Prints one statement with its `;`, or one name with its `,`, and its block if it has one.
     fn statement(&mut self, depth: usize, end: &str) {
         let mut line = Line::new(self.style.angle_brackets, depth);
         while let Some(token) = self.peek() {
@@ -234,7 +235,7 @@ impl<'a> Printer<'a> {
         line.print(&mut self.out);
     }
 
-    /// What begins at a `{`; whether it ended the statement.
+    /// Prints braces. Returns whether they ended the statement.
     fn braces(&mut self, line: &mut Line, depth: usize) -> bool {
         let inner = self.block_contents();
         let close = self.at + 1 + inner.len();
@@ -283,7 +284,7 @@ impl<'a> Printer<'a> {
         true
     }
 
-    /// The tokens between the `{` here and the `}` that belongs to it.
+    /// The tokens between the `{` at the current position and the matching `}`.
     fn block_contents(&self) -> &[Token<'a>] {
         let inner = &self.tokens[self.at + 1..];
         let mut depth = 0_usize;
@@ -298,8 +299,8 @@ impl<'a> Printer<'a> {
         inner
     }
 
-    /// Prints the last line of a block with its `;`, which may have been left out. Comments before it stay there:
-    /// behind it they would document what follows.
+    /// Prints the last line of a block with its optional `;`. Comments before the `;` stay before it:
+    /// after it they would document the next declaration.
     fn end_block(&mut self, line: &mut Line) {
         let next =
             (self.at..self.tokens.len()).find(|i| self.tokens[*i].kind != TokenKind::Comment);
@@ -314,7 +315,7 @@ impl<'a> Printer<'a> {
     }
 }
 
-/// One statement, before its lines are broken.
+/// One statement before line breaking.
 struct Line {
     pieces: Vec<Piece>,
     angle_brackets: bool,
@@ -347,7 +348,7 @@ impl Line {
         let long_comment = token.kind == TokenKind::Comment && token.text.contains('\n');
         let after_comma = matches!(&self.last, Some((TokenKind::Punctuation, text)) if text == ",");
         let throws = self.angle_brackets && token.kind == TokenKind::Word && token.text == "throws";
-        // Documentation counts only where nothing stands before it in its line.
+        // Documentation must be on a line of its own.
         let own_line = long_comment || token.kind == TokenKind::Comment && token.newlines > 0;
         let before = if self.break_before_next || own_line {
             Break::Must
@@ -386,7 +387,7 @@ impl Line {
         });
     }
 
-    /// Whether a space stands between the last token and this one.
+    /// Whether a space separates the last token from `next`.
     fn space(&self, next: Token<'_>) -> bool {
         let Some((kind, last)) = &self.last else {
             return false;
@@ -398,8 +399,8 @@ impl Line {
         if *kind == TokenKind::Comment || next.kind == TokenKind::Comment {
             return !(next.kind == TokenKind::Punctuation && matches!(next.text, "," | ";"));
         }
-        // Whether `-` is a hyphen or an operator is known to the grammar only: it stays as it was. After another
-        // mark it is a sign.
+        // Only the grammar knows whether `-` is a hyphen or an operator, so its spacing is kept.
+        // After other punctuation it is a sign.
         let value = *kind != TokenKind::Punctuation || matches!(last, ")" | "]");
         if *kind == TokenKind::Punctuation && last == "-"
             || next.kind == TokenKind::Punctuation && next.text == "-" && value
@@ -437,7 +438,7 @@ impl Line {
         self.depth * 4 + length
     }
 
-    /// Fills lines up to the width, breaking where it may and where a comment demands it.
+    /// Fills lines up to [`WIDTH`]. Breaks where allowed, and after line comments.
     fn print(&self, out: &mut String) {
         let mut column = self.depth * 4;
         out.extend(std::iter::repeat_n("    ", self.depth));
@@ -469,7 +470,7 @@ impl Piece {
     }
 }
 
-/// A comment of several lines moves with its first one where its lines begin with `*`.
+/// Indents a multi-line comment if all of its lines begin with `*`.
 fn comment_lines(text: &str, depth: usize) -> String {
     let mut lines = text.lines().map(str::trim_end);
     let mut out = lines.next().unwrap_or_default().to_owned();

@@ -1,7 +1,7 @@
-//! What the five languages share: comments and documentation, literals, semicolons, the explanation of what
-//! pest could not read, and the way in which texts that import each other are found.
+//! The parts of a front end that the five languages share: comments, literals, syntax errors,
+//! imports and the formatter.
 //!
-//! The shared part of the grammars is `common.pest`, which every language's parser includes before its own.
+//! `common.pest` is the shared part of the grammars. Each parser includes it before its own rules.
 
 mod format;
 mod literal;
@@ -20,17 +20,17 @@ pub use trivia::Trivia;
 
 use rc_diagnostics::Span;
 
-/// A name and where it stands.
+/// A name or another piece of text, with its location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name {
-    /// The name as written.
+    /// The text as written; the content of a string.
     pub text: String,
-    /// Its place.
+    /// The location.
     pub span: Span,
 }
 
 impl Name {
-    /// A name at a place.
+    /// A name at a location.
     pub fn new(text: impl Into<String>, span: Span) -> Self {
         Self {
             text: text.into(),

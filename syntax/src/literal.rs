@@ -1,35 +1,35 @@
-//! Values as they are written.
+//! Literals.
 
 use rc_diagnostics::{Span, duration_nanoseconds};
 
-/// A value in a text.
+/// A literal with its location.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Literal {
-    /// What it is.
+    /// The value.
     pub kind: LiteralKind,
-    /// Where it stands.
+    /// The location.
     pub span: Span,
 }
 
-/// The value itself.
+/// The value of a literal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LiteralKind {
-    /// A number without fraction and exponent.
+    /// A number without fraction or exponent.
     Int(i64),
     /// Any other number.
     Float(f64),
-    /// A text in quotes.
+    /// A quoted string, unescaped.
     String(String),
     /// `true` or `false`.
     Bool(bool),
-    /// A number with a unit of time, in nanoseconds.
+    /// A number with a unit of time, converted to nanoseconds.
     Duration(u64),
-    /// Any other word: an enumerator, a constant, a choice.
+    /// Any other word, for example an enumerator.
     Name(String),
 }
 
 impl Literal {
-    /// Reads the text of the grammar's `literal`.
+    /// Parses the text that the grammar rule `literal` matched.
     pub fn parse(text: &str, span: Span) -> Self {
         Self {
             kind: parse_kind(text.trim()),
@@ -37,7 +37,7 @@ impl Literal {
         }
     }
 
-    /// The value as a floating-point number, if it is a number.
+    /// The value of a number.
     pub fn as_f64(&self) -> Option<f64> {
         match self.kind {
             LiteralKind::Int(value) => Some(value as f64),
@@ -46,7 +46,7 @@ impl Literal {
         }
     }
 
-    /// The value as an integer, if it is one.
+    /// The value of an integer.
     pub fn as_i64(&self) -> Option<i64> {
         match self.kind {
             LiteralKind::Int(value) => Some(value),
@@ -54,7 +54,7 @@ impl Literal {
         }
     }
 
-    /// The value in nanoseconds, if it is a time; a plain number counts milliseconds.
+    /// The value of a duration in nanoseconds. A number without a unit is in milliseconds.
     pub fn as_nanoseconds(&self) -> Option<u64> {
         match self.kind {
             LiteralKind::Duration(value) => Some(value),
@@ -65,14 +65,14 @@ impl Literal {
         }
     }
 
-    /// "a number", "a text" …, for messages.
+    /// The literal as messages name it: `the number 5`, `a duration`.
     pub fn described(&self) -> String {
         match &self.kind {
             LiteralKind::Int(value) => format!("the number {value}"),
             LiteralKind::Float(value) => format!("the number {value}"),
-            LiteralKind::String(value) => format!("the text \"{value}\""),
+            LiteralKind::String(value) => format!("the string \"{value}\""),
             LiteralKind::Bool(value) => format!("`{value}`"),
-            LiteralKind::Duration(_) => "a time".to_owned(),
+            LiteralKind::Duration(_) => "a duration".to_owned(),
             LiteralKind::Name(value) => format!("`{value}`"),
         }
     }
@@ -108,7 +108,7 @@ fn parse_kind(text: &str) -> LiteralKind {
     LiteralKind::Name(text.to_owned())
 }
 
-/// The content of a text in quotes, with `\n`, `\t`, `\"` and `\\` replaced.
+/// The content of a quoted string, with the escapes `\n`, `\t`, `\"` and `\\` replaced.
 pub fn unescape(quoted: &str) -> String {
     let inner = quoted.strip_prefix('"').unwrap_or(quoted);
     let inner = inner.strip_suffix('"').unwrap_or(inner);

@@ -1,64 +1,66 @@
-//! How an imported text is found. The languages do no input or output of their own.
+//! How imports are found. The language crates perform no input or output of their own.
 
 use rc_diagnostics::{Diagnostic, Span};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A text that was found.
+/// A file that a [`Loader`] found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportedFile {
-    /// Where; two imports of the same file give the same path.
+    /// The path. Two imports of the same file have equal paths.
     pub path: PathBuf,
-    /// What is in it.
+    /// The content.
     pub text: String,
 }
 
-/// A text that was not found.
+/// Why an import failed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ImportError {
-    /// The places that were looked at, in order.
+    /// The searched locations, in order.
     pub searched: Vec<String>,
-    /// The base names that exist in those places, for a suggestion.
+    /// The file names in these locations, for a suggestion.
     pub known: Vec<String>,
-    /// Why a file that exists could not be read.
+    /// The error, if the file exists but cannot be read.
     pub refused: Option<String>,
 }
 
 impl ImportError {
-    /// The finding at `span`, where an import says `wanted`; `ending` is that of the language's files.
-    pub fn diagnostic(&self, wanted: &str, ending: &str, span: Span) -> Diagnostic {
+    /// The diagnostic for the import of `wanted` at `span`. `extension` is that of the language.
+    pub fn diagnostic(&self, wanted: &str, extension: &str, span: Span) -> Diagnostic {
         let error = |message| Diagnostic::error("import-not-found", span, message);
         if let Some(why) = &self.refused {
-            return error(format!("`{wanted}` cannot be read: {why}"));
+            return error(format!("cannot read `{wanted}`: {why}"));
         }
         let base = wanted.rsplit('/').next().unwrap_or(wanted);
         let error = error(format!(
-            "`{base}` was not found; looked in {}",
+            "cannot find `{base}`; searched in {}",
             self.searched.join(", ")
         ));
-        // The ending that all have in common makes nothing nearer, and other languages' files cannot be meant.
-        let suffix = format!(".{ending}");
+        // Compare without the extension that all candidates share; skip files of other languages.
+        let suffix = format!(".{extension}");
         let known = self.known.iter().filter_map(|k| k.strip_suffix(&suffix));
         let wanted = base.strip_suffix(&suffix).unwrap_or(base);
         error.help(match rc_diagnostics::nearest(wanted, known) {
             Some(near) => format!("did you mean `{near}{suffix}`?"),
-            None => "name its folder with `-I DIR`, or put the file beside this one".to_owned(),
+            None => "pass its folder with `-I DIR`, or move the file next to this one".to_owned(),
         })
     }
 }
 
-/// Hands texts to the languages.
+/// Finds and reads imported files.
 pub trait Loader {
-    /// Finds what the file `from` calls `wanted`; `ending` (`idsl`) is added where `wanted` has none.
-    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<ImportedFile, ImportError>;
+    /// Finds the file that `from` imports as `wanted`. If `wanted` has no extension, `extension`
+    /// (`idsl`) is appended.
+    fn find(&self, from: &Path, wanted: &str, extension: &str)
+    -> Result<ImportedFile, ImportError>;
 }
 
-/// Texts that exist only in memory, for tests and editors.
+/// A loader of texts in memory, for tests and editors.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryLoader(BTreeMap<String, String>);
 
 impl MemoryLoader {
-    /// A loader that knows these base names.
+    /// A loader for pairs of file name and text.
     pub fn new<'a>(texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         Self(
             texts
@@ -70,9 +72,14 @@ impl MemoryLoader {
 }
 
 impl Loader for MemoryLoader {
-    fn find(&self, _from: &Path, wanted: &str, ending: &str) -> Result<ImportedFile, ImportError> {
+    fn find(
+        &self,
+        _from: &Path,
+        wanted: &str,
+        extension: &str,
+    ) -> Result<ImportedFile, ImportError> {
         let base = wanted.rsplit('/').next().unwrap_or(wanted);
-        let suffix = format!(".{ending}");
+        let suffix = format!(".{extension}");
         let base = if base.ends_with(&suffix) {
             base.to_owned()
         } else {

@@ -1,4 +1,4 @@
-//! From a text to pest's pairs, and what every language reads of them in the same way.
+//! Parsing with pest, and the conversions from pest's pairs that all languages share.
 
 use crate::syntax_error::{check_nesting, syntax_error};
 use crate::{Literal, Name, Trivia, unescape};
@@ -8,55 +8,57 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 
 /// The rules of one language's grammar.
 pub trait Language: RuleType {
-    /// The parser that pest made of the grammar.
+    /// The parser that pest generated from the grammar.
     type Grammar: Parser<Self>;
-    /// The rule of a whole file.
+    /// The rule for a whole file.
     const FILE: Self;
-    /// What a file holds, for messages: `` `module NAME { … };` ``.
+    /// What a file contains, for messages: `` `module NAME { … };` ``.
     const FILE_CONTENT: &'static str;
-    /// Whether this rule reads a name, a text in quotes or a `;`.
+    /// The terminal that this rule matches, if it is one.
     fn terminal(self) -> Option<Terminal>;
-    /// How people call what this rule reads; a rule without a word is not mentioned in messages.
+    /// How messages name what this rule matches. Messages omit a rule without a description.
     fn description(self) -> Option<&'static str>;
 }
 
-/// What stands by itself in most declarations.
+/// The terminals of most declarations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Terminal {
-    /// A name or a number, taken as it is written.
+    /// A name or a number.
     Word,
-    /// A text in quotes.
+    /// A quoted string.
     String,
-    /// A `;`, perhaps forgotten.
+    /// A `;`. An empty match means that the `;` is missing.
     Semicolon,
 }
 
-/// Implements [`Language`] for the `Rule` that pest made beside `Grammar`: what a file holds, what else than a name is
-/// read as a word, and how people call the rules that the languages do not share (`common.pest`).
+/// Implements [`Language`] for the `Rule` enum that pest generates beside `Grammar`.
+///
+/// Arguments: the content of a file for messages; the rules besides `name` that are words; the
+/// descriptions of the rules that are not in `common.pest`.
 #[macro_export]
 macro_rules! language {
-    ($holds:literal, words: [$($leaf:ident),*], { $($($rule:ident)|+ => $word:literal,)+ }) => {
+    ($content:literal, words: [$($word_rule:ident),*], { $($($rule:ident)|+ => $word:literal,)+ }) => {
         impl $crate::Language for Rule {
             type Grammar = Grammar;
             const FILE: Self = Self::file;
-            const FILE_CONTENT: &'static str = $holds;
+            const FILE_CONTENT: &'static str = $content;
 
             fn terminal(self) -> Option<$crate::Terminal> {
                 match self {
-                    Self::name $(| Self::$leaf)* => Some($crate::Terminal::Word),
+                    Self::name $(| Self::$word_rule)* => Some($crate::Terminal::Word),
                     Self::string => Some($crate::Terminal::String),
                     Self::semicolon => Some($crate::Terminal::Semicolon),
                     _ => None,
                 }
             }
 
-            #[allow(unreachable_patterns, reason = "a language may call a shared rule by another word")]
+            #[allow(unreachable_patterns, reason = "a language may describe a shared rule otherwise")]
             fn description(self) -> Option<&'static str> {
                 Some(match self {
                     $($(Self::$rule)|+ => $word,)+
                     Self::EOI => "the end of the file",
                     Self::name => "a name",
-                    Self::string => "a text in quotes",
+                    Self::string => "a string",
                     Self::number => "a number",
                     Self::literal => "a value",
                     Self::semicolon | Self::begins_next => "`;`",
@@ -73,21 +75,21 @@ macro_rules! language {
     };
 }
 
-/// One text on its way to a tree, and what was found wrong with it on the way.
+/// The state of parsing one text.
 #[derive(Debug)]
 pub struct ParseContext<'a> {
-    /// The text's place among the sources.
+    /// The text's identifier.
     pub source: SourceId,
     /// The text.
     pub text: &'a str,
     /// Its comments.
     pub trivia: Trivia<'a>,
-    /// What was found so far.
+    /// The diagnostics so far.
     pub found: Diagnostics,
 }
 
 impl<'a> ParseContext<'a> {
-    /// A reader of one text of `sources`.
+    /// A context for one text of `sources`.
     pub fn new(sources: &'a SourceMap, source: SourceId) -> Self {
         let text = sources.text(source);
         Self {
@@ -98,11 +100,10 @@ impl<'a> ParseContext<'a> {
         }
     }
 
-    /// The parts of a whole file, or a finding and none.
+    /// Parses the whole file. Reports an error and returns `None` if no rule matches.
     pub fn file<R: Language>(&mut self) -> Option<Pairs<'a, R>> {
-        let problem = self.unreadable::<R>();
-        if let Some(problem) = problem {
-            self.found.push(problem);
+        if let Some(error) = self.check_text::<R>() {
+            self.found.push(error);
             return None;
         }
         if let Ok(mut pairs) = R::Grammar::parse(R::FILE, self.text) {
@@ -113,56 +114,56 @@ impl<'a> ParseContext<'a> {
         None
     }
 
-    /// What makes it useless to begin.
-    fn unreadable<R: Language>(&self) -> Option<Diagnostic> {
+    /// Checks that make parsing pointless if they fail.
+    fn check_text<R: Language>(&self) -> Option<Diagnostic> {
         if let Some(at) = self.trivia.unclosed() {
-            let message = "this comment has no end: `*/` is missing";
             let span = Span::new(self.source, at, at + 2);
-            return Some(Diagnostic::error("unclosed-comment", span, message));
+            let diagnostic =
+                Diagnostic::error("unclosed-comment", span, "unterminated block comment");
+            return Some(diagnostic.help("end the comment with `*/`"));
         }
         if self.trivia.is_blank() {
-            let message = format!("this file is empty; it should hold {}", R::FILE_CONTENT);
+            let message = format!("expected {}, found an empty file", R::FILE_CONTENT);
             let span = Span::new(self.source, 0, 0);
             return Some(Diagnostic::error("empty-file", span, message));
         }
         check_nesting(self.text, self.source)
     }
 
-    /// The text after the end of what a file holds.
+    /// Reports text after the content of the file.
     pub fn trailing<R: Language>(&mut self, pair: &Pair<'_, R>) {
-        let holds = R::FILE_CONTENT;
-        let message = if pair.as_str().starts_with('#') {
-            "`#` begins nothing here: an include guard of old is not needed, delete its lines"
-                .into()
-        } else {
-            format!("there is text after the end; a file holds one {holds}")
-        };
+        let content = R::FILE_CONTENT;
+        let message = format!("unexpected text: a file contains one {content}");
         let first = pair.as_str().lines().next().unwrap_or_default();
         let start = pair.as_span().start();
         let span = Span::new(self.source, start, start + first.trim_end().len());
-        self.found
-            .push(Diagnostic::error("text-after-end", span, message));
+        let diagnostic = Diagnostic::error("text-after-end", span, message);
+        self.found.push(if first.starts_with('#') {
+            diagnostic.help("delete the include guard: each file is read only once")
+        } else {
+            diagnostic
+        });
     }
 
-    /// The place of a pair, without the white space and comments that pest may count to its end.
+    /// The location of a pair, without trailing white space and comments.
     pub fn span<R: RuleType>(&self, pair: &Pair<'_, R>) -> Span {
         let span = pair.as_span();
         let end = self.trivia.end_of_token_before(span.end());
         Span::new(self.source, span.start(), end.max(span.start()))
     }
 
-    /// The text of a pair and its place.
+    /// The text and the location of a pair.
     pub fn name<R: RuleType>(&self, pair: &Pair<'_, R>) -> Name {
         let span = self.span(pair);
         Name::new(&self.text[span.start..span.end], span)
     }
 
-    /// The content of a text in quotes, and the place of all of it.
+    /// The content of a string. The location includes the quotes.
     pub fn string<R: RuleType>(&self, pair: &Pair<'_, R>) -> Name {
         Name::new(unescape(pair.as_str()), self.span(pair))
     }
 
-    /// The value that a pair holds.
+    /// The literal that a pair matched.
     pub fn literal<R: RuleType>(&self, pair: &Pair<'_, R>) -> Literal {
         Literal::parse(pair.as_str(), self.span(pair))
     }
@@ -172,18 +173,18 @@ impl<'a> ParseContext<'a> {
         self.trivia.documentation(pair.as_span().start())
     }
 
-    /// Reports the `;` that this pair should be, where it is empty.
+    /// Reports a missing `;` if the pair is empty.
     pub fn semicolon<R: RuleType>(&mut self, pair: &Pair<'_, R>) {
         if pair.as_str().is_empty() {
             let end = self.trivia.end_of_token_before(pair.as_span().start());
             let span = Span::new(self.source, end, end);
-            let message = "`;` expected here";
+            let message = "expected `;`";
             self.found
                 .push(Diagnostic::error("missing-semicolon", span, message));
         }
     }
 
-    /// The first word of a pair, or its first character where it begins with none.
+    /// The first word of a pair. If it does not begin with a word, its first character.
     pub fn first_word<R: RuleType>(&self, pair: &Pair<'_, R>) -> Name {
         let text = pair.as_str();
         let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_'));
@@ -195,7 +196,7 @@ impl<'a> ParseContext<'a> {
         Name::new(&text[..end], Span::new(self.source, start, start + end))
     }
 
-    /// The names, numbers and texts directly inside a pair, its `;` checked.
+    /// The words and strings directly inside a pair. Reports a missing `;`.
     pub fn texts<R: Language>(&mut self, pair: Pair<'_, R>) -> Vec<Name> {
         let mut texts = Vec::new();
         for part in pair.into_inner() {
@@ -209,12 +210,12 @@ impl<'a> ParseContext<'a> {
         texts
     }
 
-    /// Says why a piece cannot be read as `rule`, which is what it looks like.
+    /// Reports why skipped input does not match `rule`, which is the rule it resembles.
     pub fn report_skipped<R: Language>(&mut self, pair: &Pair<'_, R>, rule: R) {
         let offset = pair.as_span().start();
         let found = syntax_error(rule, pair.as_str(), offset, self.text, self.source);
         let found = found.unwrap_or_else(|| {
-            Diagnostic::error("syntax-error", self.span(pair), "this cannot be read here")
+            Diagnostic::error("syntax-error", self.span(pair), "invalid syntax")
         });
         self.found.push(found);
     }

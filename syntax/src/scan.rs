@@ -1,6 +1,6 @@
-//! A text as runs of comments, of texts in quotes and of what is between them. `//` in quotes is no comment.
+//! Splits a text into comments, strings and the code between them. `//` in a string is no comment.
 
-/// What a run is.
+/// The kind of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SegmentKind {
     Comment,
@@ -8,7 +8,7 @@ pub(crate) enum SegmentKind {
     Code,
 }
 
-/// The runs of `text` in their order, each with its first byte and the one after its last.
+/// The segments of `text` in order: kind, first byte, byte after the last.
 pub(crate) fn segments(text: &str) -> impl Iterator<Item = (SegmentKind, usize, usize)> + '_ {
     let mut at = 0;
     std::iter::from_fn(move || {
@@ -43,7 +43,8 @@ fn comment_length(rest: &[u8]) -> usize {
     end.map_or(rest.len(), |end| end + 4)
 }
 
-/// A text in quotes ends with its line at the latest, so that a forgotten quote does not hide the rest of a file.
+/// A string ends at the end of its line at the latest, so that a missing quote does not hide the
+/// rest of the file.
 fn quoted_length(rest: &[u8]) -> usize {
     let mut at = 1;
     while at < rest.len() && rest[at] != b'\n' {

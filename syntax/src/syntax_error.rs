@@ -1,4 +1,4 @@
-//! What pest could not read, in words.
+//! Diagnostics for text that the grammar does not match.
 
 use crate::Language;
 use crate::scan::{SegmentKind, segments};
@@ -6,10 +6,12 @@ use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 use rc_diagnostics::{Diagnostic, SourceId, Span};
 
-/// Deeper nesting than this is refused before parsing, since the parser calls itself for each level.
+/// Maximum nesting of brackets. The parser recurses for each level, so this is checked before it
+/// runs.
 const MAX_NESTING: usize = 100;
 
-/// Reads `piece`, which stands at byte `offset` of `text`, once more as `rule`, and says where and why it cannot be.
+/// Explains why `rule` does not match `piece`, which starts at byte `offset` of `text`. Parses the
+/// piece again to find the location.
 pub(crate) fn syntax_error<R: Language>(
     rule: R,
     piece: &str,
@@ -44,22 +46,22 @@ pub(crate) fn syntax_error<R: Language>(
         format!("`{}`", &found[..length])
     };
     let message = match expected.as_slice() {
-        [] => format!("{what} is not possible here"),
+        [] => format!("unexpected {what}"),
         [one] => format!("expected {one}, found {what}"),
         [rest @ .., last] => format!("expected {} or {last}, found {what}", rest.join(", ")),
     };
     let span = Span::new(source, at, at + length);
     let diagnostic = Diagnostic::error("syntax-error", span, message);
     Some(if found.starts_with('#') {
-        diagnostic.help("an include guard of old is not needed: delete its lines")
+        diagnostic.help("delete the include guard: each file is read only once")
     } else if piece.trim_start().starts_with("unsigned ") {
-        diagnostic.help("there is no `unsigned`: write `uint16`, `uint32` or `uint64`")
+        diagnostic.help("write `uint16`, `uint32` or `uint64` instead of an `unsigned` type")
     } else {
         diagnostic
     })
 }
 
-/// An error where brackets nest deeper than any description of a robot does.
+/// Reports brackets that are nested deeper than [`MAX_NESTING`].
 pub(crate) fn check_nesting(text: &str, source: SourceId) -> Option<Diagnostic> {
     let (mut depth, mut angle_brackets) = (0_usize, 0_usize);
     let code = segments(text).filter(|(kind, ..)| *kind == SegmentKind::Code);
@@ -67,14 +69,14 @@ pub(crate) fn check_nesting(text: &str, source: SourceId) -> Option<Diagnostic> 
         match text.as_bytes()[at] {
             b'{' | b'(' | b'[' => depth += 1,
             b'}' | b')' | b']' => depth = depth.saturating_sub(1),
-            // In a rule of a .pdsl they compare, and nothing closes them.
+            // In the rules of a .pdsl, `<` and `>` are operators, which nothing closes.
             b'<' => angle_brackets += 1,
             b'>' => angle_brackets = angle_brackets.saturating_sub(1),
             b';' => angle_brackets = 0,
             _ => {}
         }
         if depth + angle_brackets > MAX_NESTING {
-            let message = format!("brackets nest deeper than {MAX_NESTING} levels here");
+            let message = format!("brackets are nested more than {MAX_NESTING} levels deep");
             let span = Span::new(source, at, at + 1);
             return Some(Diagnostic::error("nested-too-deep", span, message));
         }

@@ -1,8 +1,8 @@
-//! Comments: where they are, and which of them document what.
+//! Comments and the documentation in them.
 
 use crate::scan::{SegmentKind, segments};
 
-/// The comments of one text, kept beside the tree instead of in the grammar.
+/// The comments of a text. The syntax tree does not contain them.
 #[derive(Clone, Debug)]
 pub struct Trivia<'a> {
     text: &'a str,
@@ -10,7 +10,7 @@ pub struct Trivia<'a> {
 }
 
 impl<'a> Trivia<'a> {
-    /// Finds the comments of `text`; `//` inside a string is no comment.
+    /// Finds the comments of `text`. `//` inside a string is no comment.
     pub fn new(text: &'a str) -> Self {
         let comments = segments(text).filter(|(kind, ..)| *kind == SegmentKind::Comment);
         Self {
@@ -19,12 +19,12 @@ impl<'a> Trivia<'a> {
         }
     }
 
-    /// The comments in their order: first byte, and the one after the last.
+    /// The byte ranges of the comments, in order.
     pub fn comments(&self) -> &[(usize, usize)] {
         &self.comments
     }
 
-    /// Whether the text holds nothing but comments and white space.
+    /// Whether the text contains only comments and white space.
     pub fn is_blank(&self) -> bool {
         self.end_of_token_before(self.text.len()) == 0
     }
@@ -35,7 +35,7 @@ impl<'a> Trivia<'a> {
         at.ok().map(|at| self.comments[at])
     }
 
-    /// Where a `/*` begins that no `*/` ends.
+    /// The offset of a `/*` without a `*/`.
     pub fn unclosed(&self) -> Option<usize> {
         let (start, stop) = *self.comments.last()?;
         let comment = &self.text[start..stop];
@@ -43,7 +43,7 @@ impl<'a> Trivia<'a> {
         (comment.starts_with("/*") && !closed).then_some(start)
     }
 
-    /// Where the last token before `at` ends: back over white space and comments.
+    /// The end of the last token before `at`. White space and comments are no tokens.
     pub fn end_of_token_before(&self, at: usize) -> usize {
         let mut end = at;
         loop {
@@ -55,8 +55,8 @@ impl<'a> Trivia<'a> {
         }
     }
 
-    /// The documentation directly before the declaration that starts at `at`: `/// …` lines or one `/** … */`,
-    /// without the marks, or nothing.
+    /// The documentation of the declaration that starts at `at`: the `/// …` lines or the `/** … */`
+    /// directly before it, without the comment marks.
     pub fn documentation(&self, at: usize) -> Vec<String> {
         let mut blocks: Vec<&str> = Vec::new();
         let mut end = self.text[..at].trim_end().len();
@@ -64,7 +64,7 @@ impl<'a> Trivia<'a> {
             let comment = &self.text[start..stop];
             let is_line = comment.starts_with("///") && !comment.starts_with("////");
             let is_block = comment.starts_with("/**") && comment.len() > 4;
-            // A comment that follows code on its own line documents nothing below it.
+            // A comment after code on the same line does not document the next line.
             let line = self.text[..start].rsplit('\n').next().unwrap_or_default();
             if !(is_line || is_block) || !line.trim().is_empty() {
                 break;
@@ -82,7 +82,7 @@ impl<'a> Trivia<'a> {
             .collect()
     }
 
-    /// The text without comments and with white space folded: equal for two texts that mean the same.
+    /// The text without comments and with single spaces. Texts that differ only in layout are equal.
     pub fn significant(&self) -> String {
         let mut out = String::with_capacity(self.text.len());
         let mut at = 0;
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn documentation_is_what_stands_directly_before() {
+    fn documentation_is_directly_before_its_declaration() {
         let text = "int a; /// not of b\n/// about b\n///  indented\nint b;\n\n/**\n * about c\n */\nint c;";
         let trivia = Trivia::new(text);
         let doc = |what: &str| trivia.documentation(text.find(what).unwrap_or(0));

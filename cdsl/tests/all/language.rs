@@ -76,25 +76,25 @@ fn whole_files() {
     check_file(
         "",
         &expect![[r#"
-        c.cdsl:1:1: error[empty-file]: this file is empty; it should hold `Component NAME { … };`
-    "#]],
+            c.cdsl:1:1: error[empty-file]: expected `Component NAME { … };`, found an empty file
+        "#]],
     );
     check_file(
         "// nothing",
         &expect![[r#"
-        c.cdsl:1:1: error[empty-file]: this file is empty; it should hold `Component NAME { … };`
-    "#]],
+            c.cdsl:1:1: error[empty-file]: expected `Component NAME { … };`, found an empty file
+        "#]],
     );
     check_file(
         "Component C { language rust; Communications { }; }; }",
         &expect![[r#"
-            c.cdsl:1:53: error[text-after-end]: there is text after the end; a file holds one `Component NAME { … };`
+            c.cdsl:1:53: error[text-after-end]: unexpected text: a file contains one `Component NAME { … };`
         "#]],
     );
     check_file(
         "Component C { language rust; Communications { }; };\nComponent D { };",
         &expect![[r#"
-            c.cdsl:2:1: error[text-after-end]: there is text after the end; a file holds one `Component NAME { … };`
+            c.cdsl:2:1: error[text-after-end]: unexpected text: a file contains one `Component NAME { … };`
         "#]],
     );
     check_file(
@@ -124,9 +124,9 @@ fn whole_files() {
     check_file(
         "Component C { };",
         &expect![[r#"
-        c.cdsl:1:11: error[missing-clause]: component `C` has no `Communications` clause (add `Communications { };`, with what the component implements, requires, publishes and subscribes to)
-        c.cdsl:1:11: error[missing-clause]: component `C` has no `language` clause (add `language rust;`)
-    "#]],
+            c.cdsl:1:11: error[missing-clause]: component `C` has no `Communications` clause (add `Communications { };` with the interfaces of the component)
+            c.cdsl:1:11: error[missing-clause]: component `C` has no `language` clause (add `language rust;`)
+        "#]],
     );
     check_file(
         "language rust;",
@@ -137,7 +137,7 @@ fn whole_files() {
     check_file(
         "import Laser.idsl;\nComponent C { language rust; Communications { }; };",
         &expect![[r#"
-            c.cdsl:1:8: error[syntax-error]: expected a text in quotes, found `Laser`
+            c.cdsl:1:8: error[syntax-error]: expected a string, found `Laser`
         "#]],
     );
 }
@@ -148,27 +148,27 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
         "requires Laser // far\npublishes LaserPub { depth 3 }\n",
         "language rust\nperiod 50ms\noptions dsr\ngui Qt(QWidget)\nparameters \"c.pdsl\"\ndependencies { libm \"0.2\" serde \"1\" }\nstatemachine \"x.smdsl\"",
         &expect![[r#"
-            c.cdsl:3:15: error[missing-semicolon]: `;` expected here
-            c.cdsl:4:29: error[missing-semicolon]: `;` expected here
-            c.cdsl:4:31: error[missing-semicolon]: `;` expected here
-            c.cdsl:7:14: error[missing-semicolon]: `;` expected here
-            c.cdsl:8:12: error[missing-semicolon]: `;` expected here
-            c.cdsl:9:1: warning[not-generated-yet]: `options` is read and checked, but nothing is generated for it yet
-            c.cdsl:9:12: error[missing-semicolon]: `;` expected here
-            c.cdsl:10:1: warning[not-generated-yet]: `gui` is read and checked, but nothing is generated for it yet
-            c.cdsl:10:16: error[missing-semicolon]: `;` expected here
-            c.cdsl:11:20: error[missing-semicolon]: `;` expected here
-            c.cdsl:12:26: error[missing-semicolon]: `;` expected here
-            c.cdsl:12:36: error[missing-semicolon]: `;` expected here
-            c.cdsl:13:1: warning[not-generated-yet]: `statemachine` is read and checked, but nothing is generated for it yet
-            c.cdsl:13:23: error[missing-semicolon]: `;` expected here
+            c.cdsl:3:15: error[missing-semicolon]: expected `;`
+            c.cdsl:4:29: error[missing-semicolon]: expected `;`
+            c.cdsl:4:31: error[missing-semicolon]: expected `;`
+            c.cdsl:7:14: error[missing-semicolon]: expected `;`
+            c.cdsl:8:12: error[missing-semicolon]: expected `;`
+            c.cdsl:9:1: warning[not-generated-yet]: `options` has no effect yet: it is only checked
+            c.cdsl:9:12: error[missing-semicolon]: expected `;`
+            c.cdsl:10:1: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
+            c.cdsl:10:16: error[missing-semicolon]: expected `;`
+            c.cdsl:11:20: error[missing-semicolon]: expected `;`
+            c.cdsl:12:26: error[missing-semicolon]: expected `;`
+            c.cdsl:12:36: error[missing-semicolon]: expected `;`
+            c.cdsl:13:1: warning[not-generated-yet]: `statemachine` has no effect yet: it is only checked
+            c.cdsl:13:23: error[missing-semicolon]: expected `;`
         "#]],
     );
     check_file(
         "import \"Laser\"\nComponent C { Communications { requires Laser; }\nlanguage rust }",
         &expect![[r#"
-            c.cdsl:1:15: error[missing-semicolon]: `;` expected here
-            c.cdsl:3:14: error[missing-semicolon]: `;` expected here
+            c.cdsl:1:15: error[missing-semicolon]: expected `;`
+            c.cdsl:3:14: error[missing-semicolon]: expected `;`
         "#]],
     );
 }
@@ -178,15 +178,15 @@ fn imports_are_found_and_used() {
     check_file(
         "import \"Lasre.idsl\";\nimport \"/opt/robocomp/interfaces/IDSLs/Camera.idsl\";\nComponent C { Communications { requires Laser, Camera; }; language rust; };",
         &expect![[r#"
-            c.cdsl:1:8: error[import-not-found]: `Lasre.idsl` was not found; looked in memory (did you mean `Laser.idsl`?)
-            c.cdsl:2:8: error[import-not-found]: `Camera.idsl` was not found; looked in memory (name its folder with `-I DIR`, or put the file beside this one)
-            c.cdsl:3:41: error[unknown-interface]: unknown interface `Laser` (import it: `import "Laser.idsl";`)
+            c.cdsl:1:8: error[import-not-found]: cannot find `Lasre.idsl`; searched in memory (did you mean `Laser.idsl`?)
+            c.cdsl:2:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+            c.cdsl:3:41: error[unknown-interface]: unknown interface `Laser` (add `import "Laser.idsl";`)
         "#]],
     );
     check_file(
         "import \"Laser.idsl\"; import \"Pub.idsl\"; import \"Types.idsl\"; import \"Both\";\nComponent C { Communications { requires Laser; }; language rust; };",
         &expect![[r#"
-            c.cdsl:1:29: warning[unused-import]: nothing of `RoboCompPub` is used here
+            c.cdsl:1:29: warning[unused-import]: unused import of `RoboCompPub`
         "#]],
     );
     check_file(
@@ -198,7 +198,7 @@ fn imports_are_found_and_used() {
     check_file(
         "Component C { Communications { requires Laser; }; language rust; };",
         &expect![[r#"
-            c.cdsl:1:41: error[unknown-interface]: unknown interface `Laser` (import it: `import "Laser.idsl";`)
+            c.cdsl:1:41: error[unknown-interface]: unknown interface `Laser` (add `import "Laser.idsl";`)
         "#]],
     );
 }
@@ -211,16 +211,16 @@ fn interfaces_are_known_and_used_as_they_can_be() {
         &expect![[r#"
             c.cdsl:3:10: error[unknown-interface]: unknown interface `laser` (did you mean `Laser`?)
             c.cdsl:3:17: error[unknown-interface]: unknown interface `Lasr` (did you mean `Laser`?)
-            c.cdsl:3:23: error[unknown-interface]: unknown interface `Camera` (no imported file declares it, and `import "Camera.idsl";` finds no file)
+            c.cdsl:3:23: error[unknown-interface]: unknown interface `Camera` (import the file that declares it; `import "Camera.idsl";` finds no file)
         "#]],
     );
     check(
         "publishes Laser;\nimplements LaserPub;\nrequires Mixed; subscribesTo Mixed;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:11: error[wrong-pattern]: `Laser` cannot be used under `publishes`: its operation `get` returns a value; declared here at Laser.idsl:1:69 (a topic is one way: its operations are void, without `out` and `throws`)
-            c.cdsl:5:10: error[wrong-pattern]: `Mixed` cannot be used under `requires`: its operation `one` is marked `publish`; declared here at Pub.idsl:3:33 (operations marked `publish` belong under `publishes` and `subscribesTo`)
-            c.cdsl:5:30: error[wrong-pattern]: `Mixed` cannot be used under `subscribesTo`: its operation `two` is marked `command`; declared here at Pub.idsl:3:53 (a topic is one way: its operations are void, without `out` and `throws`)
+            c.cdsl:3:11: error[wrong-pattern]: `Laser` cannot be used under `publishes`: operation `get` returns a value; declared here at Laser.idsl:1:69 (remove return values, `out` parameters and `throws`: topics are one-way)
+            c.cdsl:5:10: error[wrong-pattern]: `Mixed` cannot be used under `requires`: operation `one` is a `publish`; declared here at Pub.idsl:3:33 (use the interface under `publishes` or `subscribesTo`)
+            c.cdsl:5:30: error[wrong-pattern]: `Mixed` cannot be used under `subscribesTo`: operation `two` is a `command`; declared here at Pub.idsl:3:53 (remove return values, `out` parameters and `throws`: topics are one-way)
         "#]],
     );
     check_file(
@@ -237,13 +237,13 @@ fn communications_that_cannot_be_read() {
         "provides Laser;\nimplement Laser;\nimplements ;\nrequires Laser LaserPub;\npublishes LaserPub(;\nsubscribesTo LaserPub(iceoryx) { depth 3; };\nLaser;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:1: error[unknown-communication]: `provides` does not begin a communication clause (did you mean `implements`? allowed here: `implements`, `requires`, `publishes`, `subscribesTo`)
-            c.cdsl:4:1: error[unknown-communication]: `implement` does not begin a communication clause (did you mean `implements`? allowed here: `implements`, `requires`, `publishes`, `subscribesTo`)
+            c.cdsl:3:1: error[unknown-communication]: expected a communication clause, found `provides` (did you mean `implements`? expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
+            c.cdsl:4:1: error[unknown-communication]: expected a communication clause, found `implement` (did you mean `implements`? expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
             c.cdsl:5:12: error[syntax-error]: expected a name, found `;`
             c.cdsl:6:16: error[syntax-error]: expected `(`, `,`, `;` or `{`, found `LaserPub`
             c.cdsl:7:20: error[syntax-error]: expected a name, found `;`
             c.cdsl:8:23: error[unknown-middleware]: unknown middleware `iceoryx` (did you mean `iceoryx2`?)
-            c.cdsl:9:1: error[unknown-communication]: `Laser` does not begin a communication clause (allowed here: `implements`, `requires`, `publishes`, `subscribesTo`)
+            c.cdsl:9:1: error[unknown-communication]: expected a communication clause, found `Laser` (expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
         "#]],
     );
     check(
@@ -252,7 +252,7 @@ fn communications_that_cannot_be_read() {
         &expect![[r#"
             c.cdsl:3:17: error[syntax-error]: expected a name, found `;`
             c.cdsl:4:21: error[syntax-error]: expected a name, found `requires`
-            c.cdsl:5:1: error[unknown-communication]: `§` does not begin a communication clause (allowed here: `implements`, `requires`, `publishes`, `subscribesTo`)
+            c.cdsl:5:1: error[unknown-communication]: expected a communication clause, found `§` (expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
         "#]],
     );
     check(
@@ -272,14 +272,14 @@ fn clauses_that_cannot_be_read() {
         &expect![[r#"
             c.cdsl:5:10: error[syntax-error]: expected a name, found `;`
             c.cdsl:6:10: error[syntax-error]: expected a name, found `=`
-            c.cdsl:7:1: error[unknown-clause]: `langauge` does not begin a clause of a component (did you mean `language`?)
+            c.cdsl:7:1: error[unknown-clause]: expected a clause of a component, found `langauge` (did you mean `language`?)
             c.cdsl:8:4: error[syntax-error]: expected a name, found `;`
             c.cdsl:9:13: error[syntax-error]: expected `,` or `;`, found `agmagent`
-            c.cdsl:10:12: error[syntax-error]: expected a text in quotes, found `c`
-            c.cdsl:11:8: error[syntax-error]: expected a time such as `50ms`, found `fast`
-            c.cdsl:12:21: error[syntax-error]: expected a text in quotes, found `=`
-            c.cdsl:13:1: error[unknown-clause]: `§` does not begin a clause of a component (allowed here: `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`)
-            c.cdsl:14:1: error[unknown-clause]: `x` does not begin a clause of a component (allowed here: `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`)
+            c.cdsl:10:12: error[syntax-error]: expected a string, found `c`
+            c.cdsl:11:8: error[syntax-error]: expected a duration such as `50ms`, found `fast`
+            c.cdsl:12:21: error[syntax-error]: expected a string, found `=`
+            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`)
+            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `period`)
         "#]],
     );
     check(
@@ -287,22 +287,22 @@ fn clauses_that_cannot_be_read() {
         "language rsut;\ngui Qtt (QWidgt);\noptions drs, foo;\nperiod 10us;",
         &expect![[r#"
             c.cdsl:5:10: error[unknown-language]: unknown language `rsut` (did you mean `rust`?)
-            c.cdsl:6:1: warning[not-generated-yet]: `gui` is read and checked, but nothing is generated for it yet
-            c.cdsl:6:5: error[unknown-gui]: unknown gui `Qtt` (did you mean `Qt`?)
+            c.cdsl:6:1: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
+            c.cdsl:6:5: error[unknown-gui]: unknown GUI toolkit `Qtt` (did you mean `Qt`?)
             c.cdsl:6:10: error[unknown-widget]: unknown widget `QWidgt` (did you mean `QWidget`?)
-            c.cdsl:7:1: warning[not-generated-yet]: `options` is read and checked, but nothing is generated for it yet
+            c.cdsl:7:1: warning[not-generated-yet]: `options` has no effect yet: it is only checked
             c.cdsl:7:9: error[unknown-option]: unknown option `drs` (did you mean `dsr`?)
-            c.cdsl:7:14: error[unknown-option]: unknown option `foo` (allowed here: `dsr`, `agmagent`, `InnerModelViewer`)
-            c.cdsl:8:8: error[bad-period]: a period is a time of at least 100us, as in `50ms`
+            c.cdsl:7:14: error[unknown-option]: unknown option `foo` (expected one of `dsr`, `agmagent`, `InnerModelViewer`)
+            c.cdsl:8:8: error[bad-period]: expected a duration of at least 100us, such as `50ms`
         "#]],
     );
     check(
         USED,
         "language cpp; gui egui; options dsr; statemachine \"x.smdsl\" visual;",
         &expect![[r#"
-            c.cdsl:5:15: warning[not-generated-yet]: `gui` is read and checked, but nothing is generated for it yet
-            c.cdsl:5:25: warning[not-generated-yet]: `options` is read and checked, but nothing is generated for it yet
-            c.cdsl:5:38: warning[not-generated-yet]: `statemachine` is read and checked, but nothing is generated for it yet
+            c.cdsl:5:15: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
+            c.cdsl:5:25: warning[not-generated-yet]: `options` has no effect yet: it is only checked
+            c.cdsl:5:38: warning[not-generated-yet]: `statemachine` has no effect yet: it is only checked
         "#]],
     );
 }
@@ -313,17 +313,17 @@ fn clauses_come_once() {
         "requires Laser; requires Laser as two; publishes LaserPub;",
         "language rust; Language rust; Communications { }; period 1s; period 2s;",
         &expect![[r#"
-            c.cdsl:3:17: error[repeated-clause]: communication clause `requires` is repeated; each stands once; the first one at c.cdsl:3:1
-            c.cdsl:5:16: error[repeated-clause]: clause `Language` is repeated; each stands once; the first one at c.cdsl:5:1
-            c.cdsl:5:31: error[repeated-clause]: clause `Communications` is repeated; each stands once; the first one at c.cdsl:2:15
-            c.cdsl:5:62: error[repeated-clause]: clause `period` is repeated; each stands once; the first one at c.cdsl:5:51
+            c.cdsl:3:17: error[repeated-clause]: duplicate communication clause `requires`; first used here at c.cdsl:3:1
+            c.cdsl:5:16: error[repeated-clause]: duplicate clause `Language`; first used here at c.cdsl:5:1
+            c.cdsl:5:31: error[repeated-clause]: duplicate clause `Communications`; first used here at c.cdsl:2:15
+            c.cdsl:5:62: error[repeated-clause]: duplicate clause `period`; first used here at c.cdsl:5:51
         "#]],
     );
     check(
         "request Laser; requires Laser as two; publishes LaserPub;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:16: error[repeated-clause]: communication clause `requires` is repeated; each stands once; the first one at c.cdsl:3:1
+            c.cdsl:3:16: error[repeated-clause]: duplicate communication clause `requires`; first used here at c.cdsl:3:1
         "#]],
     );
 }
@@ -334,10 +334,10 @@ fn clauses_of_old() {
         USED,
         "language rust;\nuseQt;\nRoboCompModules RoboCompLaser;\nRoboCompClasses x;\nworker isThread;",
         &expect![[r#"
-            c.cdsl:6:1: error[old-clause]: `useQt` is a clause of old; today it is `gui Qt (QWidget);`
-            c.cdsl:7:1: error[old-clause]: `RoboCompModules` is a clause of old; today it is `dependencies { NAME "VERSION"; };`, with crates instead of classes
-            c.cdsl:8:1: error[old-clause]: `RoboCompClasses` is a clause of old; today it is `dependencies { NAME "VERSION"; };`, with crates instead of classes
-            c.cdsl:9:1: error[old-clause]: `worker` is a clause of old; today the worker's loop needs no clause; `period 50ms;` sets how often it runs
+            c.cdsl:6:1: error[old-clause]: clause `useQt` is obsolete (use `gui Qt (QWidget);`)
+            c.cdsl:7:1: error[old-clause]: clause `RoboCompModules` is obsolete (use `dependencies { NAME "VERSION"; };` with crates instead of classes)
+            c.cdsl:8:1: error[old-clause]: clause `RoboCompClasses` is obsolete (use `dependencies { NAME "VERSION"; };` with crates instead of classes)
+            c.cdsl:9:1: error[old-clause]: clause `worker` is obsolete (remove it: the worker's loop needs no clause; `period 50ms;` sets its period)
         "#]],
     );
 }
@@ -348,8 +348,8 @@ fn slots_are_unique() {
         "requires Laser as a, Laser as A, Laser;\npublishes LaserPub as laser;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:22: error[duplicate-slot]: slot `A` exists already; the first one at c.cdsl:3:10 (name one of them: `Laser as other`)
-            c.cdsl:4:11: error[duplicate-slot]: slot `laser` exists already; the first one at c.cdsl:3:34 (name one of them: `LaserPub as other`)
+            c.cdsl:3:22: error[duplicate-slot]: duplicate slot `A`; first declared here at c.cdsl:3:10 (rename one of them: `Laser as other`)
+            c.cdsl:4:11: error[duplicate-slot]: duplicate slot `laser`; first declared here at c.cdsl:3:34 (rename one of them: `LaserPub as other`)
         "#]],
     );
     let slots = check(
@@ -370,27 +370,27 @@ fn backends_and_quality_of_service() {
         "language rust;",
         &expect![[r#"
             c.cdsl:3:16: error[unknown-middleware]: unknown middleware `dsd` (did you mean `dds`?)
-            c.cdsl:3:23: error[unknown-qos]: `timout` is not a setting of `requires` (did you mean `timeout`?)
-            c.cdsl:3:34: error[unknown-qos]: `depth` is not a setting of `requires` (allowed here: `timeout`, `wake`)
-            c.cdsl:3:51: error[bad-qos]: `soon` is not a value of `timeout`; allowed is a time such as `500ms`
-            c.cdsl:3:57: error[repeated-clause]: setting `timeout` is repeated; each stands once; the first one at c.cdsl:3:43
-            c.cdsl:4:40: error[bad-qos]: `reliabel` is not a value of `reliability`; allowed is `reliable` or `best_effort`
-            c.cdsl:4:56: error[bad-qos]: the number 0 is not a value of `depth`; allowed is a whole number from 1 to 1000
-            c.cdsl:4:70: error[bad-qos]: the text "volatile" is not a value of `durability`; allowed is `volatile` or `transient_local`
-            c.cdsl:4:91: error[bad-qos]: `-1ms` is not a value of `deadline`; allowed is a time such as `500ms`
-            c.cdsl:4:97: error[unknown-qos]: `timeout` is not a setting of `publishes` (allowed here: `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+            c.cdsl:3:23: error[unknown-qos]: `requires` has no setting `timout` (did you mean `timeout`?)
+            c.cdsl:3:34: error[unknown-qos]: `requires` has no setting `depth` (expected one of `timeout`, `wake`)
+            c.cdsl:3:51: error[bad-qos]: invalid value of `timeout`: expected a duration such as `500ms`, found `soon`
+            c.cdsl:3:57: error[repeated-clause]: duplicate setting `timeout`; first used here at c.cdsl:3:43
+            c.cdsl:4:40: error[bad-qos]: invalid value of `reliability`: expected `reliable` or `best_effort`, found `reliabel`
+            c.cdsl:4:56: error[bad-qos]: invalid value of `depth`: expected an integer from 1 to 1000, found the number 0
+            c.cdsl:4:70: error[bad-qos]: invalid value of `durability`: expected `volatile` or `transient_local`, found the string "volatile"
+            c.cdsl:4:91: error[bad-qos]: invalid value of `deadline`: expected a duration such as `500ms`, found `-1ms`
+            c.cdsl:4:97: error[unknown-qos]: `publishes` has no setting `timeout` (expected one of `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );
     check(
         "requires Laser { wake 50us; }, Laser as a { wake spin; }, Laser as b { wake spin 20ms; };\nimplements Laser as c { timeout spin 3s; wake spin 0us; };\npublishes LaserPub { wake spin 50us; };\nsubscribesTo LaserPub as d { wake spin 1us; };",
         "language rust;",
         &expect![[r#"
-            c.cdsl:3:23: error[bad-qos]: a time is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
-            c.cdsl:3:50: error[bad-qos]: `spin` is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
-            c.cdsl:3:82: error[bad-qos]: `spin 20ms` is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
-            c.cdsl:4:38: error[bad-qos]: `spin 3s` is not a value of `timeout`; allowed is a time such as `500ms`
-            c.cdsl:4:52: error[bad-qos]: `spin 0ms` is not a value of `wake`; allowed is `spin` and a time from 1us to 10ms
-            c.cdsl:5:22: error[unknown-qos]: `wake` is not a setting of `publishes` (allowed here: `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+            c.cdsl:3:23: error[bad-qos]: invalid value of `wake`: expected `spin` and a duration from 1us to 10ms, found a duration
+            c.cdsl:3:50: error[bad-qos]: invalid value of `wake`: expected `spin` and a duration from 1us to 10ms, found `spin`
+            c.cdsl:3:82: error[bad-qos]: invalid value of `wake`: expected `spin` and a duration from 1us to 10ms, found `spin 20ms`
+            c.cdsl:4:38: error[bad-qos]: invalid value of `timeout`: expected a duration such as `500ms`, found `spin 3s`
+            c.cdsl:4:52: error[bad-qos]: invalid value of `wake`: expected `spin` and a duration from 1us to 10ms, found `spin 0ms`
+            c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `wake` (expected one of `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );
     let slots = check(
@@ -410,11 +410,11 @@ fn in_place_is_for_handlers_of_plain_structures() {
          requires Pictures { in_place true; };\n\
          publishes LaserPub { in_place true; }; }; language rust; };",
         &expect![[r#"
-            c.cdsl:2:100: error[bad-qos]: no operation of `Laser` has, as its only result, a plain structure with a bounded sequence (plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays)
-            c.cdsl:3:34: error[bad-qos]: no operation of `LaserPub` has, as its only parameter, a plain structure with a bounded sequence (plain are numbers, enums, structures of them, `string<N>`, `sequence<T, N>` and arrays)
-            c.cdsl:3:72: error[bad-qos]: the number 1 is not a value of `in_place`; allowed is `true` or `false`
-            c.cdsl:4:21: error[unknown-qos]: `in_place` is not a setting of `requires` (allowed here: `timeout`, `wake`)
-            c.cdsl:5:22: error[unknown-qos]: `in_place` is not a setting of `publishes` (allowed here: `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
+            c.cdsl:2:100: error[bad-qos]: no operation of `Laser` has a plain struct with a bounded sequence as its only result (use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them)
+            c.cdsl:3:34: error[bad-qos]: no operation of `LaserPub` has a plain struct with a bounded sequence as its only parameter (use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them)
+            c.cdsl:3:72: error[bad-qos]: invalid value of `in_place`: expected `true` or `false`, found the number 1
+            c.cdsl:4:21: error[unknown-qos]: `requires` has no setting `in_place` (expected one of `timeout`, `wake`)
+            c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `in_place` (expected one of `reliability`, `depth`, `durability`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );
 }
@@ -425,7 +425,7 @@ fn the_habits_of_robocomp_are_accepted() {
         "\u{feff}import \"/opt/robocomp/interfaces/IDSLs/Laser.idsl\";\r\nimport \"../..//Pub\";\r\n\r\nComponent publish\r\n{\r\n\tCommunications\r\n\t{\r\n\
          \t\timplements Laser(ice), Laser;\trequires Laser;\r\n\t\tpublishes LaserPub;\r\n\t};\r\n\tlanguage Cpp11;\r\n\tgui Qt(QMainWindow);\r\n}",
         &expect![[r#"
-            c.cdsl:12:2: warning[not-generated-yet]: `gui` is read and checked, but nothing is generated for it yet
+            c.cdsl:12:2: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
         "#]],
     );
     expect!["implements Laser, implements Laser1, requires Laser2, publishes LaserPub"]
@@ -446,17 +446,17 @@ fn what_real_files_taught() {
     check_file(
         "import \"Camera.idsl\";\nComponent C { Communications { requires Camera, Camera as other; }; language N++; };",
         &expect![[r#"
-            c.cdsl:1:8: error[import-not-found]: `Camera.idsl` was not found; looked in memory (name its folder with `-I DIR`, or put the file beside this one)
-            c.cdsl:2:78: error[unknown-language]: unknown language `N++` (allowed here: `rust`, `cpp`, `cpp11`, `python`)
+            c.cdsl:1:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+            c.cdsl:2:78: error[unknown-language]: unknown language `N++` (expected one of `rust`, `cpp`, `cpp11`, `python`)
         "#]],
     );
     // The first import is taken, as RoboComp does.
     check_file(
         "import \"Laser.idsl\"; import \"Second.idsl\";\nComponent C { Communications { requires Laser; }; language cpp; gui qt(qwidget); };",
         &expect![[r#"
-            c.cdsl:1:29: warning[unused-import]: nothing of `Second` is used here
-            c.cdsl:2:41: warning[ambiguous-interface]: interface `Laser` is in several modules; `RoboCompLaser::Laser` is taken, since it is imported first; this one is taken at Laser.idsl:1:56; this one is not at Second.idsl:1:27
-            c.cdsl:2:65: warning[not-generated-yet]: `gui` is read and checked, but nothing is generated for it yet
+            c.cdsl:1:29: warning[unused-import]: unused import of `Second`
+            c.cdsl:2:41: warning[ambiguous-interface]: ambiguous interface `Laser`: using `RoboCompLaser::Laser`, which is imported first; used at Laser.idsl:1:56; not used at Second.idsl:1:27
+            c.cdsl:2:65: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
         "#]],
     );
     // What a used interface is made of may be imported, too.

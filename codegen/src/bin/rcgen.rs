@@ -522,7 +522,9 @@ fn export_to(
     }
     let system = |e: std::io::Error| Failure::System(e.to_string());
     let steps = files.plan(out).map_err(system)?;
-    if let Some(foreign) = export::foreign(&steps, out, export::FIRST_WORDS).map_err(system)? {
+    if let Some(foreign) =
+        export::first_foreign_file(&steps, out, export::HEADER).map_err(system)?
+    {
         return Err(Failure::Usage(format!(
             "{} is there, and was not written by an export; name another folder",
             foreign.display()

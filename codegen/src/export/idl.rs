@@ -1,8 +1,8 @@
 //! The types of a module in OMG IDL 4.2.
 
 use super::names::{Names, sequence};
-use super::rpc;
-use super::scope::{Scope, written};
+use super::rpc_names::exception_hash;
+use super::scope::{Scope, escaped};
 use rc_idsl::Library;
 use rc_idsl::model::{Const, Enumerator, Member, ModuleId, Type, TypeDeclKind, TypeId};
 use rc_syntax::{Literal, LiteralKind, Name};
@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 /// The text of a file while it grows.
 #[derive(Default)]
 pub(super) struct Text {
-    out: String,
+    pub(super) out: String,
     depth: usize,
 }
 
@@ -60,57 +60,11 @@ pub(super) struct Writer<'a> {
     pub(super) names: &'a Names,
     pub(super) text: Text,
     /// The names of the module.
-    scope: Scope,
-}
-
-/// One module as a file.
-pub(super) fn module(
-    library: &Library,
-    names: &Names,
-    id: ModuleId,
-    first_line: &str,
-    includes: &[String],
-) -> String {
-    let module = library.module(id);
-    let mut writer = Writer {
-        library,
-        names,
-        text: Text::default(),
-        scope: names.scopes[id.0].clone(),
-    };
-    let guard = format!("RCGEN_{}_IDL", module.name.text.to_uppercase());
-    writer.text.line(first_line);
-    writer.text.line(&format!("#ifndef {guard}"));
-    writer.text.line(&format!("#define {guard}"));
-    writer.text.line("");
-    for include in includes {
-        writer.text.line(&format!("#include \"{include}\""));
-    }
-    if !includes.is_empty() {
-        writer.text.line("");
-    }
-    writer.text.doc(&module.doc);
-    writer
-        .text
-        .open(&format!("module {}", written(&module.name.text)));
-    for (at, one) in module.consts.iter().enumerate() {
-        writer.constant(&names.consts[&(id, at)], one);
-    }
-    let mut done = HashSet::new();
-    for ty in &module.types {
-        writer.declare(*ty, id, &mut done);
-    }
-    for interface in &module.interfaces {
-        rpc::interface(&mut writer, library.interface(*interface));
-    }
-    writer.text.close();
-    writer.text.line("");
-    writer.text.line("#endif");
-    writer.text.out
+    pub(super) scope: Scope,
 }
 
 impl Writer<'_> {
-    fn constant(&mut self, name: &str, one: &Const) {
+    pub(super) fn constant(&mut self, name: &str, one: &Const) {
         let ty = self.names.ty(self.library, &one.ty).0;
         let Some(value) = value(self.library.resolved(&one.ty), &one.value) else {
             return;
@@ -118,11 +72,11 @@ impl Writer<'_> {
         self.text.gap();
         self.text.doc(&one.doc);
         self.text
-            .line(&format!("const {ty} {} = {value};", written(name)));
+            .line(&format!("const {ty} {} = {value};", escaped(name)));
     }
 
     /// A type behind all that it consists of: IDL knows nothing that comes later.
-    fn declare(&mut self, id: TypeId, home: ModuleId, done: &mut HashSet<TypeId>) {
+    pub(super) fn declare(&mut self, id: TypeId, home: ModuleId, done: &mut HashSet<TypeId>) {
         if self.library.ty(id).module != home || !done.insert(id) {
             return;
         }
@@ -139,10 +93,10 @@ impl Writer<'_> {
                 doc.push("An exception.".to_owned());
                 self.structure(&name, &doc, members);
                 let hash = crate::view::rpc_hash(&decl.name.text);
-                let constant = rpc::exception_hash(&name);
+                let constant = exception_hash(&name);
                 self.text.gap();
                 self.text
-                    .line(&format!("const int32 {} = {hash};", written(&constant)));
+                    .line(&format!("const int32 {} = {hash};", escaped(&constant)));
             }
             TypeDeclKind::Alias(Type::Dictionary(key, value)) => {
                 let member = |name: &str, ty: &Type| Member {
@@ -163,16 +117,16 @@ impl Writer<'_> {
                 self.text.doc(&doc);
                 let module = &self.library.module(home).name.text;
                 let entries =
-                    sequence(&format!("::{}::{}", written(module), written(&entry)), None);
+                    sequence(&format!("::{}::{}", escaped(module), escaped(&entry)), None);
                 self.text
-                    .line(&format!("typedef {entries} {};", written(&name)));
+                    .line(&format!("typedef {entries} {};", escaped(&name)));
             }
             TypeDeclKind::Alias(ty) => {
                 let (ty, sizes) = self.names.ty(self.library, ty);
                 self.text.gap();
                 self.text.doc(&decl.doc);
                 self.text
-                    .line(&format!("typedef {ty} {}{sizes};", written(&name)));
+                    .line(&format!("typedef {ty} {}{sizes};", escaped(&name)));
             }
         }
     }
@@ -185,15 +139,15 @@ impl Writer<'_> {
         self.text.doc(doc);
         if values.iter().any(|v| v.value < 0) {
             self.text.line("/// An enum of these constants.");
-            self.text.line(&format!("typedef int32 {};", written(name)));
+            self.text.line(&format!("typedef int32 {};", escaped(name)));
             for (name, value) in names.iter().zip(values) {
                 self.text.doc(&value.doc);
                 self.text
-                    .line(&format!("const int32 {} = {};", written(name), value.value));
+                    .line(&format!("const int32 {} = {};", escaped(name), value.value));
             }
             return;
         }
-        self.text.open(&format!("enum {}", written(name)));
+        self.text.open(&format!("enum {}", escaped(name)));
         let mut next = 0;
         for (at, (name, value)) in names.iter().zip(values).enumerate() {
             self.text.doc(&value.doc);
@@ -204,7 +158,7 @@ impl Writer<'_> {
             };
             next = value.value.wrapping_add(1);
             let comma = if at + 1 < names.len() { "," } else { "" };
-            self.text.line(&format!("{number}{}{comma}", written(name)));
+            self.text.line(&format!("{number}{}{comma}", escaped(name)));
         }
         self.text.close();
     }
@@ -227,18 +181,20 @@ impl Writer<'_> {
             if let (ty, sizes) = self.names.ty(self.library, &member.ty)
                 && !sizes.is_empty()
             {
-                let element = self.scope.free(&format!("{name}_{}", member.name.text));
+                let element = self
+                    .scope
+                    .unique_name(&format!("{name}_{}", member.name.text));
                 self.text.gap();
                 self.text
-                    .line(&format!("typedef {ty} {}{sizes};", written(&element)));
+                    .line(&format!("typedef {ty} {}{sizes};", escaped(&element)));
                 elements.insert(&member.name.text, element);
             }
         }
         self.text.gap();
         self.text.doc(doc);
         self.text.line("@final");
-        self.text.open(&format!("struct {}", written(name)));
-        let mut scope = Scope::called(name);
+        self.text.open(&format!("struct {}", escaped(name)));
+        let mut scope = Scope::new(name);
         let mut hidden = Scope::default();
         for member in members {
             hidden.claim(&member.name.text);
@@ -246,7 +202,7 @@ impl Writer<'_> {
         for member in members {
             let (mut ty, mut sizes) = self.names.ty(self.library, &member.ty);
             if let Some(element) = elements.get(&member.name.text) {
-                (ty, sizes) = (written(element), String::new());
+                (ty, sizes) = (escaped(element), String::new());
             }
             let (annotations, facts) = facts(self.library, member, &hidden);
             if member.optional {
@@ -254,9 +210,9 @@ impl Writer<'_> {
             }
             self.text.doc(&member.doc);
             self.text.doc(&facts);
-            let name = scope.free(&member.name.text);
+            let name = scope.unique_name(&member.name.text);
             self.text
-                .line(&format!("{annotations}{ty} {}{sizes};", written(&name)));
+                .line(&format!("{annotations}{ty} {}{sizes};", escaped(&name)));
         }
         if members.is_empty() {
             self.text.line(&format!("{nothing} dummy;"));
@@ -274,7 +230,7 @@ fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<Str
         facts.push("Optional: none or one.".to_owned());
     }
     if let Some(unit) = &member.unit {
-        if hidden.has("unit") {
+        if hidden.contains("unit") {
             facts.push(format!("Unit: {unit}."));
         } else {
             annotations.push(format!("@unit({})", quoted(unit)));
@@ -296,14 +252,14 @@ fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<Str
             (Some(end), None) | (None, Some(end)) => end,
             (None, None) => ("range", None),
         };
-        match arguments.filter(|_| !hidden.has(name)) {
+        match arguments.filter(|_| !hidden.contains(name)) {
             Some(arguments) => annotations.push(format!("@{name}({arguments})")),
             None => facts
                 .extend(crate::view::range_text(member).map(|range| format!("Range: {range}."))),
         }
     }
     if let Some(default) = &member.default {
-        match one(default).filter(|_| !hidden.has("default")) {
+        match one(default).filter(|_| !hidden.contains("default")) {
             Some(value) => annotations.push(format!("@default({value})")),
             None => facts.push(format!("Default: {}.", plain(default))),
         }

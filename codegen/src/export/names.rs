@@ -1,7 +1,7 @@
 //! What types and enumerators are called in IDL, and how a type is written where it is used.
 
-use super::rpc;
-use super::scope::{Scope, written};
+use super::rpc_names;
+use super::scope::{Scope, escaped};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::{Enumerator, Module, ModuleId, Primitive, Type, TypeDeclKind, TypeId};
@@ -20,7 +20,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    pub(super) fn of(library: &Library, found: &mut Diagnostics) -> Self {
+    pub(super) fn new(library: &Library, found: &mut Diagnostics) -> Self {
         let mut names = Self {
             types: HashMap::new(),
             entries: HashMap::new(),
@@ -44,11 +44,11 @@ impl Names {
     ) -> Scope {
         let mut scope = Scope::module(&module.name.text);
         for ty in &module.types {
-            let name = scope.free(&library.ty(*ty).name.text);
+            let name = scope.unique_name(&library.ty(*ty).name.text);
             self.types.insert(*ty, name);
         }
         for (at, one) in module.consts.iter().enumerate() {
-            let name = scope.free(&one.name.text);
+            let name = scope.unique_name(&one.name.text);
             self.consts.insert((id, at), name);
         }
         // Strangers know these from a document: they are as it says, or there are none.
@@ -66,7 +66,7 @@ impl Names {
         for ty in &module.types {
             let decl = library.ty(*ty);
             if matches!(decl.kind, TypeDeclKind::Exception(_)) {
-                fixed(rpc::exception_hash(&self.types[ty]), &decl.name);
+                fixed(rpc_names::exception_hash(&self.types[ty]), &decl.name);
             }
         }
         for interface in &module.interfaces {
@@ -75,7 +75,7 @@ impl Names {
                 unwritable.push(&interface.name);
                 continue;
             }
-            rpc::names(interface)
+            rpc_names::names(interface)
                 .into_iter()
                 .for_each(|(name, at)| fixed(name, at));
         }
@@ -83,7 +83,7 @@ impl Names {
             let message = format!("`{}` is no name in IDL: it begins with `_`", name.text);
             found.push(Diagnostic::error("export-name", name.span, message));
         }
-        rpc::exceptions_collide(library, module, found);
+        rpc_names::exceptions_collide(library, module, found);
         for ty in &module.types {
             let own = &self.types[ty];
             if matches!(
@@ -91,7 +91,7 @@ impl Names {
                 TypeDeclKind::Alias(Type::Dictionary(..))
             ) {
                 self.entries
-                    .insert(*ty, scope.free(&format!("{own}_Entry")));
+                    .insert(*ty, scope.unique_name(&format!("{own}_Entry")));
             }
         }
         self.enumerators(library, module, &mut scope);
@@ -111,12 +111,12 @@ impl Names {
         let enums: Vec<(TypeId, &Vec<Enumerator>)> = enums.collect();
         let (mut once, mut repeated) = (Scope::default(), Scope::default());
         for value in enums.iter().flat_map(|(_, values)| *values) {
-            if scope.has(&value.name.text) || !once.claim(&value.name.text) {
+            if scope.contains(&value.name.text) || !once.claim(&value.name.text) {
                 repeated.claim(&value.name.text);
             }
         }
         for (ty, values) in enums {
-            let long = values.iter().any(|v| repeated.has(&v.name.text));
+            let long = values.iter().any(|v| repeated.contains(&v.name.text));
             let own = &self.types[&ty];
             let prefix = if long {
                 format!("{own}_")
@@ -125,7 +125,7 @@ impl Names {
             };
             let names = values
                 .iter()
-                .map(|v| scope.free(&format!("{prefix}{}", v.name.text)));
+                .map(|v| scope.unique_name(&format!("{prefix}{}", v.name.text)));
             self.enumerators.insert(ty, names.collect());
         }
     }
@@ -133,7 +133,7 @@ impl Names {
     /// `::Module::Name`: nothing of that name in a scope between here and there can be meant.
     pub(super) fn path(&self, library: &Library, id: TypeId) -> String {
         let module = &library.module(library.ty(id).module).name.text;
-        format!("::{}::{}", written(module), written(&self.types[&id]))
+        format!("::{}::{}", escaped(module), escaped(&self.types[&id]))
     }
 
     /// A type where it is used, and the sizes that stand behind the name of a member that is an array.

@@ -1,6 +1,6 @@
 //! Interface packages of ROS 2, as colcon builds them.
 
-use super::FIRST_WORDS;
+use super::HEADER;
 use crate::Files;
 use crate::files::Owner;
 use crate::ros::{self, Constant, Field, Package, harmless};
@@ -18,7 +18,7 @@ pub fn ros2(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
         }
         let source = sources.path(module.source).file_name().unwrap_or_default();
         let first = format!(
-            "{FIRST_WORDS} from {}; rewritten at every export.",
+            "{HEADER} from {}; rewritten at every export.",
             source.to_string_lossy()
         );
         let mut add = |path: &str, text: String| {

@@ -2,61 +2,12 @@
 //! DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1), as `rc_middleware::rpc` has them on the wire.
 
 use super::idl::Writer;
-use super::scope::{Scope, written};
-use super::uses::{has_calls, is_call, is_topic};
+use super::rpc_names::exception_hash;
+use super::scope::{Scope, escaped};
+use super::uses::{is_call, is_topic};
 use crate::view::rpc_hash;
-use rc_diagnostics::{Diagnostic, Diagnostics};
-use rc_idsl::Library;
-use rc_idsl::model::{Interface, Member, Module, Operation, Type};
+use rc_idsl::model::{Interface, Member, Operation, Type};
 use rc_syntax::Name;
-
-/// The constant with the hash of an exception.
-pub(super) fn exception_hash(exception: &str) -> String {
-    format!("{exception}_Ex_Hash")
-}
-
-/// All that an interface becomes, and what in it is the reason.
-pub(super) fn names(interface: &Interface) -> Vec<(String, &Name)> {
-    let own = &interface.name.text;
-    let mut names = Vec::new();
-    for operation in &interface.operations {
-        let base = format!("{own}_{}", operation.name.text);
-        if is_call(interface, operation) {
-            let all = ["Hash", "In", "Out", "Result"].into_iter();
-            names.extend(all.map(|end| (format!("{base}_{end}"), &operation.name)));
-        }
-        if is_topic(interface, operation) {
-            names.push((base, &operation.name));
-        }
-    }
-    if has_calls(interface) {
-        let all = ["Call", "Request", "Return", "Reply"].into_iter();
-        names.extend(all.map(|end| (format!("{own}_{end}"), &interface.name)));
-    }
-    names
-}
-
-/// Exceptions of one operation are told apart by the hashes of their names, without the module.
-pub(super) fn exceptions_collide(library: &Library, module: &Module, found: &mut Diagnostics) {
-    let interfaces = module.interfaces.iter().map(|i| library.interface(*i));
-    for operation in interfaces.flat_map(|i| &i.operations) {
-        let mut seen: Vec<&Name> = Vec::new();
-        for exception in operation.throws.iter().map(|t| &library.ty(*t).name) {
-            if let Some(first) = seen.iter().find(|first| first.text == exception.text) {
-                let message = format!(
-                    "`{}` throws two exceptions called `{}`, which are one in the envelope of calls",
-                    operation.name.text, exception.text
-                );
-                found.push(
-                    Diagnostic::error("export-name", operation.name.span, message)
-                        .label(first.span, "one")
-                        .label(exception.span, "the other one"),
-                );
-            }
-            seen.push(exception);
-        }
-    }
-}
 
 /// All types of an interface.
 pub(super) fn interface(writer: &mut Writer<'_>, interface: &Interface) {
@@ -83,15 +34,15 @@ pub(super) fn interface(writer: &mut Writer<'_>, interface: &Interface) {
         call(writer, own, operation);
     }
     let module = &writer.library.module(interface.module).name.text;
-    let module = written(module);
+    let module = escaped(module);
     for (union, end) in [("Call", "In"), ("Return", "Result")] {
         let cases: Vec<Case> = calls
             .iter()
             .map(|operation| {
                 let base = format!("{own}_{}", operation.name.text);
                 Case {
-                    label: written(&format!("{base}_Hash")),
-                    ty: written(&format!("{base}_{end}")),
+                    label: escaped(&format!("{base}_Hash")),
+                    ty: escaped(&format!("{base}_{end}")),
                     name: operation.name.text.clone(),
                 }
             })
@@ -109,11 +60,11 @@ pub(super) fn interface(writer: &mut Writer<'_>, interface: &Interface) {
         writer.text.line("@final");
         writer
             .text
-            .open(&format!("struct {}", written(&format!("{own}_{message}"))));
+            .open(&format!("struct {}", escaped(&format!("{own}_{message}"))));
         writer
             .text
             .line(&format!("::dds::rpc::{message}Header header;"));
-        let data = written(&format!("{own}_{data}"));
+        let data = escaped(&format!("{own}_{data}"));
         writer.text.line(&format!("::{module}::{data} data;"));
         writer.text.close();
     }
@@ -124,7 +75,7 @@ fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
     let base = format!("{interface}_{}", operation.name.text);
     let hash = rpc_hash(&operation.name.text);
     writer.text.gap();
-    let constant = written(&format!("{base}_Hash"));
+    let constant = escaped(&format!("{base}_Hash"));
     writer
         .text
         .line(&format!("const int32 {constant} = {hash};"));
@@ -139,13 +90,13 @@ fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
     }
     let mut cases = vec![Case {
         label: "0".to_owned(),
-        ty: written(&format!("{base}_Out")),
+        ty: escaped(&format!("{base}_Out")),
         name: "result".to_owned(),
     }];
     for exception in &operation.throws {
         let decl = writer.library.ty(*exception);
-        let module = written(&writer.library.module(decl.module).name.text);
-        let hash = written(&exception_hash(&writer.names.types[exception]));
+        let module = escaped(&writer.library.module(decl.module).name.text);
+        let hash = escaped(&exception_hash(&writer.names.types[exception]));
         cases.push(Case {
             label: format!("::{module}::{hash}"),
             ty: writer.names.path(writer.library, *exception),
@@ -177,17 +128,18 @@ struct Case {
 
 /// A union over hashes of names.
 fn switch(writer: &mut Writer<'_>, name: &str, (unknown, member): (&str, &str), cases: &[Case]) {
-    let mut scope = Scope::called(name);
+    let mut scope = Scope::new(name);
     writer.text.gap();
     writer.text.line("@final");
     writer
         .text
-        .open(&format!("union {} switch (int32)", written(name)));
-    writer
-        .text
-        .line(&format!("default: {unknown} {};", scope.free(member)));
+        .open(&format!("union {} switch (int32)", escaped(name)));
+    writer.text.line(&format!(
+        "default: {unknown} {};",
+        scope.unique_name(member)
+    ));
     for case in cases {
-        let name = written(&scope.free(&case.name));
+        let name = escaped(&scope.unique_name(&case.name));
         writer
             .text
             .line(&format!("case {}: {} {name};", case.label, case.ty));

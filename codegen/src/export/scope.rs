@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 /// The words of OMG IDL 4.2, in whatever case they are written.
-const WORDS: [&str; 83] = [
+const KEYWORDS: [&str; 83] = [
     "abstract",
     "any",
     "alias",
@@ -99,9 +99,9 @@ pub(super) fn is_annotation(name: &str) -> bool {
 }
 
 /// `name` as it is written: a `_` before it takes the meaning from a word, and belongs to no name.
-pub(super) fn written(name: &str) -> String {
+pub(super) fn escaped(name: &str) -> String {
     let low = name.to_ascii_lowercase();
-    if WORDS.contains(&low.as_str()) {
+    if KEYWORDS.contains(&low.as_str()) {
         format!("_{name}")
     } else {
         name.to_owned()
@@ -114,7 +114,7 @@ pub(super) struct Scope(HashSet<String>);
 
 impl Scope {
     /// A scope that has a name itself, which nothing in it may have.
-    pub(super) fn called(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let mut scope = Self::default();
         scope.claim(name);
         scope
@@ -122,7 +122,7 @@ impl Scope {
 
     /// The scope of a module, in which annotations are found.
     pub(super) fn module(name: &str) -> Self {
-        let mut scope = Self::called(name);
+        let mut scope = Self::new(name);
         for annotation in ANNOTATIONS {
             scope.claim(annotation);
         }
@@ -135,13 +135,13 @@ impl Scope {
     }
 
     /// Whether somebody has this name.
-    pub(super) fn has(&self, name: &str) -> bool {
+    pub(super) fn contains(&self, name: &str) -> bool {
         self.0.contains(&name.to_ascii_lowercase())
     }
 
     /// Takes this name, or the next one with a `_` more at its end. No name begins with a `_`: compilers read it as one
     /// before a word.
-    pub(super) fn free(&mut self, name: &str) -> String {
+    pub(super) fn unique_name(&mut self, name: &str) -> String {
         let first = if name.starts_with('_') { "x" } else { "" };
         let mut name = format!("{first}{name}");
         while !self.claim(&name) {

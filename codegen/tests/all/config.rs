@@ -78,7 +78,7 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     rights(folder, 0o400);
     let (code, _, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
     assert_eq!(code, 3);
-    assert!(err.contains("it is read-only"), "{err}");
+    assert!(err.contains("the file is read-only"), "{err}");
     assert_eq!(changed(&before, &files(folder)), [""; 0]);
     rights(folder, 0o600);
     let (code, out, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);

@@ -466,7 +466,7 @@ fn fmt_takes_what_there_is_and_names_what_it_cannot_take() {
     for command in ["fmt", "check"] {
         let (code, _, err) = rcgen(folder, &[command, "pipe.idsl"]);
         assert_eq!(code, 3);
-        assert!(err.contains("pipe.idsl: it is not a file"), "{err}");
+        assert!(err.contains("pipe.idsl: not a regular file"), "{err}");
     }
     // A refusal of the system is told beside the mistakes, and wins.
     write("bad.idsl", b"module {");

@@ -4,7 +4,7 @@
 
 use expect_test::{Expect, expect};
 use rc_ddsl::Deployment;
-use rc_ddsl::model::{Instance, Place, Restart};
+use rc_ddsl::model::{Instance, InstanceOrGroup, Restart};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::{MemoryLoader, Name};
 
@@ -35,8 +35,8 @@ fn whole_files() {
     check_file(
         "",
         &expect![[r#"
-        n.ddsl:1:1: error[empty-file]: this file is empty; it should hold `Deployment NAME { … };`
-    "#]],
+            n.ddsl:1:1: error[empty-file]: expected `Deployment NAME { … };`, found an empty file
+        "#]],
     );
     check_file("Deployment n { };", &expect![[""]]);
     check_file(
@@ -66,7 +66,7 @@ fn whole_files() {
     check_file(
         "Deployment n { };\nDeployment m { };",
         &expect![[r#"
-            n.ddsl:2:1: error[text-after-end]: there is text after the end; a file holds one `Deployment NAME { … };`
+            n.ddsl:2:1: error[text-after-end]: unexpected text: a file contains one `Deployment NAME { … };`
         "#]],
     );
 }
@@ -77,16 +77,16 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
         "middleware iceoryx2\nComponent a { cdsl \"a.cdsl\"\nafter b // first\nready 5s\nargs \"x\", \"y\"\nenv { A \"1\" B \"2\" }\n}\n\
          Component b { cdsl \"b.cdsl\" config \"c.toml\" }\nbind a.Laser -> b.Laser",
         &expect![[r#"
-            n.ddsl:2:20: error[missing-semicolon]: `;` expected here
-            n.ddsl:3:28: error[missing-semicolon]: `;` expected here
-            n.ddsl:4:8: error[missing-semicolon]: `;` expected here
-            n.ddsl:5:9: error[missing-semicolon]: `;` expected here
-            n.ddsl:6:14: error[missing-semicolon]: `;` expected here
-            n.ddsl:7:12: error[missing-semicolon]: `;` expected here
-            n.ddsl:7:18: error[missing-semicolon]: `;` expected here
-            n.ddsl:9:28: error[missing-semicolon]: `;` expected here
-            n.ddsl:9:44: error[missing-semicolon]: `;` expected here
-            n.ddsl:10:24: error[missing-semicolon]: `;` expected here
+            n.ddsl:2:20: error[missing-semicolon]: expected `;`
+            n.ddsl:3:28: error[missing-semicolon]: expected `;`
+            n.ddsl:4:8: error[missing-semicolon]: expected `;`
+            n.ddsl:5:9: error[missing-semicolon]: expected `;`
+            n.ddsl:6:14: error[missing-semicolon]: expected `;`
+            n.ddsl:7:12: error[missing-semicolon]: expected `;`
+            n.ddsl:7:18: error[missing-semicolon]: expected `;`
+            n.ddsl:9:28: error[missing-semicolon]: expected `;`
+            n.ddsl:9:44: error[missing-semicolon]: expected `;`
+            n.ddsl:10:24: error[missing-semicolon]: expected `;`
         "#]],
     );
 }
@@ -97,25 +97,25 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
         "Component a { cdls \"a.cdsl\"; cdsl a.cdsl; after ; after \"b\"; ready soon; stop 0s; env A \"1\"; env { A = \"1\"; }; args x; restart always max 3; };\n\
          Compnent b { cdsl \"b\"; };\nbind a.Laser b.Laser;\nbind a -> b;\nbind a.Laser => b.Laser;\nmiddleware iceorix2;\ndomain x;\n§;\nComponent c cdsl \"c\"; };",
         &expect![[r#"
-            n.ddsl:2:15: error[unknown-field]: `cdls` does not begin a field of a component (did you mean `cdsl`?)
-            n.ddsl:2:35: error[syntax-error]: expected a text in quotes, found `a`
+            n.ddsl:2:15: error[unknown-field]: expected a field of a component, found `cdls` (did you mean `cdsl`?)
+            n.ddsl:2:35: error[syntax-error]: expected a string, found `a`
             n.ddsl:2:49: error[syntax-error]: expected a name, found `;`
             n.ddsl:2:57: error[syntax-error]: expected a name, found `"`
-            n.ddsl:2:68: error[syntax-error]: expected a time such as `5s`, found `soon`
-            n.ddsl:2:79: error[bad-time]: `stop` takes a time such as `5s`, at most a day
+            n.ddsl:2:68: error[syntax-error]: expected a duration such as `5s`, found `soon`
+            n.ddsl:2:79: error[bad-time]: `stop` takes a duration such as `5s`, at most one day
             n.ddsl:2:87: error[syntax-error]: expected `{`, found `A`
-            n.ddsl:2:102: error[syntax-error]: expected a text in quotes, found `=`
-            n.ddsl:2:117: error[syntax-error]: expected a text in quotes, found `x`
+            n.ddsl:2:102: error[syntax-error]: expected a string, found `=`
+            n.ddsl:2:117: error[syntax-error]: expected a string, found `x`
             n.ddsl:2:140: error[syntax-error]: expected `within`, found `;`
-            n.ddsl:3:1: error[unknown-field]: `Compnent` does not begin a declaration of a deployment (did you mean `Component`?)
+            n.ddsl:3:1: error[unknown-field]: expected a declaration of a deployment, found `Compnent` (did you mean `Component`?)
             n.ddsl:4:14: error[syntax-error]: expected `->` or `.`, found `b`
             n.ddsl:5:8: error[syntax-error]: expected `.`, found `-`
             n.ddsl:6:14: error[syntax-error]: expected `->` or `.`, found `=`
             n.ddsl:7:12: error[unknown-middleware]: unknown middleware `iceorix2` (did you mean `iceoryx2`?)
             n.ddsl:8:8: error[syntax-error]: expected a number, found `x`
-            n.ddsl:9:1: error[unknown-field]: `§` does not begin a declaration of a deployment (allowed here: `Component`, `Host`, `Group`, `bind`, `middleware`, `domain`)
+            n.ddsl:9:1: error[unknown-field]: expected a declaration of a deployment, found `§` (expected one of `Component`, `Host`, `Group`, `bind`, `middleware`, `domain`)
             n.ddsl:10:13: error[syntax-error]: expected `{`, found `cdsl`
-            n.ddsl:11:1: error[text-after-end]: there is text after the end; a file holds one `Deployment NAME { … };`
+            n.ddsl:11:1: error[text-after-end]: unexpected text: a file contains one `Deployment NAME { … };`
         "#]],
     );
 }
@@ -127,15 +127,15 @@ fn names_are_known_and_unique() {
          Component rcdeploy { cdsl \"a\"; };\nbind a.Laser -> bb.Laser;\nbind x.Laser -> a.b.Laser;",
         &expect![[r#"
             n.ddsl:2:33: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:2:12 (a further one only sets something of it, in braces: write first what the components use)
-            n.ddsl:3:25: error[repeated-clause]: field `cdsl` is repeated; each stands once; the first one at n.ddsl:3:15
-            n.ddsl:3:41: error[unknown-instance]: there is no component or group `bb` here (did you mean `bbb`?)
-            n.ddsl:3:45: error[unknown-instance]: there is no component or group `c` here (allowed here: `A`, `a`, `bbb`, `rcdeploy`)
-            n.ddsl:4:11: error[duplicate-name]: the name `A` is there twice; first declared here at n.ddsl:3:11 (names that differ only in case count as equal)
-            n.ddsl:5:11: error[missing-clause]: component `bbb` does not say what it is (add `cdsl "PATH/NAME.cdsl";`, relative to this file)
-            n.ddsl:6:11: error[reserved-name]: `rcdeploy` is the deployer's own name in every network
-            n.ddsl:7:17: error[unknown-instance]: there is no component or group `bb` here (did you mean `bbb`?)
-            n.ddsl:8:6: error[unknown-instance]: there is no component or group `x` here (allowed here: `A`, `a`, `bbb`, `rcdeploy`)
-            n.ddsl:8:19: error[not-a-group]: `a` is a component; a slot of it is `a.SLOT`, and there is nothing else in it
+            n.ddsl:3:25: error[repeated-clause]: duplicate field `cdsl`; first used here at n.ddsl:3:15
+            n.ddsl:3:41: error[unknown-instance]: unknown component or group `bb` (did you mean `bbb`?)
+            n.ddsl:3:45: error[unknown-instance]: unknown component or group `c` (expected one of `A`, `a`, `bbb`, `rcdeploy`)
+            n.ddsl:4:11: error[duplicate-name]: duplicate name `A`; first declared here at n.ddsl:3:11 (choose names that differ in more than case)
+            n.ddsl:5:11: error[missing-clause]: component `bbb` has no field `cdsl` (add `cdsl "PATH/NAME.cdsl";`, relative to this file)
+            n.ddsl:6:11: error[reserved-name]: the name `rcdeploy` is reserved for the supervisor
+            n.ddsl:7:17: error[unknown-instance]: unknown component or group `bb` (did you mean `bbb`?)
+            n.ddsl:8:6: error[unknown-instance]: unknown component or group `x` (expected one of `A`, `a`, `bbb`, `rcdeploy`)
+            n.ddsl:8:19: error[not-a-group]: expected a group, found component `a` (write `a.SLOT`)
         "#]],
     );
 }
@@ -145,8 +145,8 @@ fn circles_of_after() {
     check(
         "Component a { cdsl \"a\"; after b; };\nComponent b { cdsl \"b\"; after c; };\nComponent c { cdsl \"c\"; after a; };\nComponent d { cdsl \"d\"; after d; };\nComponent e { cdsl \"d\"; after a; };",
         &expect![[r#"
-            n.ddsl:4:31: error[after-cycle]: these components wait for each other: a after b after c after a; and here at n.ddsl:2:31; and here at n.ddsl:3:31
-            n.ddsl:5:31: error[after-cycle]: these components wait for each other: d after d
+            n.ddsl:4:31: error[after-cycle]: cyclic start order: a after b after c after a; also here at n.ddsl:2:31; also here at n.ddsl:3:31
+            n.ddsl:5:31: error[after-cycle]: cyclic start order: d after d
         "#]],
     );
 }
@@ -181,18 +181,18 @@ fn settings_of_middlewares_hold_for_a_block() {
             n.ddsl:2:18: error[unknown-key]: `domian` cannot be set of dds (did you mean `domain`?)
             n.ddsl:2:34: error[out-of-range]: `lease` cannot be `50ms` (allowed is a time of at least 100ms, at most a day)
             n.ddsl:2:51: error[bad-setting]: `interfaces` cannot be the number 5 (allowed is the name or the address of a network interface, such as "eth0" or "10.0.0.2")
-            n.ddsl:2:60: error[bad-setting]: `peers` cannot be the text "a b" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
+            n.ddsl:2:60: error[bad-setting]: `peers` cannot be the string "a b" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
             n.ddsl:2:82: error[bad-setting]: `multicast` cannot be `maybe` (allowed is `on` or `off`)
-            n.ddsl:2:89: error[repeated-clause]: setting `lease` is repeated; each stands once; the first one at n.ddsl:2:28
+            n.ddsl:2:89: error[repeated-clause]: duplicate setting `lease`; first used here at n.ddsl:2:28
             n.ddsl:2:109: error[bad-setting]: `domain` takes one value
-            n.ddsl:3:1: error[repeated-clause]: setting `domain` is repeated; each stands once; the first one at n.ddsl:2:99
+            n.ddsl:3:1: error[repeated-clause]: duplicate setting `domain`; first used here at n.ddsl:2:99
             n.ddsl:4:33: error[unknown-key]: `x` cannot be set of iceoryx2 (there is nothing yet that can be set of iceoryx2)
             n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
-            n.ddsl:4:118: error[unknown-field]: `§` does not begin a setting of a middleware (allowed here: `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`, `qos`)
-            n.ddsl:4:136: error[missing-semicolon]: `;` expected here
-            n.ddsl:4:161: error[repeated-clause]: clause `middleware` is repeated; each stands once; the first one at n.ddsl:4:92
+            n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `service_mapping`, `namespace`, `node`, `remap`, `qos`)
+            n.ddsl:4:136: error[missing-semicolon]: expected `;`
+            n.ddsl:4:161: error[repeated-clause]: duplicate clause `middleware`; first used here at n.ddsl:4:92
             n.ddsl:4:191: error[syntax-error]: expected a name, found `{`
             n.ddsl:5:32: error[syntax-error]: expected a number, found `x`
         "#]],
@@ -213,11 +213,11 @@ fn ros_has_words_and_names() {
          Component a { cdsl \"a\"; };",
         &expect![[r#"
             n.ddsl:2:35: error[bad-setting]: `service_mapping` cannot be `basic` (allowed is one of enhanced, cyclone)
-            n.ddsl:2:52: error[bad-setting]: `namespace` cannot be the text "robot" (allowed is a namespace of ROS 2, such as "/robot": letters, digits and single `_`, no digit first, behind each `/`)
+            n.ddsl:2:52: error[bad-setting]: `namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": letters, digits and single `_`, no digit first, behind each `/`)
             n.ddsl:2:66: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
-            n.ddsl:2:75: error[bad-setting]: `remap` cannot be the text "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": a slot, SLOT/operation or a name of ROS 2, and the name in its place)
+            n.ddsl:2:75: error[bad-setting]: `remap` cannot be the string "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": a slot, SLOT/operation or a name of ROS 2, and the name in its place)
             n.ddsl:2:90: error[unknown-key]: `nod` cannot be set of ros2 (did you mean `node`?)
-            n.ddsl:2:103: error[bad-setting]: `qos` cannot be the text "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a time, or none))
+            n.ddsl:2:103: error[bad-setting]: `qos` cannot be the string "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a time, or none))
         "#]],
     );
 }
@@ -250,7 +250,7 @@ fn every_construct_reaches_the_model() {
     assert_eq!(base.host.map(|(host, _)| host), Some(0));
     let endpoint = base.endpoint.map(|(address, _)| address.to_string());
     assert_eq!(endpoint.as_deref(), Some("10.0.0.2:7000"));
-    assert_eq!(base.after[0].0, Place::Group(0));
+    assert_eq!(base.after[0].0, InstanceOrGroup::Group(0));
     assert_eq!(
         (base.ready.as_millis(), base.stop.as_millis()),
         (5000, 1500)
@@ -308,14 +308,14 @@ fn a_name_stands_once_in_a_block() {
          Group g { Component a { cdsl \"a\"; }; Component a { cdsl \"a\"; }; export X, Y, X; export Z; };\n\
          Group rcdeploy { Component rcdeploy { cdsl \"a\"; }; };",
         &expect![[r#"
-            n.ddsl:3:7: error[duplicate-name]: the name `A` is there twice; first declared here at n.ddsl:2:11 (names that differ only in case count as equal)
-            n.ddsl:4:11: error[duplicate-name]: the name `a` is there twice; first declared here at n.ddsl:2:11
-            n.ddsl:6:6: error[duplicate-name]: the name `H` is there twice; first declared here at n.ddsl:5:6 (names that differ only in case count as equal)
-            n.ddsl:8:6: error[reserved-name]: `localhost` is this machine in every network, and needs no declaration
-            n.ddsl:9:48: error[duplicate-name]: the name `a` is there twice; first declared here at n.ddsl:9:21
-            n.ddsl:9:78: error[duplicate-name]: `X` is exported twice; the first time at n.ddsl:9:72
-            n.ddsl:9:81: error[repeated-clause]: clause `export` is repeated; each stands once; the first one at n.ddsl:9:65
-            n.ddsl:10:7: error[reserved-name]: `rcdeploy` is the deployer's own name in every network
+            n.ddsl:3:7: error[duplicate-name]: duplicate name `A`; first declared here at n.ddsl:2:11 (choose names that differ in more than case)
+            n.ddsl:4:11: error[duplicate-name]: duplicate name `a`; first declared here at n.ddsl:2:11
+            n.ddsl:6:6: error[duplicate-name]: duplicate name `H`; first declared here at n.ddsl:5:6 (choose names that differ in more than case)
+            n.ddsl:8:6: error[reserved-name]: the host name `localhost` is reserved for this machine
+            n.ddsl:9:48: error[duplicate-name]: duplicate name `a`; first declared here at n.ddsl:9:21
+            n.ddsl:9:78: error[duplicate-name]: duplicate export `X`; first exported here at n.ddsl:9:72
+            n.ddsl:9:81: error[repeated-clause]: duplicate clause `export`; first used here at n.ddsl:9:65
+            n.ddsl:10:7: error[reserved-name]: the name `rcdeploy` is reserved for the supervisor
         "#]],
     );
 }
@@ -328,8 +328,8 @@ fn names_are_not_too_long() {
             "Deployment {long}{long} {{ Group {long} {{ Component {long} {{ cdsl \"a\"; }}; }}; }};"
         ),
         &expect![[r#"
-            n.ddsl:1:12: error[name-too-long]: the name of this network, `aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa`, has 80 characters; at most 64 are possible, since files and sockets are called by it
-            n.ddsl:1:154: error[name-too-long]: the name of this component, `aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa.aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa`, has 81 characters; at most 64 are possible, since files and sockets are called by it
+            n.ddsl:1:12: error[name-too-long]: the name of network `aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa` has 80 bytes, but the maximum is 64
+            n.ddsl:1:154: error[name-too-long]: the name of component `aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa.aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa` has 81 bytes, but the maximum is 64
         "#]],
     );
 }
@@ -342,16 +342,16 @@ fn hosts_are_known_and_complete() {
          Group g { Host robot { address \"x\"; }; Component a { cdsl \"a\"; host robot; }; Component b { cdsl \"b\"; host open; }; };\n\
          Component d { cdsl \"d\"; host inner; };\nGroup i { Host inner { address \"i\"; }; Component a { cdsl \"a\"; host localhst; }; };",
         &expect![[r#"
-            n.ddsl:2:6: error[missing-clause]: host `h` does not say where it is (add `address "10.0.0.2";`)
-            n.ddsl:3:34: error[repeated-clause]: field `address` is repeated; each stands once; the first one at n.ddsl:3:14
-            n.ddsl:3:54: error[unknown-field]: `usr` does not begin a field of a host (did you mean `user`?)
-            n.ddsl:4:20: error[bad-host-address]: `10 0 0 2` is not the address of a machine (an address is a name or an IP address, as in `robot.local` or `10.0.0.2`)
-            n.ddsl:5:6: error[missing-clause]: host `open` does not say where it is (add `address "10.0.0.2";`)
-            n.ddsl:5:22: error[missing-semicolon]: `;` expected here
-            n.ddsl:6:30: error[unknown-host]: there is no host `robt` (did you mean `robot`?)
-            n.ddsl:7:30: error[unknown-host]: there is no host `g` (allowed here: `bad`, `h`, `localhost`, `open`, `robot`)
-            n.ddsl:10:30: error[unknown-host]: there is no host `inner` (allowed here: `bad`, `h`, `localhost`, `open`, `robot`)
-            n.ddsl:11:69: error[unknown-host]: there is no host `localhst` (did you mean `localhost`?)
+            n.ddsl:2:6: error[missing-clause]: host `h` has no field `address` (add `address "10.0.0.2";`)
+            n.ddsl:3:34: error[repeated-clause]: duplicate field `address`; first used here at n.ddsl:3:14
+            n.ddsl:3:54: error[unknown-field]: expected a field of a host, found `usr` (did you mean `user`?)
+            n.ddsl:4:20: error[bad-host-address]: invalid address `10 0 0 2` (write a host name or an IP address: `robot.local` or `10.0.0.2`)
+            n.ddsl:5:6: error[missing-clause]: host `open` has no field `address` (add `address "10.0.0.2";`)
+            n.ddsl:5:22: error[missing-semicolon]: expected `;`
+            n.ddsl:6:30: error[unknown-host]: unknown host `robt` (did you mean `robot`?)
+            n.ddsl:7:30: error[unknown-host]: unknown host `g` (expected one of `bad`, `h`, `localhost`, `open`, `robot`)
+            n.ddsl:10:30: error[unknown-host]: unknown host `inner` (expected one of `bad`, `h`, `localhost`, `open`, `robot`)
+            n.ddsl:11:69: error[unknown-host]: unknown host `localhst` (did you mean `localhost`?)
         "#]],
     );
     check(
@@ -372,12 +372,12 @@ fn endpoints_are_addresses_and_a_machine_has_each_port_once() {
          Component c { cdsl \"a\"; endpoint \"10.0.0.2:7000\"; host one; };\nGroup g { Component d { cdsl \"a\"; endpoint \"10.0.0.2:7000\"; host same; }; };\n\
          Component e { cdsl \"a\"; endpoint \"robot:7000\"; };\nComponent f { cdsl \"a\"; endpoint \"10.0.0.2\"; };\nComponent g1 { cdsl \"a\"; endpoint \"10.0.0.2:70000\"; };\nComponent h { cdsl \"a\"; endpoint \"10.0.0.2:0\"; };",
         &expect![[r#"
-            n.ddsl:6:34: error[port-used-twice]: port 7000 is used twice on localhost; the first time at n.ddsl:5:34
-            n.ddsl:8:44: error[port-used-twice]: port 7000 is used twice on 10.0.0.2; the first time at n.ddsl:7:34
-            n.ddsl:9:34: error[bad-endpoint]: `robot:7000` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
-            n.ddsl:10:34: error[bad-endpoint]: `10.0.0.2` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
-            n.ddsl:11:35: error[bad-endpoint]: `10.0.0.2:70000` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
-            n.ddsl:12:34: error[bad-endpoint]: `10.0.0.2:0` is not an endpoint (an endpoint is an IP address and a port from 1 to 65535, as in `10.0.0.2:7000` or `[::1]:7000`)
+            n.ddsl:6:34: error[port-used-twice]: port 7000 is used twice on localhost; first used here at n.ddsl:5:34
+            n.ddsl:8:44: error[port-used-twice]: port 7000 is used twice on 10.0.0.2; first used here at n.ddsl:7:34
+            n.ddsl:9:34: error[bad-endpoint]: invalid endpoint `robot:7000` (write an IP address and a port from 1 to 65535: `10.0.0.2:7000` or `[::1]:7000`)
+            n.ddsl:10:34: error[bad-endpoint]: invalid endpoint `10.0.0.2` (write an IP address and a port from 1 to 65535: `10.0.0.2:7000` or `[::1]:7000`)
+            n.ddsl:11:35: error[bad-endpoint]: invalid endpoint `10.0.0.2:70000` (write an IP address and a port from 1 to 65535: `10.0.0.2:7000` or `[::1]:7000`)
+            n.ddsl:12:34: error[bad-endpoint]: invalid endpoint `10.0.0.2:0` (write an IP address and a port from 1 to 65535: `10.0.0.2:7000` or `[::1]:7000`)
         "#]],
     );
 }
@@ -391,21 +391,21 @@ fn numbers_times_and_words_are_what_they_can_be() {
          Group g { domain 1; domain 2; middleware ros; middleware rso2; Component e { cdsl \"e\"; }; };",
         &expect![[r#"
             n.ddsl:2:8: error[out-of-range]: `domain` cannot be the number 233 (allowed is a whole number from 0 to 232)
-            n.ddsl:3:32: error[out-of-range]: the number 1024 is not a processor; allowed are whole numbers from 0 to 1023
-            n.ddsl:3:38: error[out-of-range]: the number -1 is not a processor; allowed are whole numbers from 0 to 1023
-            n.ddsl:3:42: error[out-of-range]: the number 1.5 is not a processor; allowed are whole numbers from 0 to 1023
-            n.ddsl:3:56: error[out-of-range]: the number 0 is not a priority; allowed are whole numbers from 1 to 99
+            n.ddsl:3:32: error[out-of-range]: expected a processor number from 0 to 1023, found the number 1024
+            n.ddsl:3:38: error[out-of-range]: expected a processor number from 0 to 1023, found the number -1
+            n.ddsl:3:42: error[out-of-range]: expected a processor number from 0 to 1023, found the number 1.5
+            n.ddsl:3:56: error[out-of-range]: expected a priority from 1 to 99, found the number 0
             n.ddsl:3:67: error[unknown-restart]: unknown restart policy `allways` (did you mean `always`?)
-            n.ddsl:3:93: error[bad-time]: `stop` takes a time such as `5s`, at most a day
-            n.ddsl:4:34: error[out-of-range]: the number 100 is not a priority; allowed are whole numbers from 1 to 99
-            n.ddsl:4:62: error[out-of-range]: the number 0 is not a number of restarts; allowed are whole numbers from 1 to 1000
-            n.ddsl:4:71: error[bad-time]: `within` takes a time such as `5s`, at most a day
-            n.ddsl:4:82: error[bad-time]: `backoff` takes a time such as `5s`, at most a day
-            n.ddsl:4:105: error[repeated-clause]: variable `A` is repeated; each stands once; the first one at n.ddsl:4:91
-            n.ddsl:5:33: warning[restart-without-effect]: a component that is never started again needs no `max` and no `backoff`
-            n.ddsl:5:68: error[repeated-clause]: field `priority` is repeated; each stands once; the first one at n.ddsl:5:56
-            n.ddsl:6:33: warning[restart-without-effect]: a component that is never started again needs no `max` and no `backoff`
-            n.ddsl:7:21: error[repeated-clause]: setting `domain` is repeated; each stands once; the first one at n.ddsl:7:11
+            n.ddsl:3:93: error[bad-time]: `stop` takes a duration such as `5s`, at most one day
+            n.ddsl:4:34: error[out-of-range]: expected a priority from 1 to 99, found the number 100
+            n.ddsl:4:62: error[out-of-range]: expected a number of restarts from 1 to 1000, found the number 0
+            n.ddsl:4:71: error[bad-time]: `within` takes a duration such as `5s`, at most one day
+            n.ddsl:4:82: error[bad-time]: `backoff` takes a duration such as `5s`, at most one day
+            n.ddsl:4:105: error[repeated-clause]: duplicate variable `A`; first used here at n.ddsl:4:91
+            n.ddsl:5:33: warning[restart-without-effect]: `max` and `backoff` have no effect with the policy `never`
+            n.ddsl:5:68: error[repeated-clause]: duplicate field `priority`; first used here at n.ddsl:5:56
+            n.ddsl:6:33: warning[restart-without-effect]: `max` and `backoff` have no effect with the policy `never`
+            n.ddsl:7:21: error[repeated-clause]: duplicate setting `domain`; first used here at n.ddsl:7:11
             n.ddsl:7:58: error[unknown-middleware]: unknown middleware `rso2` (did you mean `ros2`?)
         "#]],
     );
@@ -416,10 +416,10 @@ fn an_empty_group_is_suspicious() {
     check(
         "Group g { };\nGroup h { Group i { }; };\nGroup j { Component a { cdsl \"a\"; }; };\nGroup k { Componnt a { cdsl \"a\"; }; };",
         &expect![[r#"
-            n.ddsl:2:7: warning[empty-group]: there is no component in group `g`
-            n.ddsl:3:7: warning[empty-group]: there is no component in group `h`
-            n.ddsl:3:17: warning[empty-group]: there is no component in group `i`
-            n.ddsl:5:11: error[unknown-field]: `Componnt` does not begin a declaration of a group (did you mean `Component`?)
+            n.ddsl:2:7: warning[empty-group]: group `g` has no components
+            n.ddsl:3:7: warning[empty-group]: group `h` has no components
+            n.ddsl:3:17: warning[empty-group]: group `i` has no components
+            n.ddsl:5:11: error[unknown-field]: expected a declaration of a group, found `Componnt` (did you mean `Component`?)
         "#]],
     );
 }
@@ -434,16 +434,16 @@ fn paths_lead_through_groups_as_far_as_these_export() {
          bind out.Pose -> arm.left.motor.Pose;\nbind out.Pose -> arm.left.Pose;\nbind out.Pose -> arm.Pose;\nbind out.Pose -> arm.Gaol;\n\
          bind out.Goal -> arm.lft.Goal;\nbind out.Goal -> out.motor.Goal;\nbind motor.Goal -> left.Goal;\nGroup none { Component x { cdsl \"x\"; }; };\nbind out.Goal -> none.Goal;",
         &expect![[r#"
-            n.ddsl:5:83: error[not-exported]: `motor` is inside group `arm.left`, which does not export `Hidden`; the group at n.ddsl:4:7 (`export Goal, Pose, Hidden;` in group `arm.left` would let it out)
-            n.ddsl:8:22: error[not-exported]: `left` is inside group `arm`, which does not export `Pose`; the group at n.ddsl:3:7 (`export Goal, Pose;` in group `arm` would let it out)
-            n.ddsl:9:22: error[not-exported]: `left` is inside group `arm`, which does not export `Pose`; the group at n.ddsl:3:7 (`export Goal, Pose;` in group `arm` would let it out)
-            n.ddsl:10:22: error[not-exported]: group `arm` does not export `Pose`; the group at n.ddsl:3:7 (`export Goal, Pose;` in group `arm` would let it out)
+            n.ddsl:5:83: error[not-exported]: `motor` is inside group `arm.left`, which does not export `Hidden`; the group at n.ddsl:4:7 (write `export Goal, Pose, Hidden;` in group `arm.left`)
+            n.ddsl:8:22: error[not-exported]: `left` is inside group `arm`, which does not export `Pose`; the group at n.ddsl:3:7 (write `export Goal, Pose;` in group `arm`)
+            n.ddsl:9:22: error[not-exported]: `left` is inside group `arm`, which does not export `Pose`; the group at n.ddsl:3:7 (write `export Goal, Pose;` in group `arm`)
+            n.ddsl:10:22: error[not-exported]: group `arm` does not export `Pose`; the group at n.ddsl:3:7 (write `export Goal, Pose;` in group `arm`)
             n.ddsl:11:22: error[not-exported]: group `arm` does not export `Gaol`; the group at n.ddsl:3:7 (did you mean `Goal`?)
-            n.ddsl:12:22: error[unknown-instance]: there is no component or group `lft` in group `arm` (did you mean `left`?)
-            n.ddsl:13:22: error[not-a-group]: `out` is a component; a slot of it is `out.SLOT`, and there is nothing else in it
-            n.ddsl:14:6: error[unknown-instance]: there is no component or group `motor` here (allowed here: `arm`, `none`, `out`)
-            n.ddsl:14:20: error[unknown-instance]: there is no component or group `left` here (allowed here: `arm`, `none`, `out`)
-            n.ddsl:16:23: error[not-exported]: group `none` does not export `Goal`; the group at n.ddsl:15:7 (`export Goal;` in group `none` would let it out)
+            n.ddsl:12:22: error[unknown-instance]: group `arm` has no component or group `lft` (did you mean `left`?)
+            n.ddsl:13:22: error[not-a-group]: expected a group, found component `out` (write `out.SLOT`)
+            n.ddsl:14:6: error[unknown-instance]: unknown component or group `motor` (expected one of `arm`, `none`, `out`)
+            n.ddsl:14:20: error[unknown-instance]: unknown component or group `left` (expected one of `arm`, `none`, `out`)
+            n.ddsl:16:23: error[not-exported]: group `none` does not export `Goal`; the group at n.ddsl:15:7 (write `export Goal;` in group `none`)
         "#]],
     );
 }
@@ -453,7 +453,7 @@ fn after_a_group_is_after_all_of_it() {
     let deployment = check(
         "Component a { cdsl \"a\"; after g; };\nGroup g { Component b { cdsl \"b\"; after c, h; }; Group h { Component d { cdsl \"d\"; }; }; };\nComponent c { cdsl \"c\"; after d; };",
         &expect![[r#"
-            n.ddsl:4:31: error[unknown-instance]: there is no component or group `d` here (allowed here: `a`, `c`, `g`)
+            n.ddsl:4:31: error[unknown-instance]: unknown component or group `d` (expected one of `a`, `c`, `g`)
         "#]],
     );
     let (place, _) = deployment.instances[0].after[0];
@@ -461,8 +461,8 @@ fn after_a_group_is_after_all_of_it() {
     check(
         "Component a { cdsl \"a\"; after g; };\nGroup g { Component b { cdsl \"b\"; }; Group h { Component c { cdsl \"c\"; after a; }; }; };\nGroup own { Component x { cdsl \"x\"; after own; }; };",
         &expect![[r#"
-            n.ddsl:3:78: error[after-cycle]: these components wait for each other: a after g with g.h with g.h.c after a; and here at n.ddsl:2:31
-            n.ddsl:4:43: error[after-cycle]: these components wait for each other: own.x after own with own.x
+            n.ddsl:3:78: error[after-cycle]: cyclic start order: a after g contains g.h contains g.h.c after a; also here at n.ddsl:2:31
+            n.ddsl:4:43: error[after-cycle]: cyclic start order: own.x after own contains own.x
         "#]],
     );
 }
@@ -491,9 +491,9 @@ fn imports_are_merged() {
         "import \"robots.ddsl\";\nimport \"robts.ddsl\";\nDeployment n { Component Base { cdsl \"a\"; }; Host robot { address \"x\"; }; };",
         &[("robots.ddsl", robots)],
         &expect![[r#"
-            n.ddsl:2:8: error[import-not-found]: `robts.ddsl` was not found; looked in memory (did you mean `robots.ddsl`?)
-            n.ddsl:3:26: error[duplicate-name]: the name `Base` is there twice; first declared here at robots.ddsl:3:12 (names that differ only in case count as equal)
-            n.ddsl:3:51: error[duplicate-name]: the name `robot` is there twice; first declared here at robots.ddsl:2:7
+            n.ddsl:2:8: error[import-not-found]: cannot find `robts.ddsl`; searched in memory (did you mean `robots.ddsl`?)
+            n.ddsl:3:26: error[duplicate-name]: duplicate name `Base`; first declared here at robots.ddsl:3:12 (choose names that differ in more than case)
+            n.ddsl:3:51: error[duplicate-name]: duplicate name `robot`; first declared here at robots.ddsl:2:7
         "#]],
     );
 }
@@ -510,9 +510,9 @@ fn circles_of_imports() {
             ),
         ],
         &expect![[r#"
-            c.ddsl:1:8: error[import-cycle]: these files import each other in a circle: n.ddsl → b.ddsl → c.ddsl → n.ddsl
-            c.ddsl:2:8: error[import-cycle]: these files import each other in a circle: c.ddsl → c.ddsl
-            c.ddsl:3:16: error[unknown-field]: `cmponent` does not begin a declaration of a deployment (did you mean `Component`?)
+            c.ddsl:1:8: error[import-cycle]: cyclic import: n.ddsl → b.ddsl → c.ddsl → n.ddsl
+            c.ddsl:2:8: error[import-cycle]: cyclic import: c.ddsl → c.ddsl
+            c.ddsl:3:16: error[unknown-field]: expected a declaration of a deployment, found `cmponent` (did you mean `Component`?)
         "#]],
     );
 }

@@ -107,8 +107,8 @@ fn providers_that_are_missing_or_too_many() {
         &[("a", "requires Laser; subscribesTo Pub;")],
         "",
         &expect![[r#"
-            n.ddsl:3:11: error[no-provider]: `a.Laser` requires L::Laser, and no component implements it; required here at a.cdsl:2:41
-            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at a.cdsl:2:61
+            n.ddsl:3:11: error[no-provider]: `a.Laser` requires `L::Laser`, but no component implements it; required here at a.cdsl:2:41
+            n.ddsl:3:11: warning[no-publisher]: `a.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at a.cdsl:2:61
         "#]],
     );
     connect(
@@ -119,8 +119,8 @@ fn providers_that_are_missing_or_too_many() {
         ],
         "",
         &expect![[r#"
-            n.ddsl:3:11: error[several-providers]: `a.Laser` could be served by `b.Laser`, `b.Laser1`, `c.Laser` (choose one: `bind a.Laser -> b.Laser;`)
-            n.ddsl:5:11: note[no-subscriber]: nobody reads what `c.Pub` publishes
+            n.ddsl:3:11: error[several-providers]: several providers for `a.Laser`: `b.Laser`, `b.Laser1`, `c.Laser` (choose one: `bind a.Laser -> b.Laser;`)
+            n.ddsl:5:11: note[no-subscriber]: `c.Pub` has no subscriber
         "#]],
     );
     let connections = connect(
@@ -149,28 +149,28 @@ fn binds_join_what_belongs_together() {
         &three,
         "bind b.Laser -> a.Laser;",
         &expect![[r#"
-            n.ddsl:2:6: error[wrong-direction]: `b.Laser` implements its interface; the consumer stands left of `->`; described here at b.cdsl:2:43 (a consumer requires or subscribesTo, a provider implements or publishes)
+            n.ddsl:2:6: error[wrong-direction]: expected a consumer left of `->`, but `b.Laser` implements its interface; declared here at b.cdsl:2:43 (write the slot that requires or subscribesTo left of `->`)
         "#]],
     );
     connect(
         &three,
         "bind a.Laser -> a.Pub;",
         &expect![[r#"
-            n.ddsl:2:17: error[wrong-direction]: `a.Pub` subscribesTo its interface; `a.Laser` needs a slot that implements; described here at a.cdsl:2:61
+            n.ddsl:2:17: error[wrong-direction]: `a.Laser` needs a slot that implements its interface, but `a.Pub` subscribesTo it; declared here at a.cdsl:2:61
         "#]],
     );
     connect(
         &three,
         "bind a.Laser -> b.Pub;",
         &expect![[r#"
-            n.ddsl:2:17: error[wrong-direction]: `b.Pub` publishes its interface; `a.Laser` needs a slot that implements; described here at b.cdsl:2:60
+            n.ddsl:2:17: error[wrong-direction]: `a.Laser` needs a slot that implements its interface, but `b.Pub` publishes it; declared here at b.cdsl:2:60
         "#]],
     );
     connect(
         &three,
         "bind a.Laser -> b.Laser;\nbind a.Laser -> b.Laser;",
         &expect![[r#"
-            n.ddsl:3:6: error[bound-twice]: `a.Laser` is bound twice to `b.Laser`; the first time at n.ddsl:2:6
+            n.ddsl:3:6: error[bound-twice]: `a.Laser` is bound twice to `b.Laser`; first bound here at n.ddsl:2:6
         "#]],
     );
 }
@@ -181,7 +181,7 @@ fn both_ends_agree() {
         &[("a", "requires Laser;"), ("b", "oldimplements Laser;")],
         "",
         &expect![[r#"
-            n.ddsl:3:11: error[type-mismatch]: `a.Laser` and `b.Laser` have different definitions of L::Laser: L::Laser/get differs; one definition at Laser.idsl:1:43; the other one at Laser.idsl:1:44
+            n.ddsl:3:11: error[type-mismatch]: `a.Laser` and `b.Laser` have different definitions of `L::Laser`: L::Laser/get differs; first definition at Laser.idsl:1:43; second definition at Laser.idsl:1:44
         "#]],
     );
     connect(
@@ -194,8 +194,8 @@ fn both_ends_agree() {
         ],
         "",
         &expect![[r#"
-            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for reliability reliable, `b.Pub` offers best_effort; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
-            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for durability transient_local, `b.Pub` offers volatile; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` requests reliability reliable, but `b.Pub` offers best_effort; requested here at a.cdsl:2:45; offered here at b.cdsl:2:42
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` requests durability transient_local, but `b.Pub` offers volatile; requested here at a.cdsl:2:45; offered here at b.cdsl:2:42
         "#]],
     );
     connect(
@@ -208,8 +208,8 @@ fn both_ends_agree() {
         ],
         "",
         &expect![[r#"
-            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for deadline 100ms, `b.Pub` offers 200ms; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
-            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` asks for liveliness 1s, `b.Pub` offers none; asked here at a.cdsl:2:45; offered here at b.cdsl:2:42
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` requests deadline 100ms, but `b.Pub` offers 200ms; requested here at a.cdsl:2:45; offered here at b.cdsl:2:42
+            n.ddsl:3:11: error[qos-mismatch]: `a.Pub` requests liveliness 1s, but `b.Pub` offers none; requested here at a.cdsl:2:45; offered here at b.cdsl:2:42
         "#]],
     );
     connect(
@@ -224,7 +224,7 @@ fn both_ends_agree() {
         &[("a", "requires Laser(dds);"), ("b", "implements Laser;")],
         "bind a.Laser -> b.Laser;",
         &expect![[r#"
-            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: dds and iceoryx2
+            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: `dds` and `iceoryx2`
         "#]],
     );
 }
@@ -238,7 +238,7 @@ fn circles_of_requires() {
         ],
         "bind a.other -> b.Laser;\nbind b.other -> a.Laser;",
         &expect![[r#"
-            n.ddsl:4:11: warning[requires-cycle]: these components require each other: a → b → a; calls that they make at the same moment time out
+            n.ddsl:4:11: warning[requires-cycle]: cyclic requirements: a → b → a: simultaneous calls time out
         "#]],
     );
 }
@@ -246,7 +246,7 @@ fn circles_of_requires() {
 #[test]
 fn after_what_requires_it() {
     let wanted = expect![[r#"
-        n.ddsl:2:39: error[after-cycle]: these components wait for each other: lidar after g with g.one requires lidar (leave this `after` out: what is required starts first, and those that require each other start together)
+        n.ddsl:2:39: error[after-cycle]: cyclic start order: lidar after g contains g.one requires lidar (remove this `after`: providers start first, and components that require each other start together)
     "#]];
     let body = "Component lidar { cdsl \"lidar\"; after g; };\nGroup g {\n Component one { cdsl \"user\"; };\n};\nComponent two { cdsl \"user\"; after lidar; };\nComponent three { cdsl \"user\"; };\n";
     network(body, &[LIDAR, USER], &wanted);
@@ -272,11 +272,11 @@ fn what_a_group_does_not_export_serves_only_inside() {
         "Group g { Component lidar { cdsl \"lidar\"; }; };\nComponent user { cdsl \"user\"; };\nGroup h { Component user { cdsl \"user\"; }; };\n",
         &[LIDAR, USER],
         &expect![[r#"
-            n.ddsl:2:21: note[no-subscriber]: nobody reads what `g.lidar.Pub` publishes
-            n.ddsl:3:11: error[no-provider]: `user.Laser` requires L::Laser, and no component implements it; required here at user.cdsl:2:44 (`g.lidar.Laser` implements it; `export Laser;` in group `g` would let it out)
-            n.ddsl:3:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`g.lidar.Pub` publishes it; `export Pub;` in group `g` would let it out)
-            n.ddsl:4:21: error[no-provider]: `h.user.Laser` requires L::Laser, and no component implements it; required here at user.cdsl:2:44 (`g.lidar.Laser` implements it; `export Laser;` in group `g` would let it out)
-            n.ddsl:4:21: warning[no-publisher]: `h.user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`g.lidar.Pub` publishes it; `export Pub;` in group `g` would let it out)
+            n.ddsl:2:21: note[no-subscriber]: `g.lidar.Pub` has no subscriber
+            n.ddsl:3:11: error[no-provider]: `user.Laser` requires `L::Laser`, but no component implements it; required here at user.cdsl:2:44 (`g.lidar.Laser` implements it: write `export Laser;` in group `g`)
+            n.ddsl:3:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (`g.lidar.Pub` publishes it: write `export Pub;` in group `g`)
+            n.ddsl:4:21: error[no-provider]: `h.user.Laser` requires `L::Laser`, but no component implements it; required here at user.cdsl:2:44 (`g.lidar.Laser` implements it: write `export Laser;` in group `g`)
+            n.ddsl:4:21: warning[no-publisher]: `h.user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (`g.lidar.Pub` publishes it: write `export Pub;` in group `g`)
         "#]],
     );
     assert!(connections.is_empty());
@@ -293,7 +293,7 @@ fn what_a_group_exports_serves_outside_as_far_as_it_is_exported() {
             ("other", "publishes Pub; subscribesTo Pub as heard;"),
         ],
         &expect![[r#"
-            n.ddsl:3:36: note[no-subscriber]: nobody reads what `g.h.lidar.Pub` publishes
+            n.ddsl:3:36: note[no-subscriber]: `g.h.lidar.Pub` has no subscriber
         "#]],
     );
     expect![[r#"
@@ -311,12 +311,12 @@ fn binds_reach_through_exports() {
         text,
         &[LIDAR, USER],
         &expect![[r#"
-            n.ddsl:2:35: note[no-subscriber]: nobody reads what `a.lidar.Pub` publishes
-            n.ddsl:3:35: note[no-subscriber]: nobody reads what `b.lidar.Pub` publishes
-            n.ddsl:4:11: error[several-providers]: `user.Laser` could be served by `a.lidar.Laser`, `b.lidar.Laser` (choose one: `bind user.Laser -> a.lidar.Laser;`)
-            n.ddsl:4:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
-            n.ddsl:4:68: error[several-providers]: `c.user.Laser` could be served by `a.lidar.Laser`, `b.lidar.Laser` (choose one, in group `c`: `bind user.Laser -> a.lidar.Laser;`)
-            n.ddsl:4:68: warning[no-publisher]: `c.user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
+            n.ddsl:2:35: note[no-subscriber]: `a.lidar.Pub` has no subscriber
+            n.ddsl:3:35: note[no-subscriber]: `b.lidar.Pub` has no subscriber
+            n.ddsl:4:11: error[several-providers]: several providers for `user.Laser`: `a.lidar.Laser`, `b.lidar.Laser` (choose one: `bind user.Laser -> a.lidar.Laser;`)
+            n.ddsl:4:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it: write `export Laser, Pub;` in group `a`)
+            n.ddsl:4:68: error[several-providers]: several providers for `c.user.Laser`: `a.lidar.Laser`, `b.lidar.Laser` (choose one in group `c`: `bind user.Laser -> a.lidar.Laser;`)
+            n.ddsl:4:68: warning[no-publisher]: `c.user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it: write `export Laser, Pub;` in group `a`)
         "#]],
     );
     let bound = format!("{text}bind user.Laser -> a.Laser;\nbind c.Laser -> b.lidar.Laser;\n");
@@ -324,10 +324,10 @@ fn binds_reach_through_exports() {
         &bound,
         &[LIDAR, USER],
         &expect![[r#"
-            n.ddsl:2:35: note[no-subscriber]: nobody reads what `a.lidar.Pub` publishes
-            n.ddsl:3:35: note[no-subscriber]: nobody reads what `b.lidar.Pub` publishes
-            n.ddsl:4:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
-            n.ddsl:4:68: warning[no-publisher]: `c.user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it; `export Laser, Pub;` in group `a` would let it out)
+            n.ddsl:2:35: note[no-subscriber]: `a.lidar.Pub` has no subscriber
+            n.ddsl:3:35: note[no-subscriber]: `b.lidar.Pub` has no subscriber
+            n.ddsl:4:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it: write `export Laser, Pub;` in group `a`)
+            n.ddsl:4:68: warning[no-publisher]: `c.user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64 (`a.lidar.Pub` publishes it: write `export Laser, Pub;` in group `a`)
         "#]],
     );
     expect![[r#"
@@ -343,11 +343,11 @@ fn an_exported_name_means_one_slot() {
          Component user { cdsl \"user\"; };\nbind user.Laser -> g.Laser;\n",
         &[LIDAR, USER],
         &expect![[r#"
-            n.ddsl:2:18: error[ambiguous-export]: several in group `g` have a slot `Laser`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (put one of them into a group of its own, or, where they are different components, name a slot by `as NAME`)
-            n.ddsl:2:25: error[ambiguous-export]: several in group `g` have a slot `Pub`; one of them at n.ddsl:3:12; one of them at n.ddsl:4:12 (put one of them into a group of its own, or, where they are different components, name a slot by `as NAME`)
-            n.ddsl:2:30: error[unknown-export]: nothing in group `g` has a slot `Lasr` (did you mean `Laser`?)
-            n.ddsl:5:34: error[several-providers]: `g.h.user.Laser` could be served by `g.one.Laser`, `g.two.Laser` (choose one, in group `g.h`: `bind user.Laser -> one.Laser;`)
-            n.ddsl:7:11: warning[no-publisher]: `user.Pub` subscribes to P::Pub, and nobody publishes it; subscribed here at user.cdsl:2:64
+            n.ddsl:2:18: error[ambiguous-export]: several slots in group `g` match `Laser`; candidate at n.ddsl:3:12; candidate at n.ddsl:4:12 (move one of them into a group of its own, or rename the slot with `as NAME`)
+            n.ddsl:2:25: error[ambiguous-export]: several slots in group `g` match `Pub`; candidate at n.ddsl:3:12; candidate at n.ddsl:4:12 (move one of them into a group of its own, or rename the slot with `as NAME`)
+            n.ddsl:2:30: error[unknown-export]: group `g` has no slot `Lasr` (did you mean `Laser`?)
+            n.ddsl:5:34: error[several-providers]: several providers for `g.h.user.Laser`: `g.one.Laser`, `g.two.Laser` (choose one in group `g.h`: `bind user.Laser -> one.Laser;`)
+            n.ddsl:7:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64
         "#]],
     );
     // A component that could not be read may have the slot.
@@ -384,8 +384,8 @@ fn middleware_and_domain_may_differ_from_group_to_group() {
         &text,
         &components,
         &expect![[r#"
-        n.ddsl:4:11: error[middleware-mismatch]: `user.Laser` and `g.lidar.Laser` use different middleware: dds and ros2
-    "#]],
+            n.ddsl:4:11: error[middleware-mismatch]: `user.Laser` and `g.lidar.Laser` use different middleware: `dds` and `ros2`
+        "#]],
     );
 }
 
@@ -401,8 +401,8 @@ fn both_ends_of_a_call_tell_requests_apart_in_one_way() {
         text,
         &components,
         &expect![[r#"
-        n.ddsl:4:11: error[service-mapping-mismatch]: `user.Laser` and `lidar.Laser` tell requests apart in different ways: cyclone and the default (enhanced); set here at n.ddsl:4:49
-    "#]],
+            n.ddsl:4:11: error[service-mapping-mismatch]: `user.Laser` and `lidar.Laser` use different service mappings: cyclone and the default (enhanced); set here at n.ddsl:4:49
+        "#]],
     );
     let text = text.replace(
         "middleware ros2;",
@@ -417,9 +417,9 @@ fn what_is_bound_to_nothing_is_reported_once() {
         "Component a { cdsl \"lidar\"; };\nComponent b { cdsl \"lidar\"; };\nComponent user { cdsl \"user\"; };\nbind user.Laser -> a.Lasre;\nbind user.Pub -> a.Pub;\nbind user.Pub -> a.Pub;\n",
         &[LIDAR, USER],
         &expect![[r#"
-            n.ddsl:3:11: note[no-subscriber]: nobody reads what `b.Pub` publishes
+            n.ddsl:3:11: note[no-subscriber]: `b.Pub` has no subscriber
             n.ddsl:5:22: error[unknown-slot]: `a` has no slot `Lasre`; its component at lidar.cdsl:2:11 (did you mean `Laser`?)
-            n.ddsl:7:6: error[bound-twice]: `user.Pub` is bound twice to `a.Pub`; the first time at n.ddsl:6:6
+            n.ddsl:7:6: error[bound-twice]: `user.Pub` is bound twice to `a.Pub`; first bound here at n.ddsl:6:6
         "#]],
     );
 }

@@ -779,7 +779,7 @@ fn export(
     let plan = network.plan(input.profile).map_err(|e| system(&e))?;
     let export = export::export(&network, &plan, engine, image).map_err(|e| Failure(1, e))?;
     let steps = export.files.plan(out).map_err(|e| system(&e))?;
-    let foreign = rc_codegen::export::foreign(&steps, out, export::FIRST_WORDS);
+    let foreign = rc_codegen::export::first_foreign_file(&steps, out, export::FIRST_WORDS);
     if let Some(foreign) = foreign.map_err(|e| system(&e))? {
         return Err(Failure(
             2,

@@ -58,21 +58,21 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
         "struct S { int a\n int b; // of b\n string c /* of c */ }\nsequence<int> L\ndictionary<int, int> D // of D\n\
          const int C = 3\ninterface I {\n void a()\n int b(int x) throws E\n @unit(\"m\") command c()\n }\nexception E { }",
         &expect![[r#"
-            m.idsl:2:17: error[missing-semicolon]: `;` expected here
-            m.idsl:4:10: error[missing-semicolon]: `;` expected here
-            m.idsl:5:16: error[missing-semicolon]: `;` expected here
-            m.idsl:6:23: error[missing-semicolon]: `;` expected here
-            m.idsl:7:16: error[missing-semicolon]: `;` expected here
-            m.idsl:9:10: error[missing-semicolon]: `;` expected here
-            m.idsl:10:23: error[missing-semicolon]: `;` expected here
-            m.idsl:11:24: error[missing-semicolon]: `;` expected here
+            m.idsl:2:17: error[missing-semicolon]: expected `;`
+            m.idsl:4:10: error[missing-semicolon]: expected `;`
+            m.idsl:5:16: error[missing-semicolon]: expected `;`
+            m.idsl:6:23: error[missing-semicolon]: expected `;`
+            m.idsl:7:16: error[missing-semicolon]: expected `;`
+            m.idsl:9:10: error[missing-semicolon]: expected `;`
+            m.idsl:10:23: error[missing-semicolon]: expected `;`
+            m.idsl:11:24: error[missing-semicolon]: expected `;`
         "#]],
     );
     check_file(
         "import \"Base\"\nmodule M { }",
         &expect![[r#"
-        m.idsl:1:14: error[missing-semicolon]: `;` expected here
-    "#]],
+            m.idsl:1:14: error[missing-semicolon]: expected `;`
+        "#]],
     );
 }
 
@@ -81,14 +81,14 @@ fn whole_files() {
     check_file(
         "",
         &expect![[r#"
-        m.idsl:1:1: error[empty-file]: this file is empty; it should hold `module NAME { … };`
-    "#]],
+            m.idsl:1:1: error[empty-file]: expected `module NAME { … };`, found an empty file
+        "#]],
     );
     check_file(
         "// nothing\n\n",
         &expect![[r#"
-        m.idsl:1:1: error[empty-file]: this file is empty; it should hold `module NAME { … };`
-    "#]],
+            m.idsl:1:1: error[empty-file]: expected `module NAME { … };`, found an empty file
+        "#]],
     );
     check_file(
         "struct S { int a; };",
@@ -99,13 +99,13 @@ fn whole_files() {
     check_file(
         "module M { struct S { int a; }; }; module N { };",
         &expect![[r#"
-            m.idsl:1:36: error[text-after-end]: there is text after the end; a file holds one `module NAME { … };`
+            m.idsl:1:36: error[text-after-end]: unexpected text: a file contains one `module NAME { … };`
         "#]],
     );
     check_file(
         "module M { };\n}",
         &expect![[r#"
-            m.idsl:2:1: error[text-after-end]: there is text after the end; a file holds one `module NAME { … };`
+            m.idsl:2:1: error[text-after-end]: unexpected text: a file contains one `module NAME { … };`
         "#]],
     );
     check_file(
@@ -135,8 +135,8 @@ fn whole_files() {
     check_file(
         "/* never closed\nmodule M { };",
         &expect![[r#"
-        m.idsl:1:1: error[unclosed-comment]: this comment has no end: `*/` is missing
-    "#]],
+            m.idsl:1:1: error[unclosed-comment]: unterminated block comment (end the comment with `*/`)
+        "#]],
     );
     check_file(
         &format!(
@@ -145,7 +145,7 @@ fn whole_files() {
             ">".repeat(200)
         ),
         &expect![[r#"
-            m.idsl:1:911: error[nested-too-deep]: brackets nest deeper than 100 levels here
+            m.idsl:1:911: error[nested-too-deep]: brackets are nested more than 100 levels deep
         "#]],
     );
 }
@@ -155,38 +155,38 @@ fn imports_are_found() {
     check_file(
         "import \"Baes.idsl\"; module M { };",
         &expect![[r#"
-        m.idsl:1:8: error[import-not-found]: `Baes.idsl` was not found; looked in memory (did you mean `Base.idsl`?)
-    "#]],
+            m.idsl:1:8: error[import-not-found]: cannot find `Baes.idsl`; searched in memory (did you mean `Base.idsl`?)
+        "#]],
     );
     check_file(
         "import \"/opt/robocomp/interfaces/Nothing.idsl\";\nmodule M { };",
         &expect![[r#"
-            m.idsl:1:8: error[import-not-found]: `Nothing.idsl` was not found; looked in memory (name its folder with `-I DIR`, or put the file beside this one)
+            m.idsl:1:8: error[import-not-found]: cannot find `Nothing.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
         "#]],
     );
     check_file(
         "import Base.idsl; module M { };",
         &expect![[r#"
-        m.idsl:1:8: error[syntax-error]: expected a text in quotes, found `Base`
-    "#]],
+            m.idsl:1:8: error[syntax-error]: expected a string, found `Base`
+        "#]],
     );
     check_file(
         "import \"Ring\"; module M { };",
         &expect![[r#"
-        Ring.idsl:1:8: error[import-cycle]: these files import each other in a circle: m.idsl → Ring.idsl → m.idsl
-    "#]],
+            Ring.idsl:1:8: error[import-cycle]: cyclic import: m.idsl → Ring.idsl → m.idsl
+        "#]],
     );
     check_file(
         "import \"m.idsl\"; module M { };",
         &expect![[r#"
-        m.idsl:1:8: error[import-cycle]: these files import each other in a circle: m.idsl → m.idsl
-    "#]],
+            m.idsl:1:8: error[import-cycle]: cyclic import: m.idsl → m.idsl
+        "#]],
     );
     check_file(
         "import \"Twin.idsl\"; module M { };",
         &expect![[r#"
-        m.idsl:1:28: error[module-in-two-files]: module `M` is in two files: Twin.idsl and m.idsl; also declared here at Twin.idsl:1:8
-    "#]],
+            m.idsl:1:28: error[module-in-two-files]: module `M` is declared in two files: Twin.idsl and m.idsl; also declared here at Twin.idsl:1:8
+        "#]],
     );
 }
 
@@ -204,7 +204,7 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
             m.idsl:2:44: error[syntax-error]: expected a value, found `;`
             m.idsl:2:50: error[syntax-error]: expected a name, found `3`
             m.idsl:2:61: error[syntax-error]: expected a number, found `]`
-            m.idsl:3:1: error[unknown-declaration]: `strcut` does not begin a declaration (did you mean `struct`?)
+            m.idsl:3:1: error[unknown-declaration]: expected a declaration, found `strcut` (did you mean `struct`?)
             m.idsl:4:12: error[syntax-error]: expected `,`, `=` or `}`, found `B`
             m.idsl:5:14: error[syntax-error]: expected a number, found `x`
             m.idsl:6:25: error[syntax-error]: expected a name, found `)`
@@ -215,11 +215,11 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
             m.idsl:7:14: error[syntax-error]: expected `,` or `>`, found `L`
             m.idsl:8:15: error[syntax-error]: expected `,`, found `>`
             m.idsl:9:12: error[syntax-error]: expected `=`, found `;`
-            m.idsl:10:1: error[unknown-declaration]: `Struct` does not begin a declaration (did you mean `struct`?)
-            m.idsl:11:1: error[unknown-declaration]: `§` does not begin a declaration (allowed here: `enum`, `struct`, `sequence`, `dictionary`, `exception`, `interface`, `const`)
+            m.idsl:10:1: error[unknown-declaration]: expected a declaration, found `Struct` (did you mean `struct`?)
+            m.idsl:11:1: error[unknown-declaration]: expected a declaration, found `§` (expected one of `enum`, `struct`, `sequence`, `dictionary`, `exception`, `interface`, `const`)
             m.idsl:12:19: error[syntax-error]: expected a number, found `x`
             m.idsl:13:10: error[syntax-error]: expected `{`, found `extends`
-            m.idsl:14:1: error[unknown-declaration]: `itn` does not begin a declaration (allowed here: `enum`, `struct`, `sequence`, `dictionary`, `exception`, `interface`, `const`)
+            m.idsl:14:1: error[unknown-declaration]: expected a declaration, found `itn` (expected one of `enum`, `struct`, `sequence`, `dictionary`, `exception`, `interface`, `const`)
         "#]],
     );
 }
@@ -230,7 +230,7 @@ fn braces_that_are_missing() {
         "struct A  int a; };\nstruct B { int a; };",
         &expect![[r#"
             m.idsl:2:11: error[syntax-error]: expected `{`, found `int`
-            m.idsl:3:1: error[text-after-end]: there is text after the end; a file holds one `module NAME { … };`
+            m.idsl:3:1: error[text-after-end]: unexpected text: a file contains one `module NAME { … };`
         "#]],
     );
     check(
@@ -253,12 +253,12 @@ fn names_are_unique_without_regard_to_case() {
         "struct S { int a; int A; string a; };\nstruct s { };\nenum E { One, ONE };\ninterface I { void f(); int F(int x, out int X); };\n\
          interface S { };\nexception E { int what; };",
         &expect![[r#"
-            m.idsl:2:23: error[duplicate-name]: member `A` differs from `a` only in case; first declared here at m.idsl:2:16
+            m.idsl:2:23: error[duplicate-name]: member `A` differs only in case from `a`; first declared here at m.idsl:2:16
             m.idsl:2:33: error[duplicate-name]: member `a` is declared twice; first declared here at m.idsl:2:16
-            m.idsl:3:8: error[duplicate-name]: declaration `s` differs from `S` only in case; first declared here at m.idsl:2:8
-            m.idsl:4:15: error[duplicate-name]: enumerator `ONE` differs from `One` only in case; first declared here at m.idsl:4:10
-            m.idsl:5:29: error[duplicate-name]: operation `F` differs from `f` only in case; first declared here at m.idsl:5:20
-            m.idsl:5:46: error[duplicate-name]: parameter `X` differs from `x` only in case; first declared here at m.idsl:5:35
+            m.idsl:3:8: error[duplicate-name]: declaration `s` differs only in case from `S`; first declared here at m.idsl:2:8
+            m.idsl:4:15: error[duplicate-name]: enumerator `ONE` differs only in case from `One`; first declared here at m.idsl:4:10
+            m.idsl:5:29: error[duplicate-name]: operation `F` differs only in case from `f`; first declared here at m.idsl:5:20
+            m.idsl:5:46: error[duplicate-name]: parameter `X` differs only in case from `x`; first declared here at m.idsl:5:35
             m.idsl:6:11: error[duplicate-name]: declaration `S` is declared twice; first declared here at m.idsl:2:8
             m.idsl:7:11: error[duplicate-name]: declaration `E` is declared twice; first declared here at m.idsl:4:6
         "#]],
@@ -280,13 +280,13 @@ fn types_are_known() {
             m.idsl:2:12: error[unknown-type]: unknown type `itn` (did you mean `int`?)
             m.idsl:2:19: error[unknown-type]: unknown type `Float` (did you mean `float`?)
             m.idsl:2:28: error[unknown-type]: unknown type `sate` (declare it, or import the file that does)
-            m.idsl:2:36: error[void-value]: `void` is only possible as the result of an operation
-            m.idsl:2:44: error[exception-as-type]: exception `E` is only possible after `throws`
+            m.idsl:2:36: error[void-value]: `void` is valid only as the return type of an operation
+            m.idsl:2:44: error[exception-as-type]: expected a type, found exception `E` (exceptions are valid only after `throws`)
             m.idsl:2:49: error[unknown-type]: unknown type `const` (declare it, or import the file that does)
             m.idsl:2:58: error[unknown-type]: unknown type `unsigned` (declare it, or import the file that does)
             m.idsl:4:15: error[unknown-type]: unknown type `s` (did you mean `S`?)
             m.idsl:4:29: error[unknown-type]: unknown type `Sq` (did you mean `S`?)
-            m.idsl:4:52: error[not-an-exception]: `S` is not an exception; declared here at m.idsl:2:8
+            m.idsl:4:52: error[not-an-exception]: expected an exception, found `S`; declared here at m.idsl:2:8
             m.idsl:4:71: error[unknown-type]: unknown type `Nothing` (declare it, or import the file that does)
         "#]],
     );
@@ -295,25 +295,25 @@ fn types_are_known() {
          interface I { void f() throws Base::Broken; void g() throws Broken; void h() throws Other::Broken; };\n};",
         &expect![[r#"
             m.idsl:4:27: error[unknown-type]: unknown type `Base::Sate` (did you mean `State`?)
-            m.idsl:4:41: error[unknown-module]: module `Bsae` is not imported here (did you mean `Base`?)
-            m.idsl:4:56: error[ambiguous-type]: `State` is in several modules: `Base::State`, `Other::State` (write `Base::State`)
-            m.idsl:4:65: error[type-moved]: `Broken` is not in module `Other`; it is `Base::Broken` (write `Base::Broken`)
-            m.idsl:5:61: warning[unscoped-name]: `Broken` is not in this module; `Base::Broken` is taken (write `Base::Broken`)
-            m.idsl:5:85: error[type-moved]: `Broken` is not in module `Other`; it is `Base::Broken` (write `Base::Broken`)
+            m.idsl:4:41: error[unknown-module]: module `Bsae` is not imported (did you mean `Base`?)
+            m.idsl:4:56: error[ambiguous-type]: ambiguous type `State`: found `Base::State` and `Other::State` (write `Base::State`)
+            m.idsl:4:65: error[type-moved]: module `Other` has no type `Broken`; found `Base::Broken` (write `Base::Broken`)
+            m.idsl:5:61: warning[unscoped-name]: unscoped name `Broken` refers to `Base::Broken` (write `Base::Broken`)
+            m.idsl:5:85: error[type-moved]: module `Other` has no type `Broken`; found `Base::Broken` (write `Base::Broken`)
         "#]],
     );
     check_file(
         "import \"Deep\";\nmodule M {\nstruct A { Base::State a; Deep::State b; State c; };\n};",
         &expect![[r#"
-            m.idsl:3:27: error[type-moved]: `State` is not in module `Deep`; it is `Base::State` (write `Base::State`)
-            m.idsl:3:42: warning[unscoped-name]: `State` is not in this module; `Base::State` is taken (write `Base::State`)
+            m.idsl:3:27: error[type-moved]: module `Deep` has no type `State`; found `Base::State` (write `Base::State`)
+            m.idsl:3:42: warning[unscoped-name]: unscoped name `State` refers to `Base::State` (write `Base::State`)
         "#]],
     );
     check(
         "struct A { Base::State a; };",
         &expect![[r#"
-        m.idsl:2:12: error[unknown-module]: module `Base` is not imported here (import the file that declares it)
-    "#]],
+            m.idsl:2:12: error[unknown-module]: module `Base` is not imported (import the file that declares it)
+        "#]],
     );
 }
 
@@ -330,19 +330,19 @@ fn types_have_a_size() {
     check(
         "struct A { int a[0]; string<0> b; sequence<int, -1> c; int d[4294967296]; int e[1.5]; };",
         &expect![[r#"
-            m.idsl:2:18: error[bad-bound]: a bound is a whole number from 1 to 4294967295
-            m.idsl:2:29: error[bad-bound]: a bound is a whole number from 1 to 4294967295
-            m.idsl:2:49: error[bad-bound]: a bound is a whole number from 1 to 4294967295
-            m.idsl:2:62: error[bad-bound]: a bound is a whole number from 1 to 4294967295
-            m.idsl:2:81: error[bad-bound]: a bound is a whole number from 1 to 4294967295
+            m.idsl:2:18: error[bad-bound]: expected a bound from 1 to 4294967295
+            m.idsl:2:29: error[bad-bound]: expected a bound from 1 to 4294967295
+            m.idsl:2:49: error[bad-bound]: expected a bound from 1 to 4294967295
+            m.idsl:2:62: error[bad-bound]: expected a bound from 1 to 4294967295
+            m.idsl:2:81: error[bad-bound]: expected a bound from 1 to 4294967295
         "#]],
     );
     check(
         "struct S { int a; };\ndictionary<S, int> A;\ndictionary<float, int> B;\ndictionary<sequence<int>, int> C;",
         &expect![[r#"
-            m.idsl:3:12: error[dictionary-key]: this cannot be the key of a dictionary (a key is a bool, a whole number, a string or an enum)
-            m.idsl:4:12: error[dictionary-key]: this cannot be the key of a dictionary (a key is a bool, a whole number, a string or an enum)
-            m.idsl:5:12: error[dictionary-key]: this cannot be the key of a dictionary (a key is a bool, a whole number, a string or an enum)
+            m.idsl:3:12: error[dictionary-key]: invalid type for the key of a dictionary (use a bool, an integer, a string or an enum)
+            m.idsl:4:12: error[dictionary-key]: invalid type for the key of a dictionary (use a bool, an integer, a string or an enum)
+            m.idsl:5:12: error[dictionary-key]: invalid type for the key of a dictionary (use a bool, an integer, a string or an enum)
         "#]],
     );
 }
@@ -354,35 +354,35 @@ fn values_fit() {
          struct S { bool a = 1; byte b = 256; int c = \"x\"; string<2> d = \"abc\"; E e = Z; E f = 3; float g = 1; sequence<int> h = 3; long i = 9223372036854775808; };\n\
          const S K = 3;\nconst int L = 1.5;",
         &expect![[r#"
-            m.idsl:2:20: error[enum-value]: `C` has the same value as `B`; the first one at m.idsl:2:13
-            m.idsl:2:31: error[enum-value]: the value of an enumerator is a whole number of 32 bits
+            m.idsl:2:20: error[enum-value]: `C` has the same value as `B`; first used here at m.idsl:2:13
+            m.idsl:2:31: error[enum-value]: expected a 32-bit integer as the value of an enumerator
             m.idsl:3:6: error[empty-enum]: enum `F` has no values
-            m.idsl:4:21: error[bad-default]: the number 1 cannot be the value here; allowed is `true` or `false`
-            m.idsl:4:33: error[bad-default]: the number 256 cannot be the value here; allowed is a whole number from 0 to 255
-            m.idsl:4:46: error[bad-default]: the text "x" cannot be the value here; allowed is a whole number from -2147483648 to 2147483647
-            m.idsl:4:65: error[bad-default]: the text "abc" cannot be the value here; allowed is a text in quotes of at most 2 bytes
-            m.idsl:4:78: error[bad-default]: `Z` is not a value of enum `E` (allowed here: `A`, `B`, `C`, `D`)
-            m.idsl:4:87: error[bad-default]: the number 3 is not a value of enum `E` (allowed here: `A`, `B`, `C`, `D`)
-            m.idsl:4:121: error[bad-default]: only single values have a default; a sequence, an array and a dictionary begin empty or zero
-            m.idsl:4:133: error[bad-default]: the number 9223372036854776000 cannot be the value here; allowed is a whole number from -9223372036854775808 to 9223372036854775807
-            m.idsl:5:7: error[const-type]: a constant is a number, a bool or a string
-            m.idsl:6:15: error[bad-default]: the number 1.5 cannot be the value here; allowed is a whole number from -2147483648 to 2147483647
+            m.idsl:4:21: error[bad-default]: expected `true` or `false`, found the number 1
+            m.idsl:4:33: error[bad-default]: expected an integer from 0 to 255, found the number 256
+            m.idsl:4:46: error[bad-default]: expected an integer from -2147483648 to 2147483647, found the string "x"
+            m.idsl:4:65: error[bad-default]: expected a string of at most 2 bytes, found the string "abc"
+            m.idsl:4:78: error[bad-default]: enum `E` has no value `Z` (expected one of `A`, `B`, `C`, `D`)
+            m.idsl:4:87: error[bad-default]: expected a value of enum `E`, found the number 3 (expected one of `A`, `B`, `C`, `D`)
+            m.idsl:4:121: error[bad-default]: sequences, arrays and dictionaries cannot have a default value (remove the default: the initial value is empty or zero)
+            m.idsl:4:133: error[bad-default]: expected an integer from -9223372036854775808 to 9223372036854775807, found the number 9223372036854776000
+            m.idsl:5:7: error[const-type]: invalid type for a constant (use a number, a bool or a string)
+            m.idsl:6:15: error[bad-default]: expected an integer from -2147483648 to 2147483647, found the number 1.5
         "#]],
     );
     check(
         "struct S { @range(min=3, max=1) int a; @range(0, 1) int b; @range(min=0) string c; @range(min=0, max=10) int d = 11;\n\
          @unit(3) int e; @optional(1) int f; @default int g; @rnage(min=0) int h; @key int i; @range(min=0.5) int j; };",
         &expect![[r#"
-            m.idsl:2:13: error[bad-range]: this range is empty: `min` is above `max`
-            m.idsl:2:41: error[bad-range]: `@range` takes `min=` and `max=`: `@range(min=0, max=100)`
-            m.idsl:2:61: error[bad-range]: `@range` is only possible on a number
-            m.idsl:2:114: error[default-out-of-range]: the default 11 of `d` is outside its own range
-            m.idsl:3:2: error[annotation-arguments]: `@unit` takes one text: `@unit("m/s")`
+            m.idsl:2:13: error[bad-range]: empty range: `min` is greater than `max`
+            m.idsl:2:41: error[bad-range]: expected the arguments `min=` and `max=`: `@range(min=0, max=100)`
+            m.idsl:2:61: error[bad-range]: `@range` requires a number
+            m.idsl:2:114: error[default-out-of-range]: the default 11 of `d` is outside its range
+            m.idsl:3:2: error[annotation-arguments]: `@unit` takes one string: `@unit("m/s")`
             m.idsl:3:18: error[annotation-arguments]: `@optional` takes no argument
             m.idsl:3:38: error[annotation-arguments]: `@default` takes one value: `@default(0)`
-            m.idsl:3:54: warning[unknown-annotation]: unknown annotation `@rnage` is ignored (did you mean `range`?)
-            m.idsl:3:75: warning[unknown-annotation]: unknown annotation `@key` is ignored (allowed here: `unit`, `range`, `default`, `optional`)
-            m.idsl:3:87: error[bad-range]: the ends of `@range` are numbers of the member's type
+            m.idsl:3:54: warning[unknown-annotation]: unknown annotation `@rnage` (did you mean `range`?)
+            m.idsl:3:75: warning[unknown-annotation]: unknown annotation `@key` (expected one of `unit`, `range`, `default`, `optional`)
+            m.idsl:3:87: error[bad-range]: the limits of `@range` must be numbers of the member's type
         "#]],
     );
 }
@@ -398,12 +398,12 @@ fn marks_for_ros_stand_where_they_mean_something() {
          interface I { @ros(\"a/msg/H\") @ros(\"a/srv/H\") void go(); };
          };",
         &expect![[r#"
-            m.idsl:2:38: warning[unknown-annotation]: `@ros` is ignored here (it stands before a module, a struct or an operation)
-            m.idsl:3:11: warning[unknown-annotation]: `@ros` is ignored here (it stands before a module, a struct or an operation)
-            m.idsl:4:11: error[annotation-arguments]: `@ros` takes one text: `@ros("sensor_msgs/msg/LaserScan")`
-            m.idsl:4:16: error[annotation-arguments]: `@ros` takes one text: `@ros("sensor_msgs/msg/LaserScan")`
-            m.idsl:4:28: error[annotation-arguments]: `@ros` takes one text: `@ros("sensor_msgs/msg/LaserScan")`
-            m.idsl:5:31: error[annotation-arguments]: there is a `@ros` already; the first one at m.idsl:5:15
+            m.idsl:2:38: warning[unknown-annotation]: `@ros` is ignored here (move it before a module, a struct or an operation)
+            m.idsl:3:11: warning[unknown-annotation]: `@ros` is ignored here (move it before a module, a struct or an operation)
+            m.idsl:4:11: error[annotation-arguments]: `@ros` takes one string: `@ros("sensor_msgs/msg/LaserScan")`
+            m.idsl:4:16: error[annotation-arguments]: `@ros` takes one string: `@ros("sensor_msgs/msg/LaserScan")`
+            m.idsl:4:28: error[annotation-arguments]: `@ros` takes one string: `@ros("sensor_msgs/msg/LaserScan")`
+            m.idsl:5:31: error[annotation-arguments]: duplicate annotation `@ros`; first used here at m.idsl:5:15
         "#]],
     );
     let text = |name: &rc_syntax::Name| name.text.clone();
@@ -429,16 +429,16 @@ fn patterns_go_with_results() {
     check(
         "interface I { command int a(); publish void b(out int x); publish void c() throws E; query void d(); command e(int x); query f(out int x); };\nexception E { };",
         &expect![[r#"
-            m.idsl:2:15: error[result-of-one-way]: `a` is a command and cannot have a result (a query has results: a return value, `out` parameters or `throws`)
-            m.idsl:2:32: error[result-of-one-way]: `b` is a publish and cannot have a result (a query has results: a return value, `out` parameters or `throws`)
-            m.idsl:2:59: error[result-of-one-way]: `c` is a publish and cannot have a result (a query has results: a return value, `out` parameters or `throws`)
+            m.idsl:2:15: error[result-of-one-way]: command `a` cannot have a result (make it a `query`, or remove the return value, `out` parameters and `throws`)
+            m.idsl:2:32: error[result-of-one-way]: publish `b` cannot have a result (make it a `query`, or remove the return value, `out` parameters and `throws`)
+            m.idsl:2:59: error[result-of-one-way]: publish `c` cannot have a result (make it a `query`, or remove the return value, `out` parameters and `throws`)
         "#]],
     );
     check(
         "exception A extends B { };\nexception B { };\nstruct S { };\nexception C extends S { };",
         &expect![[r#"
-            m.idsl:2:21: error[not-an-exception]: `B` is not an exception declared before this one
-            m.idsl:5:21: error[not-an-exception]: `S` is not an exception declared before this one
+            m.idsl:2:21: error[not-an-exception]: expected an exception declared before this one, found `B`
+            m.idsl:5:21: error[not-an-exception]: expected an exception declared before this one, found `S`
         "#]],
     );
 }
@@ -448,8 +448,8 @@ fn declarations_stand_in_any_order() {
     check(
         "struct A { E e = Two; L l; L m = 3; Oops o; };\ndictionary<E, int> D;\nenum E { One, Two };\nsequence<int> L;\nexception Oops { };",
         &expect![[r#"
-            m.idsl:2:34: error[bad-default]: only single values have a default; a sequence, an array and a dictionary begin empty or zero
-            m.idsl:2:37: error[exception-as-type]: exception `Oops` is only possible after `throws`
+            m.idsl:2:34: error[bad-default]: sequences, arrays and dictionaries cannot have a default value (remove the default: the initial value is empty or zero)
+            m.idsl:2:37: error[exception-as-type]: expected a type, found exception `Oops` (exceptions are valid only after `throws`)
         "#]],
     );
 }
@@ -502,21 +502,21 @@ fn what_real_files_taught() {
         "struct S { int a b; unsigned int c; };\nvector<int> V;\nstruct T { Nowhere::X x; };",
         &expect![[r#"
             m.idsl:2:18: error[syntax-error]: expected `;`, `=` or `[`, found `b`
-            m.idsl:2:34: error[syntax-error]: expected `;`, `=` or `[`, found `c` (there is no `unsigned`: write `uint16`, `uint32` or `uint64`)
-            m.idsl:3:1: error[unknown-declaration]: `vector` does not begin a declaration (write `sequence<TYPE> NAME;`)
-            m.idsl:4:12: error[unknown-module]: module `Nowhere` is not imported here (import the file that declares it)
+            m.idsl:2:34: error[syntax-error]: expected `;`, `=` or `[`, found `c` (write `uint16`, `uint32` or `uint64` instead of an `unsigned` type)
+            m.idsl:3:1: error[unknown-declaration]: expected a declaration, found `vector` (write `sequence<TYPE> NAME;`)
+            m.idsl:4:12: error[unknown-module]: module `Nowhere` is not imported (import the file that declares it)
         "#]],
     );
     check_file(
         "#ifndef M\n#define M\nmodule M { };\n#endif",
         &expect![[r#"
-            m.idsl:1:1: error[syntax-error]: expected `module`, found `#` (an include guard of old is not needed: delete its lines)
+            m.idsl:1:1: error[syntax-error]: expected `module`, found `#` (delete the include guard: each file is read only once)
         "#]],
     );
     check_file(
         "module M { };\n#endif",
         &expect![[r#"
-        m.idsl:2:1: error[text-after-end]: `#` begins nothing here: an include guard of old is not needed, delete its lines
-    "#]],
+            m.idsl:2:1: error[text-after-end]: unexpected text: a file contains one `module NAME { … };` (delete the include guard: each file is read only once)
+        "#]],
     );
 }

@@ -566,7 +566,7 @@ fn a_configuration_that_has_become_something_else_is_neither_waited_for_nor_writ
     };
     let mode = |mode| std::fs::Permissions::from_mode(mode);
     std::fs::set_permissions(&file, mode(0o444)).expect("to set");
-    refused("it is read-only");
+    refused("the file is read-only");
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
     std::fs::set_permissions(&file, mode(0o600)).expect("to set");
     let hollow = std::fs::File::options().write(true).open(&file);
@@ -580,11 +580,11 @@ fn a_configuration_that_has_become_something_else_is_neither_waited_for_nor_writ
     let mode = rustix::fs::Mode::from_raw_mode(0o600);
     rustix::fs::mknodat(rustix::fs::CWD, &file, rustix::fs::FileType::Fifo, mode, 0)
         .expect("a pipe");
-    refused("it is not a file");
+    refused("not a regular file");
     // Nor does a start wait for it.
     let arguments = ["--config", file.to_str().expect("a path")];
     let error = embed(&DESCRIPTION, Worker::start, &arguments).expect_err("no configuration");
-    assert!(error.to_string().contains("it is not a file"), "{error}");
+    assert!(error.to_string().contains("not a regular file"), "{error}");
     // Management still answers, and a stop still stops.
     assert_eq!(get("odd", "speed")["value"], json!(2.0));
     end(component);

@@ -1,11 +1,11 @@
-//! An XML text, and where things stand in it.
+//! XML parsing with locations.
 
 use rc_diagnostics::{Diagnostic, SourceId, Span};
 use rc_syntax::Name;
 use roxmltree::{Attribute, Document, Error, Node};
 use std::ops::Range;
 
-/// A text that is XML.
+/// An XML text.
 #[derive(Clone, Copy)]
 pub(super) struct XmlSource<'a> {
     pub(super) source: SourceId,
@@ -13,10 +13,10 @@ pub(super) struct XmlSource<'a> {
 }
 
 impl<'a> XmlSource<'a> {
-    /// The elements, or why there are none. A document type is refused, so no entity can grow.
+    /// Parses the text. Document types are refused, so that entities cannot expand without limit.
     pub(super) fn parse(self) -> Result<Document<'a>, Diagnostic> {
         if self.text.trim().is_empty() {
-            let message = "this file is empty; it should hold `<scxml …> … </scxml>`";
+            let message = "expected `<scxml …> … </scxml>`, found an empty file";
             return Err(Diagnostic::error("empty-file", self.span(0..0), message));
         }
         Document::parse(self.text).map_err(|error| self.malformed(&error))
@@ -27,7 +27,7 @@ impl<'a> XmlSource<'a> {
         let at = match error {
             Error::DtdDetected => {
                 let at = self.text.find("<!DOCTYPE").unwrap_or(0);
-                let message = "a document type is not in the part of SCXML that is supported";
+                let message = "document types are not supported";
                 let span = self.span(at..at + "<!DOCTYPE".len());
                 return Diagnostic::error("scxml-not-supported", span, message);
             }
@@ -35,15 +35,15 @@ impl<'a> XmlSource<'a> {
             _ => self.byte(error.pos().row, error.pos().col).min(end),
         };
         let length = self.text[at..].chars().next().map_or(0, char::len_utf8);
-        // The place is told by the span.
+        // The span already tells the position.
         let what = error.to_string();
         let what = what.replace(&format!(" at {}", error.pos()), "");
         let what = what.trim_end_matches(" found").replace('\'', "`");
-        let message = format!("this is not XML: {what}");
+        let message = format!("malformed XML: {what}");
         Diagnostic::error("malformed-xml", self.span(at..at + length), message)
     }
 
-    /// The byte of a line and a column, both from 1, a column being a character.
+    /// The byte offset of a line and a column in characters, both from 1.
     fn byte(self, row: u32, column: u32) -> usize {
         let before = self.text.split_inclusive('\n').take(row as usize - 1);
         let start: usize = before.map(str::len).sum();
@@ -56,12 +56,12 @@ impl<'a> XmlSource<'a> {
         Span::new(self.source, range.start, range.end)
     }
 
-    /// What stands at a place.
+    /// The text at a location.
     pub(super) fn slice(self, span: Span) -> &'a str {
         self.text.get(span.start..span.end).unwrap_or_default()
     }
 
-    /// The name of an element where it begins.
+    /// The location of an element's name in its start tag.
     pub(super) fn tag(self, node: Node<'_, '_>) -> Span {
         let start = node.range().start + 1;
         let rest = self.text.get(start..).unwrap_or_default();
@@ -69,7 +69,7 @@ impl<'a> XmlSource<'a> {
         self.span(start..start + end.unwrap_or(rest.len()))
     }
 
-    /// The name of an attribute.
+    /// The location of an attribute's name.
     pub(super) fn attribute_name(self, attribute: &Attribute<'_, '_>) -> Span {
         let start = attribute.range().start;
         let rest = self.text.get(start..).unwrap_or_default();
@@ -77,13 +77,13 @@ impl<'a> XmlSource<'a> {
         self.span(start..start + end.unwrap_or(rest.len()))
     }
 
-    /// The value of an attribute without a namespace, and its place between the quotes.
+    /// The value of an attribute without a namespace, and its location without the quotes.
     pub(super) fn attribute(self, node: Node<'_, '_>, name: &str) -> Option<Name> {
         let mut all = node.attributes();
         let attribute = all.find(|a| a.namespace().is_none() && a.name() == name)?;
         let whole = attribute.range();
         let written = self.text.get(whole.clone()).unwrap_or_default();
-        // The value stands last, in quotes of one byte that are not in it.
+        // The value is last. Its quotes are one byte each and do not occur in it.
         let quote = written.chars().next_back();
         let open = quote.and_then(|quote| written.find(quote));
         let start = open.map_or(whole.start, |open| whole.start + open + 1);
@@ -91,7 +91,7 @@ impl<'a> XmlSource<'a> {
         Some(Name::new(attribute.value(), self.span(start..end)))
     }
 
-    /// The words of a value that is a list.
+    /// The elements of a list separated by white space.
     pub(super) fn tokens(self, value: &Name) -> Vec<Name> {
         let as_written = self.slice(value.span) == value.text;
         let words = value.text.split_whitespace();
@@ -109,7 +109,7 @@ impl<'a> XmlSource<'a> {
             .collect()
     }
 
-    /// The place of the words of a text between elements, where there are any.
+    /// The location of the first line of text between elements. `None` if it is only white space.
     pub(super) fn words(self, node: Node<'_, '_>) -> Option<Span> {
         let range = node.range();
         let written = self.text.get(range.clone())?;

@@ -123,32 +123,32 @@ fn whole_files() {
     check(
         "",
         &expect![[r#"
-        m.smdsl:1:1: error[empty-file]: this file is empty; it should hold `NAME { … };`, then a `:STATE { … };` for each state with substates
-    "#]],
+            m.smdsl:1:1: error[empty-file]: expected `NAME { … };`, then a `:STATE { … };` for each state with substates, found an empty file
+        "#]],
     );
     check(
         "// nothing\n",
         &expect![[r#"
-        m.smdsl:1:1: error[empty-file]: this file is empty; it should hold `NAME { … };`, then a `:STATE { … };` for each state with substates
-    "#]],
+            m.smdsl:1:1: error[empty-file]: expected `NAME { … };`, then a `:STATE { … };` for each state with substates, found an empty file
+        "#]],
     );
     check(
         "m { initial_state a; }; /* never\nends",
         &expect![[r#"
-        m.smdsl:1:25: error[unclosed-comment]: this comment has no end: `*/` is missing
-    "#]],
+            m.smdsl:1:25: error[unclosed-comment]: unterminated block comment (end the comment with `*/`)
+        "#]],
     );
     check(
         "m { initial_state a; };\nn { initial_state b; };",
         &expect![[r#"
-            m.smdsl:2:1: error[text-after-end]: there is text after the end; a file holds one `NAME { … };`, then a `:STATE { … };` for each state with substates
+            m.smdsl:2:1: error[text-after-end]: unexpected text: a file contains one `NAME { … };`, then a `:STATE { … };` for each state with substates
         "#]],
     );
     check(
         "m { initial_state a; }; }",
         &expect![[r#"
-        m.smdsl:1:25: error[text-after-end]: there is text after the end; a file holds one `NAME { … };`, then a `:STATE { … };` for each state with substates
-    "#]],
+            m.smdsl:1:25: error[text-after-end]: unexpected text: a file contains one `NAME { … };`, then a `:STATE { … };` for each state with substates
+        "#]],
     );
     check(
         "m {\n initial_state a;\n",
@@ -199,13 +199,13 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
     check(
         "m { states b, c // the others\ninitial_state a\nend_state z\ntransitions { a => b, c\n b => c c => z }\n}\n:b parallel { states d }",
         &expect![[r#"
-            m.smdsl:1:16: error[missing-semicolon]: `;` expected here
-            m.smdsl:2:16: error[missing-semicolon]: `;` expected here
-            m.smdsl:3:12: error[missing-semicolon]: `;` expected here
-            m.smdsl:4:24: error[missing-semicolon]: `;` expected here
-            m.smdsl:5:8: error[missing-semicolon]: `;` expected here
-            m.smdsl:5:15: error[missing-semicolon]: `;` expected here
-            m.smdsl:7:23: error[missing-semicolon]: `;` expected here
+            m.smdsl:1:16: error[missing-semicolon]: expected `;`
+            m.smdsl:2:16: error[missing-semicolon]: expected `;`
+            m.smdsl:3:12: error[missing-semicolon]: expected `;`
+            m.smdsl:4:24: error[missing-semicolon]: expected `;`
+            m.smdsl:5:8: error[missing-semicolon]: expected `;`
+            m.smdsl:5:15: error[missing-semicolon]: expected `;`
+            m.smdsl:7:23: error[missing-semicolon]: expected `;`
         "#]],
     );
 }
@@ -216,13 +216,13 @@ fn what_cannot_be_read() {
         "m {\ninitial_state a;\nstates b c;\nstate d;\ninitial e;\nfinal f;\n:a { initial_state x; };\nend_state;\ninitial_state = a;\n§;\nstates b, ;\n};",
         &expect![[r#"
             m.smdsl:3:10: error[syntax-error]: expected `,` or `;`, found `c`
-            m.smdsl:4:1: error[unknown-clause]: `state` does not begin a clause of a state machine (did you mean `states`?)
-            m.smdsl:5:1: error[unknown-clause]: `initial` does not begin a clause of a state machine (did you mean `initial_state`?)
-            m.smdsl:6:1: error[unknown-clause]: `final` does not begin a clause of a state machine (did you mean `end_state`?)
-            m.smdsl:7:1: error[unknown-clause]: `:` does not begin a clause of a state machine (substates stand in a block of their own, after the machine)
+            m.smdsl:4:1: error[unknown-clause]: expected a clause of a state machine, found `state` (did you mean `states`?)
+            m.smdsl:5:1: error[unknown-clause]: expected a clause of a state machine, found `initial` (did you mean `initial_state`?)
+            m.smdsl:6:1: error[unknown-clause]: expected a clause of a state machine, found `final` (did you mean `end_state`?)
+            m.smdsl:7:1: error[unknown-clause]: expected a clause of a state machine, found `:` (move the block of substates after the machine)
             m.smdsl:8:10: error[syntax-error]: expected a name, found `;`
             m.smdsl:9:15: error[syntax-error]: expected a name, found `=`
-            m.smdsl:10:1: error[unknown-clause]: `§` does not begin a clause of a state machine (allowed here: `states`, `initial_state`, `end_state`, `transitions`)
+            m.smdsl:10:1: error[unknown-clause]: expected a clause of a state machine, found `§` (expected one of `states`, `initial_state`, `end_state`, `transitions`)
             m.smdsl:11:11: error[syntax-error]: expected a name, found `;`
         "#]],
     );
@@ -257,7 +257,7 @@ fn what_cannot_be_read() {
     check(
         "m { initial_state a; transitons { a => b; b => c; }; };\n:a { initial_state x; };",
         &expect![[r#"
-            m.smdsl:1:22: error[unknown-clause]: `transitons` does not begin a clause of a state machine (did you mean `transitions`?)
+            m.smdsl:1:22: error[unknown-clause]: expected a clause of a state machine, found `transitons` (did you mean `transitions`?)
         "#]],
     );
 }
@@ -281,23 +281,23 @@ fn states_are_declared_once() {
     check(
         "m {\ninitial_state a; states b, c, b;\nend_state C;\ntransitions { a => b, c, C; };\n};\n:b {\n initial_state B1; states a, b1;\n transitions { B1 => b1; };\n};",
         &expect![[r#"
-            m.smdsl:2:31: error[duplicate-state]: state `b` is declared twice; the first one at m.smdsl:2:25
-            m.smdsl:3:11: error[duplicate-state]: states `c` and `C` differ only in upper and lower case; the first one at m.smdsl:2:28
-            m.smdsl:7:27: error[duplicate-state]: state `a` is declared twice; the first one at m.smdsl:2:15
-            m.smdsl:7:30: error[duplicate-state]: states `B1` and `b1` differ only in upper and lower case; the first one at m.smdsl:7:16
+            m.smdsl:2:31: error[duplicate-state]: state `b` is declared twice; first declared here at m.smdsl:2:25
+            m.smdsl:3:11: error[duplicate-state]: states `c` and `C` differ only in case; first declared here at m.smdsl:2:28
+            m.smdsl:7:27: error[duplicate-state]: state `a` is declared twice; first declared here at m.smdsl:2:15
+            m.smdsl:7:30: error[duplicate-state]: states `B1` and `b1` differ only in case; first declared here at m.smdsl:7:16
         "#]],
     );
     check(
         "m {\ninitial_state a;\nend_state a;\n};",
         &expect![[r#"
-        m.smdsl:3:11: error[duplicate-state]: state `a` is declared twice; the first one at m.smdsl:2:15
-    "#]],
+            m.smdsl:3:11: error[duplicate-state]: state `a` is declared twice; first declared here at m.smdsl:2:15
+        "#]],
     );
     check(
         "m {\ninitial_state a; end_state z;\nstates a, b, z;\ntransitions { a => b; b => z; };\n};",
         &expect![[r#"
-            m.smdsl:3:8: warning[repeated-state]: `a` is the initial or the end state, and is not repeated under `states`; declared here at m.smdsl:2:15
-            m.smdsl:3:14: warning[repeated-state]: `z` is the initial or the end state, and is not repeated under `states`; declared here at m.smdsl:2:28
+            m.smdsl:3:8: warning[repeated-state]: `a` is already declared as the initial or the end state; declared here at m.smdsl:2:15
+            m.smdsl:3:14: warning[repeated-state]: `z` is already declared as the initial or the end state; declared here at m.smdsl:2:28
         "#]],
     );
 }
@@ -307,11 +307,11 @@ fn clauses_come_once() {
     check(
         "m {\ninitial_state a; initial_state b, a;\nend_state y, z;\nstates c; States d;\ntransitions { a => c, d; }; transition { a => b; a => y; b => z; };\n};",
         &expect![[r#"
-            m.smdsl:2:32: error[second-initial-state]: there is an initial state already: `a`; a block has one; the first one at m.smdsl:2:15
-            m.smdsl:2:35: error[second-initial-state]: there is an initial state already: `a`; a block has one; the first one at m.smdsl:2:15
-            m.smdsl:3:14: error[second-end-state]: there is an end state already: `y`; a block has one; the first one at m.smdsl:3:11
-            m.smdsl:4:11: error[repeated-clause]: clause `States` is repeated; each stands once; the first one at m.smdsl:4:1
-            m.smdsl:5:29: error[repeated-clause]: clause `transition` is repeated; each stands once; the first one at m.smdsl:5:1
+            m.smdsl:2:32: error[second-initial-state]: a block cannot have a second initial state `b`; first declared here at m.smdsl:2:15
+            m.smdsl:2:35: error[second-initial-state]: a block cannot have a second initial state `a`; first declared here at m.smdsl:2:15
+            m.smdsl:3:14: error[second-end-state]: a block cannot have a second end state `z`; first declared here at m.smdsl:3:11
+            m.smdsl:4:11: error[repeated-clause]: duplicate clause `States`; first used here at m.smdsl:4:1
+            m.smdsl:5:29: error[repeated-clause]: duplicate clause `transition`; first used here at m.smdsl:5:1
         "#]],
     );
 }
@@ -330,8 +330,8 @@ fn every_block_but_a_parallel_one_has_an_initial_state() {
     check(
         "m { initial_state a; };\n:a parallel {\n initial_state b;\n states c;\n end_state d;\n};",
         &expect![[r#"
-            m.smdsl:3:2: error[not-in-parallel]: a parallel block has no initial state; parallel because of this at m.smdsl:2:4 (all of its states are entered together; name this one under `states`)
-            m.smdsl:5:2: error[not-in-parallel]: a parallel block has no end state; parallel because of this at m.smdsl:2:4 (it ends when each of its states has ended; name this one under `states`)
+            m.smdsl:3:2: error[not-in-parallel]: a parallel block cannot have an initial state; parallel because of this keyword at m.smdsl:2:4 (declare the state under `states`: all of its states are entered together)
+            m.smdsl:5:2: error[not-in-parallel]: a parallel block cannot have an end state; parallel because of this keyword at m.smdsl:2:4 (declare the state under `states`: it ends when each of its states has ended)
         "#]],
     );
 }
@@ -341,8 +341,8 @@ fn an_end_state_ends() {
     check(
         "m { initial_state a; end_state z;\ntransitions { a => z;\nz => a; }; };\n:z { initial_state y; };",
         &expect![[r#"
-            m.smdsl:3:6: error[transition-from-end-state]: a transition cannot lead out of the end state `z`; declared here at m.smdsl:1:32
-            m.smdsl:4:2: error[end-state-with-substates]: the end state `z` cannot have substates; declared here at m.smdsl:1:32
+            m.smdsl:3:6: error[transition-from-end-state]: transition out of the end state `z`; declared here at m.smdsl:1:32
+            m.smdsl:4:2: error[end-state-with-substates]: end state `z` has substates; declared here at m.smdsl:1:32
         "#]],
     );
 }
@@ -352,14 +352,14 @@ fn blocks_have_one_place() {
     check(
         "m { initial_state a; };\n:a { initial_state b; };\n:a { initial_state c; };",
         &expect![[r#"
-            m.smdsl:3:2: error[duplicate-parent]: the substates of `a` are declared twice; the first block at m.smdsl:2:2 (put all of them into one block)
+            m.smdsl:3:2: error[duplicate-parent]: duplicate block of substates of `a`; first block at m.smdsl:2:2 (merge the blocks)
         "#]],
     );
     check(
         "m { initial_state a; };\n:b { initial_state c; };\n:c { initial_state b; };\n:d { initial_state d; };",
         &expect![[r#"
-            m.smdsl:3:2: error[circular-parents]: a state cannot be inside itself: `c` in `b` in `c`; and this block at m.smdsl:2:2
-            m.smdsl:4:2: error[circular-parents]: a state cannot be inside itself: `d` in `d`
+            m.smdsl:3:2: error[circular-parents]: a state cannot contain itself: `c` inside `b` inside `c`; also this block at m.smdsl:2:2
+            m.smdsl:4:2: error[circular-parents]: a state cannot contain itself: `d` inside `d`
         "#]],
     );
 }
@@ -373,8 +373,8 @@ fn blocks_nest_to_a_limit() {
     check(
         &text,
         &expect![[r#"
-        m.smdsl:101:22: error[nested-too-deep]: states nest deeper than 100 levels here
-    "#]],
+            m.smdsl:101:22: error[nested-too-deep]: states are nested more than 100 levels deep
+        "#]],
     );
 }
 
@@ -385,10 +385,10 @@ fn every_state_can_be_reached() {
          :b parallel { states b1, b2; };\n:b1 { initial_state b11; states b12; transitions { b11 => b11; }; };\n:c { initial_state c1; states c2; };",
         &expect![[r#"
             m.smdsl:2:28: warning[no-way-in]: no transition leads to state `c`
-            m.smdsl:2:31: warning[unreachable-state]: state `d` cannot be reached from the initial state
-            m.smdsl:2:34: warning[unreachable-state]: state `e` cannot be reached from the initial state
+            m.smdsl:2:31: warning[unreachable-state]: state `d` is not reachable from the initial state
+            m.smdsl:2:34: warning[unreachable-state]: state `e` is not reachable from the initial state
             m.smdsl:2:37: warning[no-way-in]: no transition leads to state `f`
-            m.smdsl:2:50: warning[unreachable-state]: state `z` cannot be reached from the initial state
+            m.smdsl:2:50: warning[unreachable-state]: state `z` is not reachable from the initial state
             m.smdsl:6:33: warning[no-way-in]: no transition leads to state `b12`
         "#]],
     );
@@ -401,7 +401,7 @@ fn every_state_can_be_reached() {
     check(
         "m { initial_state a; states b; transitions { a => b2; }; };\n:b { initial_state b1; states b2; };",
         &expect![[r#"
-            m.smdsl:2:20: warning[unreachable-state]: state `b1` cannot be reached from the initial state
+            m.smdsl:2:20: warning[unreachable-state]: state `b1` is not reachable from the initial state
         "#]],
     );
 }
@@ -411,20 +411,20 @@ fn transitions_are_there_and_stand_once() {
     check(
         "m { initial_state a; states b; };",
         &expect![[r#"
-        m.smdsl:1:1: warning[no-transitions]: `m` has no transitions: it stays in its initial state
-    "#]],
+            m.smdsl:1:1: warning[no-transitions]: state machine `m` has no transitions: it stays in its initial state
+        "#]],
     );
     check(
         "m { initial_state a; states b; transitions { }; };",
         &expect![[r#"
-            m.smdsl:1:1: warning[no-transitions]: `m` has no transitions: it stays in its initial state
+            m.smdsl:1:1: warning[no-transitions]: state machine `m` has no transitions: it stays in its initial state
         "#]],
     );
     check(
         "m { initial_state a; states b;\ntransitions { a => b, a, b;\na => b; b => b; }; };",
         &expect![[r#"
-            m.smdsl:2:26: warning[duplicate-transition]: the transition `a => b` is repeated; the first one at m.smdsl:2:20
-            m.smdsl:3:6: warning[duplicate-transition]: the transition `a => b` is repeated; the first one at m.smdsl:2:20
+            m.smdsl:2:26: warning[duplicate-transition]: duplicate transition `a => b`; first declared here at m.smdsl:2:20
+            m.smdsl:3:6: warning[duplicate-transition]: duplicate transition `a => b`; first declared here at m.smdsl:2:20
         "#]],
     );
 }

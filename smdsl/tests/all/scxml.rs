@@ -108,8 +108,8 @@ fn whole_files() {
     check_file(
         "",
         &expect![[r#"
-        m.scxml:1:1: error[empty-file]: this file is empty; it should hold `<scxml …> … </scxml>`
-    "#]],
+            m.scxml:1:1: error[empty-file]: expected `<scxml …> … </scxml>`, found an empty file
+        "#]],
     );
     check_file(
         "<scxml/>",
@@ -126,64 +126,64 @@ fn whole_files() {
     check_file(
         "<scxml xmlns=\"http://example.com\"><state id=\"a\"/></scxml>",
         &expect![[r#"
-            m.scxml:1:2: error[scxml-not-supported]: the element `scxml` is not in the part of SCXML that is supported
+            m.scxml:1:2: error[scxml-not-supported]: the element `scxml` is not supported
             m.scxml:1:2: error[no-states]: the machine has no states
-            m.scxml:1:36: error[scxml-not-supported]: the element `state` is not in the part of SCXML that is supported
+            m.scxml:1:36: error[scxml-not-supported]: the element `state` is not supported
         "#]],
     );
     check_file(
         "states a;",
         &expect![[r#"
-        m.scxml:1:1: error[malformed-xml]: this is not XML: unknown token
-    "#]],
+            m.scxml:1:1: error[malformed-xml]: malformed XML: unknown token
+        "#]],
     );
     check_file(
         "<!-- only this -->",
         &expect![[r#"
-        m.scxml:1:19: error[malformed-xml]: this is not XML: the document does not have a root node
-    "#]],
+            m.scxml:1:19: error[malformed-xml]: malformed XML: the document does not have a root node
+        "#]],
     );
     check_file(
         "<scxml>\n<state id=\"a\">\n</scxml>",
         &expect![[r#"
-        m.scxml:3:1: error[malformed-xml]: this is not XML: expected `state` tag, not `scxml`
-    "#]],
+            m.scxml:3:1: error[malformed-xml]: malformed XML: expected `state` tag, not `scxml`
+        "#]],
     );
     check_file(
         "<scxml>\n<state id=\"é\" é=x/>\n</scxml>",
         &expect![[r#"
-        m.scxml:2:17: error[malformed-xml]: this is not XML: expected a quote not `x`
-    "#]],
+            m.scxml:2:17: error[malformed-xml]: malformed XML: expected a quote not `x`
+        "#]],
     );
     check_file(
         "<scxml>\n<state id=\"a\"/>\n",
         &expect![[r#"
-        m.scxml:2:16: error[malformed-xml]: this is not XML: the root node was opened but never closed
-    "#]],
+            m.scxml:2:16: error[malformed-xml]: malformed XML: the root node was opened but never closed
+        "#]],
     );
     check_file(
         "<scxml>\n<state id=\"a\"/> &unknown; </scxml>",
         &expect![[r#"
-            m.scxml:2:17: error[malformed-xml]: this is not XML: unknown entity reference `unknown`
+            m.scxml:2:17: error[malformed-xml]: malformed XML: unknown entity reference `unknown`
         "#]],
     );
     check_file(
         "<scxml>\n<state id=\"a\" id=\"b\"/></scxml>",
         &expect![[r#"
-            m.scxml:2:15: error[malformed-xml]: this is not XML: attribute `id` is already defined
+            m.scxml:2:15: error[malformed-xml]: malformed XML: attribute `id` is already defined
         "#]],
     );
     check_file(
         "<scxml>\n<state id=\"<\"/></scxml>",
         &expect![[r#"
-        m.scxml:2:12: error[malformed-xml]: this is not XML: expected `"` not `<`
-    "#]],
+            m.scxml:2:12: error[malformed-xml]: malformed XML: expected `"` not `<`
+        "#]],
     );
     check_file(
         "<scxml>\n<x:state id=\"a\"/></scxml>",
         &expect![[r#"
-        m.scxml:2:2: error[malformed-xml]: this is not XML: an unknown namespace prefix `x`
-    "#]],
+            m.scxml:2:2: error[malformed-xml]: malformed XML: an unknown namespace prefix `x`
+        "#]],
     );
 }
 
@@ -192,7 +192,7 @@ fn what_could_grow_without_end() {
     check_file(
         "<?xml version=\"1.0\"?>\n<!DOCTYPE b [<!ENTITY a \"x\"><!ENTITY b \"&a;&a;&a;\">]>\n<scxml><state id=\"&b;\"/></scxml>",
         &expect![[r#"
-            m.scxml:2:1: error[scxml-not-supported]: a document type is not in the part of SCXML that is supported
+            m.scxml:2:1: error[scxml-not-supported]: document types are not supported
         "#]],
     );
     let deep = |levels: usize| {
@@ -204,20 +204,20 @@ fn what_could_grow_without_end() {
     check_file(
         &deep(100),
         &expect![[r#"
-        m.scxml:1:2: warning[no-transitions]: `m` has no transitions: it stays in its initial state
-    "#]],
+            m.scxml:1:2: warning[no-transitions]: state machine `m` has no transitions: it stays in its initial state
+        "#]],
     );
     check_file(
         &deep(101),
         &expect![[r#"
-        m.scxml:2:1592: error[nested-too-deep]: states nest deeper than 100 levels here
-    "#]],
+            m.scxml:2:1592: error[nested-too-deep]: states are nested more than 100 levels deep
+        "#]],
     );
     check_file(
         &deep(20_000),
         &expect![[r#"
-        m.scxml:2:1592: error[nested-too-deep]: states nest deeper than 100 levels here
-    "#]],
+            m.scxml:2:1592: error[nested-too-deep]: states are nested more than 100 levels deep
+        "#]],
     );
 }
 
@@ -226,24 +226,24 @@ fn anything_else_is_refused_at_its_place() {
     check(
         "<datamodel><data id=\"x\"/></datamodel>\n<state id=\"a\" x=\"1\">\n<invoke src=\"x\"/>\n<onentry><script>x</script><send event=\"e\"/><assign location=\"x\" expr=\"1\"/></onentry>\n<transition type=\"internal\" target=\"b\"><if cond=\"x\"/></transition>\n text in between\n and more\n</state>\n<final id=\"b\"><donedata/></final>\n<t:info xmlns:t=\"urn:t\" a=\"1\"/>\n<state id=\"c\" t:at=\"1\" xmlns:t=\"urn:t\"/>",
         &expect![[r#"
-            m.scxml:2:2: error[scxml-not-supported]: the element `datamodel` is not in the part of SCXML that is supported
-            m.scxml:3:15: error[scxml-not-supported]: the attribute `x` of `state` is not in the part of SCXML that is supported
-            m.scxml:4:2: error[scxml-not-supported]: the element `invoke` is not in the part of SCXML that is supported
-            m.scxml:5:11: error[scxml-not-supported]: the element `script` is not in the part of SCXML that is supported
-            m.scxml:5:29: error[scxml-not-supported]: the element `send` is not in the part of SCXML that is supported
-            m.scxml:5:46: error[scxml-not-supported]: the element `assign` is not in the part of SCXML that is supported
-            m.scxml:6:13: error[scxml-not-supported]: the attribute `type` of `transition` is not in the part of SCXML that is supported
-            m.scxml:6:41: error[scxml-not-supported]: the element `if` is not in the part of SCXML that is supported
-            m.scxml:7:2: error[scxml-not-supported]: text in `state` is not in the part of SCXML that is supported
-            m.scxml:10:16: error[scxml-not-supported]: the element `donedata` is not in the part of SCXML that is supported
-            m.scxml:11:2: error[scxml-not-supported]: the element `t:info` is not in the part of SCXML that is supported
-            m.scxml:12:15: error[scxml-not-supported]: the attribute `t:at` of `state` is not in the part of SCXML that is supported
+            m.scxml:2:2: error[scxml-not-supported]: the element `datamodel` is not supported
+            m.scxml:3:15: error[scxml-not-supported]: the attribute `x` of `state` is not supported
+            m.scxml:4:2: error[scxml-not-supported]: the element `invoke` is not supported
+            m.scxml:5:11: error[scxml-not-supported]: the element `script` is not supported
+            m.scxml:5:29: error[scxml-not-supported]: the element `send` is not supported
+            m.scxml:5:46: error[scxml-not-supported]: the element `assign` is not supported
+            m.scxml:6:13: error[scxml-not-supported]: the attribute `type` of `transition` is not supported
+            m.scxml:6:41: error[scxml-not-supported]: the element `if` is not supported
+            m.scxml:7:2: error[scxml-not-supported]: text in `state` is not supported
+            m.scxml:10:16: error[scxml-not-supported]: the element `donedata` is not supported
+            m.scxml:11:2: error[scxml-not-supported]: the element `t:info` is not supported
+            m.scxml:12:15: error[scxml-not-supported]: the attribute `t:at` of `state` is not supported
         "#]],
     );
     check_file(
         "<scxml datamodel=\"ecmascript\" initial=\"a\"><state id=\"a\"/></scxml>",
         &expect![[r#"
-            m.scxml:1:8: error[scxml-not-supported]: the attribute `datamodel` of `scxml` is not in the part of SCXML that is supported
+            m.scxml:1:8: error[scxml-not-supported]: the attribute `datamodel` of `scxml` is not supported
         "#]],
     );
 }
@@ -253,14 +253,14 @@ fn elements_stand_where_they_mean_something() {
     check(
         "<history id=\"h\"/>\n<transition target=\"a\"/>\n<onentry/>\n<state id=\"a\">\n<raise event=\"e\"/><scxml/>\n<onentry><state id=\"x\"/><raise event=\"e\"><log/></raise></onentry>\n</state>\n<final id=\"z\">\n<state id=\"y\"/>\n</final>",
         &expect![[r#"
-            m.scxml:2:2: error[misplaced-element]: `history` cannot stand in `scxml`
-            m.scxml:3:2: error[misplaced-element]: `transition` cannot stand in `scxml`
-            m.scxml:4:2: error[misplaced-element]: `onentry` cannot stand in `scxml`
-            m.scxml:6:2: error[misplaced-element]: `raise` cannot stand in `state`
-            m.scxml:6:20: error[misplaced-element]: `scxml` cannot stand in `state`
-            m.scxml:7:11: error[misplaced-element]: `state` cannot stand in `onentry`
-            m.scxml:7:43: error[misplaced-element]: `log` cannot stand in `raise`
-            m.scxml:10:2: error[misplaced-element]: `state` cannot stand in `final`
+            m.scxml:2:2: error[misplaced-element]: `history` is not valid in `scxml`
+            m.scxml:3:2: error[misplaced-element]: `transition` is not valid in `scxml`
+            m.scxml:4:2: error[misplaced-element]: `onentry` is not valid in `scxml`
+            m.scxml:6:2: error[misplaced-element]: `raise` is not valid in `state`
+            m.scxml:6:20: error[misplaced-element]: `scxml` is not valid in `state`
+            m.scxml:7:11: error[misplaced-element]: `state` is not valid in `onentry`
+            m.scxml:7:43: error[misplaced-element]: `log` is not valid in `raise`
+            m.scxml:10:2: error[misplaced-element]: `state` is not valid in `final`
         "#]],
     );
 }
@@ -270,23 +270,23 @@ fn attributes_that_are_missing_or_wrong() {
     check(
         "<state>\n<transition/><transition event=\"e\"><raise/></transition>\n<transition target=\"\"/><transition event=\" \"/></state>\n<state id=\"\"/><state id=\"a b\"/>\n<state id=\"s\"><history id=\"h\" type=\"dep\"><transition event=\"e\" target=\"s1\"/></history><state id=\"s1\"/></state>",
         &expect![[r#"
-            m.scxml:2:2: error[missing-attribute]: `state` needs an `id`: code is generated by this name
-            m.scxml:3:2: error[missing-attribute]: a transition needs an `event`, a `cond` or a `target`
-            m.scxml:3:37: error[missing-attribute]: `raise` needs an `event`
-            m.scxml:4:21: error[bad-attribute]: no state is named here
-            m.scxml:4:43: error[bad-attribute]: no event is named here
-            m.scxml:5:12: error[bad-attribute]: an id is a name without spaces
-            m.scxml:5:26: error[bad-attribute]: an id is a name without spaces
-            m.scxml:6:37: error[bad-attribute]: `dep` is not a type of history (did you mean `deep`?)
-            m.scxml:6:61: error[bad-attribute]: the transition of `history` has no `event`: it is always taken
+            m.scxml:2:2: error[missing-attribute]: `state` has no attribute `id`
+            m.scxml:3:2: error[missing-attribute]: `transition` has no `event`, `cond` or `target`
+            m.scxml:3:37: error[missing-attribute]: `raise` has no `event`
+            m.scxml:4:21: error[bad-attribute]: expected the name of a state, found nothing
+            m.scxml:4:43: error[bad-attribute]: expected the name of an event, found nothing
+            m.scxml:5:12: error[bad-attribute]: expected a name without spaces
+            m.scxml:5:26: error[bad-attribute]: expected a name without spaces
+            m.scxml:6:37: error[bad-attribute]: unknown type of history `dep` (did you mean `deep`?)
+            m.scxml:6:61: error[bad-attribute]: the transition of `history` cannot have `event`: it is always taken
         "#]],
     );
     check(
         "<state id=\"a\">\n<history id=\"h1\"/>\n<history id=\"h2\"><transition/></history>\n<history id=\"h3\"><transition target=\"b\"/><transition target=\"b\"/></history>\n<state id=\"b\"/></state>",
         &expect![[r#"
-            m.scxml:3:2: error[missing-element]: `history` needs a `transition` with a `target`
-            m.scxml:4:19: error[missing-attribute]: the transition of `history` needs a `target`
-            m.scxml:5:43: error[repeated-clause]: `transition` is repeated; it stands once in `history`; the first one at m.scxml:5:19
+            m.scxml:3:2: error[missing-element]: `history` has no `transition` with a `target`
+            m.scxml:4:19: error[missing-attribute]: the transition of `history` has no `target`
+            m.scxml:5:43: error[repeated-clause]: duplicate `transition` in `history`; first declared here at m.scxml:5:19
         "#]],
     );
 }
@@ -299,8 +299,8 @@ fn ids_are_known_and_unique() {
             m.scxml:2:38: error[unknown-state]: unknown state `driev` (did you mean `DRIVE`?)
             m.scxml:2:66: error[unknown-state]: unknown state `Idle` (did you mean `idle`?)
             m.scxml:2:72: error[unknown-state]: unknown state `park`
-            m.scxml:3:31: error[duplicate-state]: state `drive` is declared twice; the first one at m.scxml:3:12
-            m.scxml:4:12: error[duplicate-state]: states `drive` and `DRIVE` differ only in upper and lower case; the first one at m.scxml:3:12
+            m.scxml:3:31: error[duplicate-state]: state `drive` is declared twice; first declared here at m.scxml:3:12
+            m.scxml:4:12: error[duplicate-state]: states `drive` and `DRIVE` differ only in case; first declared here at m.scxml:3:12
         "#]],
     );
 }
@@ -312,19 +312,19 @@ fn what_is_entered_first() {
         &expect![[r#"
             m.scxml:2:24: error[not-inside]: `b` is not inside `a`; declared here at m.scxml:4:12
             m.scxml:4:24: error[unknown-state]: unknown state `nothing`
-            m.scxml:6:2: error[second-initial-state]: what is entered first is said twice; the first one at m.scxml:5:24
-            m.scxml:8:16: error[missing-element]: `initial` needs a `transition` with a `target`
-            m.scxml:9:2: error[no-initial-state]: there is no state to enter first here, only a history
+            m.scxml:6:2: error[second-initial-state]: duplicate initial state; first declared here at m.scxml:5:24
+            m.scxml:8:16: error[missing-element]: `initial` has no `transition` with a `target`
+            m.scxml:9:2: error[no-initial-state]: expected an initial state, found only a history state
             m.scxml:9:16: error[not-inside]: `h` is not inside `h`; declared here at m.scxml:9:12
         "#]],
     );
     check(
         "<parallel id=\"p\" initial=\"q\">\n<initial><transition target=\"q\"/></initial>\n<state id=\"q\"/>\n<final id=\"r\"/>\n</parallel>\n<parallel id=\"s\"/>",
         &expect![[r#"
-            m.scxml:2:27: error[not-in-parallel]: a parallel state has no initial state; parallel because of this at m.scxml:2:2
-            m.scxml:3:2: error[not-in-parallel]: a parallel state has no initial state; parallel because of this at m.scxml:2:2
-            m.scxml:5:2: error[not-in-parallel]: a parallel state has no end state; parallel because of this at m.scxml:2:2
-            m.scxml:7:2: error[no-states]: a `parallel` without states
+            m.scxml:2:27: error[not-in-parallel]: a parallel state cannot have an initial state; the parallel state at m.scxml:2:2
+            m.scxml:3:2: error[not-in-parallel]: a parallel state cannot have an initial state; the parallel state at m.scxml:2:2
+            m.scxml:5:2: error[not-in-parallel]: a parallel state cannot have an end state; the parallel state at m.scxml:2:2
+            m.scxml:7:2: error[no-states]: `parallel` has no states
         "#]],
     );
 }
@@ -334,8 +334,8 @@ fn what_is_entered_together() {
     check(
         "<state id=\"a\"><transition target=\"p1 p2\"/>\n<transition target=\"p1x q1\"/>\n<transition target=\"p1x p1y\"/><transition target=\"b p1\"/></state>\n<state id=\"b\"/>\n<parallel id=\"p\"><state id=\"p1\"><state id=\"p1x\"/><state id=\"p1y\"/></state><state id=\"p2\"><state id=\"q1\"/></state></parallel>",
         &expect![[r#"
-            m.scxml:4:25: error[conflicting-targets]: `p1y` cannot be entered together with another state; the other one at m.scxml:4:21 (only states in different parts of a `parallel` are active together)
-            m.scxml:4:53: error[conflicting-targets]: `p1` cannot be entered together with another state; the other one at m.scxml:4:51 (only states in different parts of a `parallel` are active together)
+            m.scxml:4:25: error[conflicting-targets]: `p1y` cannot be entered together with another state; the other state at m.scxml:4:21 (choose states in different regions of a `parallel`)
+            m.scxml:4:53: error[conflicting-targets]: `p1` cannot be entered together with another state; the other state at m.scxml:4:51 (choose states in different regions of a `parallel`)
         "#]],
     );
 }
@@ -345,22 +345,22 @@ fn the_checks_of_smdsl() {
     check(
         "<state id=\"a\"><transition event=\"e\" target=\"b\"/><transition event=\"f\" target=\"b\"/>\n<transition event=\"e\" target=\"b\"/></state>\n<final id=\"b\"/>\n<state id=\"c\"/><state id=\"d\"><transition target=\"e\"/></state><state id=\"e\"/>",
         &expect![[r#"
-            m.scxml:3:2: warning[duplicate-transition]: the transition `a => b` is repeated; the first one at m.scxml:2:16
+            m.scxml:3:2: warning[duplicate-transition]: duplicate transition `a => b`; first declared here at m.scxml:2:16
             m.scxml:5:12: warning[no-way-in]: no transition leads to state `c`
             m.scxml:5:27: warning[no-way-in]: no transition leads to state `d`
-            m.scxml:5:73: warning[unreachable-state]: state `e` cannot be reached from the initial state
+            m.scxml:5:73: warning[unreachable-state]: state `e` is not reachable from the initial state
         "#]],
     );
     check(
         "<state id=\"a\"/><final id=\"b\">\n<transition target=\"a\"/></final>",
         &expect![[r#"
-            m.scxml:3:2: error[transition-from-end-state]: a transition cannot lead out of the end state `b`; declared here at m.scxml:2:27
+            m.scxml:3:2: error[transition-from-end-state]: transition out of the end state `b`; declared here at m.scxml:2:27
         "#]],
     );
     check(
         "<state id=\"a\"/><state id=\"b\"/>",
         &expect![[r#"
-        m.scxml:1:68: warning[no-transitions]: `m` has no transitions: it stays in its initial state
-    "#]],
+            m.scxml:1:68: warning[no-transitions]: state machine `m` has no transitions: it stays in its initial state
+        "#]],
     );
 }

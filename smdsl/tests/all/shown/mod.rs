@@ -1,7 +1,7 @@
 //! What is read of a text, as lines.
 
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_smdsl::Machine;
+use rc_smdsl::StateMachine;
 use rc_smdsl::model::{Action, Region, StateKind};
 use rc_syntax::Name;
 
