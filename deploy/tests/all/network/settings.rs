@@ -104,8 +104,8 @@ fn a_quality_that_is_set_is_reckoned_with() {
     // Without more, the deadline is one that nobody offers.
     let lacks = |asked: &str| {
         format!(
-            "n.ddsl:4:11: error[qos-mismatch]: `sink.ScanPub` asks for deadline 100ms, `source.ScanPub` offers none; \
-             asked here at {asked}; offered here at source.cdsl:2:47\n"
+            "n.ddsl:4:11: error[qos-mismatch]: `sink.ScanPub` requests deadline 100ms, but `source.ScanPub` offers none; \
+             requested here at {asked}; offered here at source.cdsl:2:47\n"
         )
     };
     let written = "sink.cdsl:2:48";
@@ -124,8 +124,8 @@ fn a_quality_that_is_set_is_reckoned_with() {
     );
     assert_eq!(
         found,
-        "n.ddsl:4:11: error[qos-mismatch]: `sink.ScanPub` asks for liveliness 1s, `source.ScanPub` offers none; \
-         asked here at sink.toml:1:18; offered here at source.cdsl:2:47\n"
+        "n.ddsl:4:11: error[qos-mismatch]: `sink.ScanPub` requests liveliness 1s, but `source.ScanPub` offers none; \
+         requested here at sink.toml:1:18; offered here at source.cdsl:2:47\n"
     );
     let found = check(
         offered,
