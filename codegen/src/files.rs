@@ -1,5 +1,6 @@
 //! The result of a generation in memory, and the one place that writes it.
 
+use crate::load::named;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -51,7 +52,7 @@ pub struct Step {
     pub change: Change,
 }
 
-/// Files by their path, relative to the component's folder.
+/// Files by their paths, relative to the folder that they are written to.
 #[derive(Clone, Debug, Default)]
 pub struct Files(BTreeMap<PathBuf, (Owner, String)>);
 
@@ -109,42 +110,55 @@ impl Files {
         Ok(steps)
     }
 
-    /// Carries the plan out. New contents are all on the disk, under other names, before the first file is
-    /// replaced, so that a disk that is full changes nothing.
+    /// Writes the files into `folder`, as [`write`] does.
     pub fn write(&self, folder: &Path) -> io::Result<Vec<Step>> {
-        let steps = self.plan(folder)?;
-        let mut staged: Vec<(PathBuf, PathBuf)> = Vec::new();
-        for step in steps
-            .iter()
-            .filter(|s| matches!(s.change, Change::Create | Change::Update))
-        {
-            let target = folder.join(&step.path);
-            if let Err(error) = stage(&target, self.text(&step.path).unwrap_or_default()) {
-                for (temporary, _) in &staged {
-                    let _ = std::fs::remove_file(temporary);
-                }
-                let _ = std::fs::remove_file(temporary_of(&target));
-                return Err(named(&target, &error));
-            }
-            staged.push((temporary_of(&target), target));
-        }
-        for (temporary, target) in &staged {
-            std::fs::rename(temporary, target).map_err(|e| named(target, &e))?;
-        }
-        for step in steps.iter().filter(|s| s.change == Change::Remove) {
-            let path = folder.join(&step.path);
-            match std::fs::remove_file(&path) {
-                // What a generation left that was killed has been used and renamed by this one.
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(named(&path, &error));
-                }
-                _ => {}
-            }
-            // A folder that is empty now goes, too; one that is not stays.
-            let _ = path.parent().map(std::fs::remove_dir);
-        }
-        Ok(steps)
+        let steps = write(&[(folder, self)])?;
+        Ok(steps.into_iter().flatten().collect())
     }
+}
+
+/// Writes files into several folders, all or nothing; gives the steps of each folder. New contents are all on the disk,
+/// under other names, before the first file is replaced, so that a disk that is full changes nothing.
+pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
+    let mut plans = Vec::new();
+    for (folder, files) in folders {
+        plans.push(files.plan(folder)?);
+    }
+    let all = || {
+        let steps = folders.iter().zip(&plans);
+        steps.flat_map(|((folder, files), steps)| steps.iter().map(move |s| (*folder, *files, s)))
+    };
+    let mut staged: Vec<(PathBuf, PathBuf)> = Vec::new();
+    for (folder, files, step) in all() {
+        if !matches!(step.change, Change::Create | Change::Update) {
+            continue;
+        }
+        let target = folder.join(&step.path);
+        if let Err(error) = stage(&target, files.text(&step.path).unwrap_or_default()) {
+            for (temporary, _) in &staged {
+                let _ = std::fs::remove_file(temporary);
+            }
+            let _ = std::fs::remove_file(temporary_of(&target));
+            return Err(named(&target, &error));
+        }
+        staged.push((temporary_of(&target), target));
+    }
+    for (temporary, target) in &staged {
+        std::fs::rename(temporary, target).map_err(|e| named(target, &e))?;
+    }
+    for (folder, _, step) in all().filter(|(_, _, step)| step.change == Change::Remove) {
+        let path = folder.join(&step.path);
+        match std::fs::remove_file(&path) {
+            // A generation that was killed may have left it; this one has renamed it.
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(named(&path, &error));
+            }
+            _ => {}
+        }
+        // Removes the folder if it is empty.
+        let _ = path.parent().map(std::fs::remove_dir);
+    }
+    Ok(plans)
 }
 
 fn stage(target: &Path, text: &str) -> io::Result<()> {
@@ -158,10 +172,6 @@ fn temporary_of(target: &Path) -> PathBuf {
     let mut name = target.file_name().unwrap_or_default().to_os_string();
     name.push(".rcgen-new");
     target.with_file_name(name)
-}
-
-fn named(path: &Path, error: &io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
 fn list(folder: &Path, inside: &Path, out: &mut Vec<PathBuf>) -> io::Result<()> {

@@ -5,8 +5,10 @@
 //! place, all or nothing. [`stubs`] says what a worker that exists lacks after its description changed;
 //! [`export`] writes interfaces in the languages of others.
 
+pub mod cargo_workspace;
 pub mod check;
 pub mod configuration;
+mod dependencies;
 pub mod explain;
 pub mod export;
 pub mod files;

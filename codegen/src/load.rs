@@ -1,9 +1,11 @@
-//! Finds description files on the disk, in the order of LANGUAGES: the importing file's folder, every `-I`,
-//! `RC_IDSL_PATH`, and the interfaces that come with this program.
+//! Finds description files on the disk, in this order: the importing file's folder, every `-I`, the folder
+//! `interfaces` of the workspace, `RC_IDSL_PATH`, and the interfaces that come with this program.
 
+use crate::cargo_workspace::{self, Workspace};
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
 pub use rc_files::read;
 use rc_syntax::{ImportError, ImportedFile, Loader};
+use std::cell::RefCell;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -51,20 +53,52 @@ const SHIPPED: [(&str, &str); 10] = [
     ),
 ];
 
+/// The folder in the paths of interfaces that come with this program.
+const SHIPPED_FOLDER: &str = "<shipped>";
+
 /// Reads description files from the disk.
 #[derive(Clone, Debug, Default)]
 pub struct FileLoader {
     include: Vec<PathBuf>,
+    path: Vec<PathBuf>,
+    /// The folder of the file that was asked about last, and the interfaces of its workspace.
+    workspace: RefCell<Option<(PathBuf, Option<PathBuf>)>>,
 }
 
 impl FileLoader {
-    /// Looks into `include`, then into the folders of `RC_IDSL_PATH`.
+    /// Looks into `include`, into the folder `interfaces` of the importing file's workspace, and into the folders of
+    /// `RC_IDSL_PATH`.
     pub fn new(include: &[PathBuf]) -> Self {
         let path = std::env::var_os("RC_IDSL_PATH").unwrap_or_default();
-        let include = include.iter().cloned().chain(std::env::split_paths(&path));
+        let there = |dir: &PathBuf| !dir.as_os_str().is_empty();
         Self {
-            include: include.filter(|dir| !dir.as_os_str().is_empty()).collect(),
+            include: include.iter().filter(|dir| there(dir)).cloned().collect(),
+            path: std::env::split_paths(&path).filter(there).collect(),
+            workspace: RefCell::default(),
         }
+    }
+
+    /// The folder of interfaces of the workspace of a file in `folder`; relative where `folder` is, so that one file
+    /// has one path. A manifest that cannot be read is reported where code is generated.
+    fn interfaces(&self, folder: &Path) -> Option<PathBuf> {
+        let mut last = self.workspace.borrow_mut();
+        // Files that come with this program are imported by the file that was asked about last.
+        if folder != Path::new(SHIPPED_FOLDER)
+            && last.as_ref().is_none_or(|(known, _)| known != folder)
+        {
+            let workspace = Workspace::of(folder).ok().flatten();
+            let interfaces = workspace.map(|workspace| workspace.interfaces());
+            let interfaces = interfaces.filter(|dir| dir.is_dir());
+            let here = std::env::current_dir().ok();
+            let interfaces = match (interfaces, here) {
+                (Some(dir), Some(here)) if folder.is_relative() => {
+                    Some(cargo_workspace::relative(&here, &dir))
+                }
+                (interfaces, _) => interfaces,
+            };
+            *last = Some((folder.to_path_buf(), interfaces));
+        }
+        last.as_ref().and_then(|(_, interfaces)| interfaces.clone())
     }
 }
 
@@ -80,7 +114,10 @@ impl Loader for FileLoader {
         let own = from.parent().unwrap_or(Path::new(""));
         let mut missing = ImportError::default();
         // The path as written, then its base name in every folder.
-        let folders = std::iter::once(own.to_path_buf()).chain(self.include.iter().cloned());
+        let folders = std::iter::once(own.to_path_buf())
+            .chain(self.include.iter().cloned())
+            .chain(self.interfaces(own))
+            .chain(self.path.iter().cloned());
         let places =
             std::iter::once(own.join(&wanted)).chain(folders.clone().map(|dir| dir.join(base)));
         for place in places {
@@ -102,7 +139,7 @@ impl Loader for FileLoader {
         }
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == base) {
             return Ok(ImportedFile {
-                path: Path::new("<shipped>").join(name),
+                path: Path::new(SHIPPED_FOLDER).join(name),
                 text: (*text).to_owned(),
             });
         }
@@ -127,6 +164,19 @@ impl Loader for FileLoader {
             .extend(SHIPPED.iter().map(|(name, _)| (*name).to_owned()));
         Err(missing)
     }
+}
+
+/// The text of an interface that comes with this program, by the path that [`FileLoader`] gives it.
+pub fn shipped(path: &Path) -> Option<&'static str> {
+    let name = path.strip_prefix(SHIPPED_FOLDER).ok()?;
+    let mut all = SHIPPED.iter();
+    all.find(|(known, _)| Path::new(known) == name)
+        .map(|(_, text)| *text)
+}
+
+/// An error with the path that it is about.
+pub(crate) fn named(path: &Path, error: &std::io::Error) -> std::io::Error {
+    std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
 /// The finding that a file is no text, at its first byte that is not UTF-8.

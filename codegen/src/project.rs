@@ -1,7 +1,7 @@
 //! One component with everything that its `.cdsl` names.
 
 use crate::note::Note;
-use crate::{load, ros};
+use crate::{dependencies, load, ros};
 use rc_cdsl::Component;
 use rc_cdsl::model::Backend;
 use rc_configuration::model::Parameters;
@@ -41,6 +41,7 @@ impl Project {
         let Some(component) = component else {
             return Ok((None, found));
         };
+        dependencies::check(&component, &mut found);
         if !found.has_errors() {
             found.extend(ros::annotations(&component.library));
             let mut slots = component.slots.iter();

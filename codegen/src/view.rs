@@ -10,6 +10,7 @@ mod parameters;
 mod slots;
 mod types;
 
+use crate::dependencies;
 use crate::layout;
 use crate::names;
 use crate::note::Note;
@@ -175,7 +176,7 @@ pub fn of(project: &Project, middleware: Backend) -> (View, Diagnostics) {
             .map(|(package, version)| Dependency {
                 package: package.text.clone(),
                 module: package.text.replace('-', "_"),
-                requirement: requirement(&version.text),
+                requirement: dependencies::value(&version.text),
             })
             .collect(),
     };
@@ -373,15 +374,4 @@ fn doc(lines: &[String], unit: Option<&String>, range: Option<&String>) -> Vec<S
         lines.push(facts.join(" "));
     }
     layout::doc(&lines)
-}
-
-/// A version as it is, a path from the folder of the `.cdsl` as one from `generated/`.
-fn requirement(text: &str) -> String {
-    if text.starts_with('.') {
-        format!("{{ path = \"../{text}\" }}")
-    } else if text.starts_with('/') {
-        format!("{{ path = \"{text}\" }}")
-    } else {
-        format!("\"{text}\"")
-    }
 }

@@ -22,6 +22,7 @@ pub mod services;
 pub mod topology;
 mod unsupported;
 mod variant;
+mod workspaces;
 
 pub use addresses::process_name;
 pub use error::Error;

@@ -3,6 +3,7 @@
 use crate::configuration::{configurations, settings};
 use crate::model::Network;
 use crate::programs::variants;
+use crate::workspaces::Workspaces;
 use rc_cdsl::model::Backend;
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::Deployment;
@@ -50,6 +51,7 @@ pub fn load(
         variants,
         passed_settings,
         texts,
+        workspaces: Workspaces::default(),
     };
     network.check_topics(&mut found);
     network.check_ros_names(&mut found);

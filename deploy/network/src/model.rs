@@ -1,5 +1,6 @@
 //! A network with everything that its `.ddsl` names.
 
+use crate::workspaces::Workspaces;
 use rc_cdsl::model::{Backend, Slot};
 use rc_codegen::Project;
 use rc_ddsl::model::{Deployment, Setting};
@@ -28,6 +29,8 @@ pub struct Network {
     pub(crate) passed_settings: Vec<Vec<Setting>>,
     /// For each file that components are made of, these components.
     pub texts: HashMap<PathBuf, Vec<usize>>,
+    /// Where cargo builds the components.
+    pub(crate) workspaces: Workspaces,
 }
 
 /// What `cargo build` makes of a workspace.

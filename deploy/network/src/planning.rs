@@ -29,7 +29,7 @@ impl Network {
         let mut out = Vec::new();
         for (at, instance) in instances.iter().enumerate() {
             // Where there is none, that was an error, or nobody asked.
-            let executable = self.executable(at, profile);
+            let executable = self.executable(at, profile)?;
             let executable = executable.map(std::path::absolute).transpose()?;
             let executable = executable.unwrap_or_default();
             let directory = match instance.folder.as_path() {

@@ -3,9 +3,10 @@
 //! The middleware is no property of a component: what was generated into its folder is for one, and an instance may
 //! want another. Then its program is a variant, which is built beside the one of the folder.
 
-use crate::error::Error;
+use crate::error::{Error, cannot};
 use crate::model::{Network, Profile};
 use crate::variant::{self, Staged};
+use crate::workspaces::Workspaces;
 use rc_cdsl::model::Backend;
 use rc_codegen::note::Note;
 use rc_codegen::{Project, names};
@@ -160,20 +161,28 @@ fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics)
 }
 
 impl Network {
-    /// The program of an instance.
-    pub fn executable(&self, at: usize, profile: Profile) -> Option<PathBuf> {
+    /// The program of an instance; none where it has no component, or a component that is in no workspace.
+    ///
+    /// # Errors
+    /// Cargo does not tell where it builds the component.
+    pub fn executable(&self, at: usize, profile: Profile) -> io::Result<Option<PathBuf>> {
         let instance = &self.deployment.instances[at];
         if let Some(executable) = &instance.executable {
-            return Some(instance.folder.join(&executable.text));
+            return Ok(Some(instance.folder.join(&executable.text)));
         }
-        let project = self.projects.get(at)?.as_ref()?;
+        let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
+            return Ok(None);
+        };
         let package = names::package(&project.component.name.text);
         let program = match self.variants[at] {
             Some(middleware) => variant::program(&package, middleware),
             None => package,
         };
-        let target = variant::target(&workspace(project.folder())?);
-        Some(target.join(profile.folder()).join(program))
+        let Some(root) = Workspaces::root(project.folder()) else {
+            return Ok(None);
+        };
+        let target = self.workspaces.target(&root)?;
+        Ok(Some(target.join(profile.folder()).join(program)))
     }
 
     /// The instances whose programs are built, with their components and what they are variants for.
@@ -224,13 +233,25 @@ impl Network {
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
         // Executables are large, and instances of one component share one.
         let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
+        let mut told: HashSet<String> = HashSet::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
             let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
                 continue;
             };
             let named = instance.executable.as_ref().or(instance.cdsl.as_ref());
             let place = named.map_or(instance.name.span, |n| n.span);
-            let Some(path) = self.executable(at, profile) else {
+            let path = match self.executable(at, profile) {
+                Ok(path) => path,
+                Err(error) => {
+                    // One failure is that of all instances of a workspace.
+                    let message = error.to_string();
+                    if told.insert(message.clone()) {
+                        found.push(Diagnostic::error("cargo-failed", place, message));
+                    }
+                    continue;
+                }
+            };
+            let Some(path) = path else {
                 let message = format!("{} is in no cargo workspace", project.path.display());
                 let help = "make one with `rcgen init`, or name the program with `executable`";
                 found.push(Diagnostic::error("missing-executable", place, message).help(help));
@@ -250,7 +271,7 @@ impl Network {
     pub fn builds(&self, profile: Profile) -> impl Iterator<Item = Result<Build, Error>> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         for (_, project, variant) in self.built() {
-            if let Some(root) = workspace(project.folder()) {
+            if let Some(root) = Workspaces::root(project.folder()) {
                 let package = names::package(&project.component.name.text);
                 let packages = groups.entry((root, variant)).or_default();
                 packages.entry(package).or_insert(project);
@@ -270,9 +291,13 @@ impl Network {
                     option("--bin", variant::program(package, middleware).into());
                 }
                 let components: Vec<&Project> = projects.values().copied().collect();
-                let there = variant::stage(&root, &components, middleware)?;
+                let target = self
+                    .workspaces
+                    .target(&root)
+                    .map_err(cannot("prepare the build"))?;
+                let there = variant::stage(&root, &target, &components, middleware)?;
                 option("--manifest-path", there.manifest().into());
-                option("--target-dir", variant::target(&root).into());
+                option("--target-dir", target.into());
                 staged = Some(there);
             }
             let packages = projects.into_keys().collect();
@@ -296,14 +321,4 @@ pub struct Build {
     /// What it builds, for people.
     pub packages: Vec<String>,
     _staged: Option<Staged>,
-}
-
-/// The nearest folder above whose `Cargo.toml` is that of a workspace.
-fn workspace(folder: &Path) -> Option<PathBuf> {
-    let folder = folder.canonicalize().ok()?;
-    let is_root = |dir: &&Path| {
-        let manifest = std::fs::read_to_string(dir.join("Cargo.toml")).unwrap_or_default();
-        manifest.lines().any(|line| line.trim() == "[workspace]")
-    };
-    folder.ancestors().find(is_root).map(Path::to_path_buf)
 }

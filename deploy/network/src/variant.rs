@@ -33,15 +33,6 @@ pub(crate) fn program(package: &str, middleware: Backend) -> String {
     format!("{package}-{}", middleware.word())
 }
 
-/// The target folder of the workspace `root`.
-pub(crate) fn target(root: &Path) -> PathBuf {
-    match std::env::var_os("CARGO_TARGET_DIR").filter(|dir| !dir.is_empty()) {
-        // A relative one is meant from where cargo runs; an absolute one stays as it is.
-        Some(dir) => root.join(dir),
-        None => root.join("target"),
-    }
-}
-
 /// Variants that are there to be built. As long as this lives, nobody else changes which they are.
 #[derive(Debug)]
 pub(crate) struct Staged {
@@ -56,13 +47,14 @@ impl Staged {
     }
 }
 
-/// Makes or renews the variants of components of the workspace `root`.
+/// Makes or renews the variants of components of the workspace `root`, which is built into `target`.
 pub(crate) fn stage(
     root: &Path,
+    target: &Path,
     projects: &[&Project],
     middleware: Backend,
 ) -> Result<Staged, Error> {
-    let folder = target(root).join("rc").join(middleware.word());
+    let folder = target.join("rc").join(middleware.word());
     let held = lock_folder(&folder, PATIENCE)?;
     let mut members: Vec<String> = Vec::new();
     let mut shared = shared(root)?;

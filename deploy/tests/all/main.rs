@@ -20,4 +20,5 @@ mod ros_names;
 mod secret;
 mod start;
 mod stop;
+mod target_folder;
 mod watch;

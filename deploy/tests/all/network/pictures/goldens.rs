@@ -38,7 +38,8 @@ fn pictures_of_the_shipped_networks() {
 
 /// The same text wherever the project lies, is built and runs.
 fn stable(text: &str, network: &Network) -> String {
-    let executable = network.executable(0, Profile::Release).expect("a program");
+    let executable = network.executable(0, Profile::Release);
+    let executable = executable.expect("cargo").expect("a program");
     let target = executable.ancestors().nth(2).expect("a target folder");
     let root = Path::new("..").canonicalize().expect("the project");
     let run = RunDirectory::of(network.name());

@@ -1,0 +1,306 @@
+//! The cargo workspace of a folder, found by reading manifests: rcgen starts no cargo.
+
+use crate::languages;
+use crate::load;
+use std::io;
+use std::path::{Path, PathBuf};
+use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
+
+/// The folder of a workspace's interfaces, unless `[workspace.metadata.robocomp]` names another one.
+const INTERFACES: &str = "interfaces";
+
+/// The crate that the crate of interfaces stands on, and a crate of the same origin that workspaces of every age name.
+const MIDDLEWARE: (&str, &str) = ("rc-middleware", "/middleware");
+const RUNTIME: (&str, &str) = ("rc-runtime", "/runtime");
+
+/// A cargo workspace.
+#[derive(Clone, Debug)]
+pub struct Workspace {
+    root: PathBuf,
+    manifest: DocumentMut,
+}
+
+impl Workspace {
+    /// The workspace that a package in `folder` belongs to; none where there is none. `folder` need not exist yet.
+    ///
+    /// # Errors
+    /// A manifest in `folder` or above it cannot be read, or is not TOML.
+    pub fn of(folder: &Path) -> io::Result<Option<Self>> {
+        let folder = absolute(folder)?;
+        if let Some(own) = manifest(&folder)?
+            && let Some(named) = get(&own, &["package", "workspace"]).and_then(Item::as_str)
+        {
+            let root = absolute(&folder.join(named))?;
+            return Ok(manifest(&root)?.map(|manifest| Self { root, manifest }));
+        }
+        for root in folder.ancestors() {
+            let Some(manifest) = manifest(root)? else {
+                continue;
+            };
+            let workspace = Self {
+                root: root.to_path_buf(),
+                manifest,
+            };
+            let is_root = workspace.manifest.contains_key("workspace");
+            if is_root && (root == folder || !workspace.excludes(&folder)) {
+                return Ok(Some(workspace));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The folder of its manifest, absolute.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The folder of its interfaces: `interfaces` in
+    ///
+    /// ```toml
+    /// [workspace.metadata.robocomp]
+    /// interfaces = "components/interfaces"
+    /// ```
+    pub fn interfaces(&self) -> PathBuf {
+        let path = ["workspace", "metadata", "robocomp", "interfaces"];
+        let named = get(&self.manifest, &path).and_then(Item::as_str);
+        load::normal(&self.root.join(named.unwrap_or(INTERFACES)))
+    }
+
+    /// The `.cdsl` files below `folder` in packages of this workspace, also in those that have no manifest yet.
+    pub fn components(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        let is_component = |path: &Path| path.extension().is_some_and(|e| e == "cdsl");
+        let files = languages::files(&[folder.to_path_buf()], &is_component)?;
+        let mut components = Vec::new();
+        for file in files {
+            let own = absolute(file.parent().unwrap_or(Path::new("")))?;
+            if (own.join("Cargo.toml").exists() || self.names(&own))
+                && Self::of(&own)?.is_some_and(|of| of.root == self.root)
+            {
+                components.push(file);
+            }
+        }
+        Ok(components)
+    }
+
+    /// Its manifest with `rc-middleware` among its dependencies, from where `rc-runtime` comes, where it knows only the
+    /// latter.
+    pub fn with_middleware(&self) -> Option<String> {
+        let mut manifest = self.manifest.clone();
+        let dependencies = manifest.get_mut("workspace")?.get_mut("dependencies")?;
+        let dependencies = dependencies.as_table_like_mut()?;
+        if dependencies.contains_key(MIDDLEWARE.0) {
+            return None;
+        }
+        let mut like = dependencies.get(RUNTIME.0)?.clone();
+        if let Some(path) = like.get("path").and_then(Item::as_str) {
+            let path = path.trim_end_matches('/').strip_suffix(RUNTIME.1)?;
+            let path = format!("{path}{}", MIDDLEWARE.1);
+            like.as_table_like_mut()?
+                .insert("path", toml_edit::value(path));
+        }
+        dependencies.insert(MIDDLEWARE.0, like);
+        Some(manifest.to_string())
+    }
+
+    /// Whether cargo leaves `folder`, which is below its root, out of it.
+    fn excludes(&self, folder: &Path) -> bool {
+        let under = |paths: Option<&Array>| {
+            let mut paths = paths.into_iter().flatten().filter_map(Value::as_str);
+            paths.any(|path| folder.starts_with(load::normal(&self.root.join(path))))
+        };
+        under(self.list("exclude")) && !under(self.list("members"))
+    }
+
+    /// Whether one of its `members` is `folder`.
+    fn names(&self, folder: &Path) -> bool {
+        let Ok(inside) = folder.strip_prefix(&self.root) else {
+            return false;
+        };
+        let folder: Vec<_> = inside.iter().map(|part| part.to_string_lossy()).collect();
+        let patterns = self.list("members").into_iter().flatten();
+        patterns.filter_map(Value::as_str).any(|pattern| {
+            let pattern: Vec<&str> = pattern
+                .split('/')
+                .filter(|part| !part.is_empty() && *part != ".")
+                .collect();
+            let mut parts = pattern.iter().zip(&folder);
+            pattern.len() == folder.len() && parts.all(|(pattern, name)| matches(pattern, name))
+        })
+    }
+
+    fn list(&self, key: &str) -> Option<&Array> {
+        get(&self.manifest, &["workspace", key])?.as_array()
+    }
+}
+
+/// Whether a pattern with `*` and `?` is that of `name`.
+fn matches(pattern: &str, name: &str) -> bool {
+    let Some(first) = pattern.chars().next() else {
+        return name.is_empty();
+    };
+    let rest = &pattern[first.len_utf8()..];
+    let mut chars = name.chars();
+    match (first, chars.next()) {
+        ('*', next) => matches(rest, name) || next.is_some() && matches(pattern, chars.as_str()),
+        ('?', Some(_)) => matches(rest, chars.as_str()),
+        (_, Some(next)) => first == next && matches(rest, chars.as_str()),
+        (_, None) => false,
+    }
+}
+
+/// The manifest in `folder`, if there is one.
+fn manifest(folder: &Path) -> io::Result<Option<DocumentMut>> {
+    let path = folder.join("Cargo.toml");
+    let named = |kind: io::ErrorKind, error: &dyn std::fmt::Display| {
+        io::Error::new(kind, format!("{}: {error}", path.display()))
+    };
+    match load::read(&path) {
+        Ok(text) => text
+            .parse()
+            .map(Some)
+            .map_err(|error: toml_edit::TomlError| named(io::ErrorKind::InvalidInput, &error)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) if error.kind() == io::ErrorKind::NotADirectory => Ok(None),
+        Err(error) => Err(named(error.kind(), &error)),
+    }
+}
+
+fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {
+    let mut table: &dyn TableLike = manifest.as_table();
+    let (last, tables) = path.split_last()?;
+    for key in tables {
+        table = table.get(key)?.as_table_like()?;
+    }
+    table.get(last)
+}
+
+/// The path of a folder without links, also where its last parts do not exist yet.
+pub(crate) fn absolute(folder: &Path) -> io::Result<PathBuf> {
+    let folder = load::normal(&std::path::absolute(folder)?);
+    for there in folder.ancestors() {
+        if let Ok(real) = there.canonicalize() {
+            let missing = folder.strip_prefix(there).unwrap_or(Path::new(""));
+            // To join an empty path would add a `/`.
+            return Ok(if missing.as_os_str().is_empty() {
+                real
+            } else {
+                real.join(missing)
+            });
+        }
+    }
+    Ok(folder)
+}
+
+/// The path that leads from the folder `from` to `to`; both are absolute.
+pub(crate) fn relative(from: &Path, to: &Path) -> PathBuf {
+    let shared = from.iter().zip(to).take_while(|(a, b)| a == b).count();
+    let up = from.iter().skip(shared).map(|_| "..".as_ref());
+    up.chain(to.iter().skip(shared)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(path: &Path, text: &str) {
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
+    }
+
+    #[test]
+    fn the_nearest_workspace_that_takes_a_package_is_its_own() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let root = folder.path().canonicalize().expect("a folder");
+        write(
+            &root.join("Cargo.toml"),
+            "[workspace] # note\nmembers = [\"parts/*\", \"lone/a\"]\nexclude = [\"lone\"]\n",
+        );
+        write(
+            &root.join("own/Cargo.toml"),
+            "workspace = {}\n[package]\nname = \"own\"\n",
+        );
+        write(
+            &root.join("lone/named/Cargo.toml"),
+            "[package]\nworkspace = \"../..\"\n",
+        );
+        let of = |path: &str| {
+            let found = Workspace::of(&root.join(path)).expect("manifests");
+            found.map(|workspace| relative(&root, workspace.root()).display().to_string())
+        };
+        for (folder, workspace) in [
+            ("parts/new", Some("")),
+            ("", Some("")),
+            ("own", Some("own")),
+            ("own/inside/deep", Some("own")),
+            ("lone/b", None),
+            ("lone/a", Some("")),
+            ("lone/named", Some("")),
+        ] {
+            assert_eq!(of(folder).as_deref(), workspace, "{folder}");
+        }
+        write(&root.join("own/Cargo.toml"), "[workspace\n");
+        let error = Workspace::of(&root.join("own")).expect_err("no TOML");
+        assert!(error.to_string().contains("own/Cargo.toml: "), "{error}");
+    }
+
+    #[test]
+    fn components_are_packages_and_what_members_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let root = folder.path().canonicalize().expect("a folder");
+        write(
+            &root.join("Cargo.toml"),
+            "[workspace]\nmembers = [\"components/*\", \"bench/p?ng\"]\n",
+        );
+        for file in [
+            "components/new/new.cdsl",
+            "bench/ping/ping.cdsl",
+            "bench/other/other.cdsl",
+            "old/old.cdsl",
+            "old/Cargo.toml",
+            "components/own/own.cdsl",
+            "tests/fixture.cdsl",
+            "target/built/built.cdsl",
+        ] {
+            write(&root.join(file), "");
+        }
+        write(&root.join("components/own/Cargo.toml"), "[workspace]\n");
+        let workspace = Workspace::of(&root).expect("manifests").expect("a root");
+        let components = workspace.components(&root).expect("folders");
+        let components = components.iter().map(|path| relative(&root, path));
+        let components: Vec<String> = components.map(|p| p.display().to_string()).collect();
+        assert_eq!(
+            components,
+            [
+                "bench/ping/ping.cdsl",
+                "components/new/new.cdsl",
+                "old/old.cdsl"
+            ]
+        );
+    }
+
+    #[test]
+    fn an_older_workspace_learns_where_the_middleware_is() {
+        let manifest = |dependency: &str| {
+            let folder = tempfile::tempdir().expect("a folder");
+            let text = format!("[workspace]\n# mine\n[workspace.dependencies]\n{dependency}\n");
+            write(&folder.path().join("Cargo.toml"), &text);
+            let workspace = Workspace::of(folder.path()).expect("TOML").expect("a root");
+            workspace
+                .with_middleware()
+                .map(|new| new.replace(&text, ""))
+        };
+        let path = "rc-runtime = { path = \"/opt/rc/runtime\" }";
+        assert_eq!(
+            manifest(path).as_deref(),
+            Some("rc-middleware = { path = \"/opt/rc/middleware\" }\n")
+        );
+        let git = "rc-runtime = { git = \"https://robots\" }";
+        assert_eq!(
+            manifest(git).as_deref(),
+            Some("rc-middleware = { git = \"https://robots\" }\n")
+        );
+        let both = format!("{path}\nrc-middleware = {{ path = \"/mine\" }}");
+        assert_eq!(manifest(&both), None);
+        assert_eq!(manifest("serde = \"1\""), None);
+    }
+}
