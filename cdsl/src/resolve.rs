@@ -3,9 +3,10 @@
 use crate::ast::{self, Clause, Setting, SlotDecl};
 use crate::model::{Backend, Component, DEFAULT_PERIOD, Qos, Role, SPIN, Slot, StateMachine};
 use crate::parse::{KNOWN_LANGUAGES, parse, unknown_language};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, duration_text};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId, Operation};
+use rc_settings::duration;
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
@@ -478,7 +479,7 @@ impl Resolver<'_> {
                     _ => "a duration such as `500ms`",
                 };
                 let written = match value.as_nanoseconds() {
-                    Some(ns) if *spin => format!("`spin {}`", duration_text(ns)),
+                    Some(ns) if *spin => format!("`spin {}`", duration::text(ns)),
                     _ if *spin => format!("`spin` with {}", value.described()),
                     _ => value.described(),
                 };

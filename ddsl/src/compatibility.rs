@@ -4,13 +4,12 @@ use crate::endpoint::{Endpoint, slot};
 use crate::model::{Deployment, Host, Setting};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Backend, Qos, Role};
-use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::canonical::operation_text;
-use rc_settings::Key;
 use rc_settings::qos::{self, Policy};
+use rc_settings::{Key, Value, duration};
 use std::collections::HashMap;
 use std::rc::Rc;
-use std::time::Duration;
 
 /// Compares endpoints. Caches the canonical texts of each.
 pub(crate) struct CompatibilityChecker<'a> {
@@ -164,7 +163,7 @@ impl<'a> CompatibilityChecker<'a> {
         &self,
         span: Span,
         backend: Backend,
-        key: &Key,
+        key: &'static Key,
         ends: [Endpoint; 2],
         found: &mut Diagnostics,
     ) -> bool {
@@ -172,17 +171,17 @@ impl<'a> CompatibilityChecker<'a> {
             let instance = &self.deployment.instances[end.instance];
             instance.setting(backend, key.name)
         });
-        let value = |set: Option<&Setting>| {
-            let value = set.and_then(|set| set.values.first().cloned());
-            value.or(key.default.map(str::to_owned))
+        let value = |set: Option<&'a Setting>| match set {
+            Some(set) => Some(&set.value),
+            None => key.default.as_ref(),
         };
         let values = set.map(value);
         if values[0] == values[1] {
             return true;
         }
         let word = |set: Option<&Setting>| match set {
-            Some(_) => value(set).unwrap_or_default(),
-            None => match key.default {
+            Some(set) => set.value.to_string(),
+            None => match &key.default {
                 Some(default) => format!("the default ({default})"),
                 None => "the value of ROS_DOMAIN_ID".to_owned(),
             },
@@ -212,23 +211,23 @@ impl<'a> CompatibilityChecker<'a> {
         let instance = &self.deployment.instances[end.instance];
         let backend = slot.backend.unwrap_or(instance.middleware);
         let mut qos = slot.qos.clone();
-        let Some(rules) = instance.setting(backend, "qos") else {
+        let set = instance.setting(backend, "qos");
+        let Some((Value::Qos(rules), span)) = set.map(|set| (&set.value, set.span)) else {
             return Some((qos, None));
         };
-        let policies = qos::policies(&rules.values, &slot.name, operation);
+        let policies = qos::policies(rules, &slot.name, operation);
         let is_set = !policies.is_empty();
-        let time = |nanoseconds: Option<u64>| nanoseconds.map(Duration::from_nanos);
         for policy in policies {
             match policy {
                 Policy::Reliable(yes) => qos.reliable = Some(yes),
                 Policy::TransientLocal(yes) => qos.transient_local = Some(yes),
                 Policy::Depth(depth) => qos.depth = Some(depth),
-                Policy::Deadline(limit) => qos.deadline = time(limit),
-                Policy::Lifespan(limit) => qos.lifespan = time(limit),
-                Policy::Liveliness(limit) => qos.liveliness = time(limit),
+                Policy::Deadline(limit) => qos.deadline = limit,
+                Policy::Lifespan(limit) => qos.lifespan = limit,
+                Policy::Liveliness(limit) => qos.liveliness = limit,
             }
         }
-        Some((qos, is_set.then_some(rules.span)))
+        Some((qos, is_set.then_some(span)))
     }
 
     fn qos(
@@ -291,15 +290,14 @@ fn unmet_policies(requested: &Qos, offered_qos: &Qos) -> Vec<(&'static str, Stri
     if requested.transient_local == Some(true) && offered_qos.transient_local != Some(true) {
         unmet("durability", "transient_local", "volatile");
     }
-    let text = |time: Duration| duration_text(time.as_nanos() as u64);
     for (setting, asked, offered) in [
         ("deadline", requested.deadline, offered_qos.deadline),
         ("liveliness", requested.liveliness, offered_qos.liveliness),
     ] {
         let Some(asked) = asked else { continue };
         if offered.is_none_or(|offered| offered > asked) {
-            let offered = offered.map_or("none".to_owned(), text);
-            unmet(setting, &text(asked), &offered);
+            let offered = offered.map_or("none".to_owned(), duration::text_of);
+            unmet(setting, &duration::text_of(asked), &offered);
         }
     }
     unmet_policies

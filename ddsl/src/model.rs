@@ -3,6 +3,7 @@
 
 use rc_cdsl::model::Backend;
 use rc_diagnostics::Span;
+use rc_settings::Value;
 use rc_syntax::Name;
 use std::net::{IpAddr, SocketAddr};
 use std::ops::Range;
@@ -96,8 +97,8 @@ pub struct Setting {
     pub middleware: Backend,
     /// The key, one of `rc_settings`.
     pub key: &'static str,
-    /// To what, each value in its usual form.
-    pub values: Vec<String>,
+    /// The value.
+    pub value: Value,
     /// Where.
     pub span: Span,
 }

@@ -4,8 +4,8 @@ use crate::ast;
 use crate::duplicates::report_duplicate;
 use crate::model::Setting;
 use rc_cdsl::model::Backend;
-use rc_diagnostics::{Diagnostic, Diagnostics, Span, duration_text};
-use rc_settings::{Key, Kind, MIDDLEWARES, Misfit, Value, instead};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_settings::{Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, duration, unknown_key_help};
 use rc_syntax::{Literal, LiteralKind, Name};
 
 /// What holds for the components of a block that say nothing else.
@@ -74,7 +74,8 @@ impl<'a> Block<'a> {
             let Some(key) = rc_settings::key(backend.word(), &name) else {
                 let message = format!("`{}` cannot be set of {}", word.text, backend.word());
                 let error = Diagnostic::error("unknown-key", word.span, message);
-                self.found.push(error.help(instead(backend.word(), &name)));
+                self.found
+                    .push(error.help(unknown_key_help(backend.word(), &name)));
                 continue;
             };
             self.set(backend, key, word, values);
@@ -105,8 +106,10 @@ impl<'a> Block<'a> {
             return;
         }
         let values = literals.iter().map(|literal| self.value(key, literal));
-        let values: Vec<Option<String>> = values.collect();
-        let Some(values) = values.into_iter().collect() else {
+        // Each literal is checked, even if an earlier one is wrong.
+        let values: Vec<Option<Value>> = values.collect();
+        let values = values.into_iter().collect::<Option<Vec<Value>>>();
+        let Some(value) = values.and_then(|values| key.kind.join(values)) else {
             return;
         };
         let settings = &mut self.choice.settings;
@@ -114,35 +117,35 @@ impl<'a> Block<'a> {
         settings.push(Setting {
             middleware: backend,
             key: key.name,
-            values,
+            value,
             span: word.span,
         });
     }
 
-    fn value(&mut self, key: &Key, literal: &Literal) -> Option<String> {
+    fn value(&mut self, key: &Key, literal: &Literal) -> Option<Value> {
         let word = match &literal.kind {
             LiteralKind::Name(word) if matches!(key.kind, Kind::Word(_)) => word.to_lowercase(),
             _ => String::new(),
         };
         let value = match &literal.kind {
-            LiteralKind::Int(number) => Value::Int(*number),
-            LiteralKind::Duration(time) => Value::Time(*time),
-            LiteralKind::String(text) => Value::Text(text),
-            LiteralKind::Bool(choice) => Value::Bool(*choice),
-            LiteralKind::Name(_) if matches!(key.kind, Kind::Word(_)) => Value::Text(&word),
-            LiteralKind::Name(word) if word.eq_ignore_ascii_case("on") => Value::Bool(true),
-            LiteralKind::Name(word) if word.eq_ignore_ascii_case("off") => Value::Bool(false),
-            LiteralKind::Name(_) | LiteralKind::Float(_) => Value::Other,
+            LiteralKind::Int(number) => Scalar::Int(*number),
+            LiteralKind::Duration(time) => Scalar::Duration(*time),
+            LiteralKind::String(text) => Scalar::Text(text),
+            LiteralKind::Bool(choice) => Scalar::Bool(*choice),
+            LiteralKind::Name(_) if matches!(key.kind, Kind::Word(_)) => Scalar::Text(&word),
+            LiteralKind::Name(word) if word.eq_ignore_ascii_case("on") => Scalar::Bool(true),
+            LiteralKind::Name(word) if word.eq_ignore_ascii_case("off") => Scalar::Bool(false),
+            LiteralKind::Name(_) | LiteralKind::Float(_) => Scalar::Other,
         };
         let what = match &literal.kind {
-            LiteralKind::Duration(time) => format!("`{}`", duration_text(*time)),
+            LiteralKind::Duration(time) => format!("`{}`", duration::text(*time)),
             _ => literal.described(),
         };
         let message = format!("`{}` cannot be {what}", key.name);
-        let error = match key.kind.accept(value) {
+        let error = match key.kind.convert(value) {
             Ok(value) => return Some(value),
-            Err(Misfit::Range) => Diagnostic::error("out-of-range", literal.span, message),
-            Err(Misfit::Type | Misfit::Form) => {
+            Err(ValueError::Range) => Diagnostic::error("out-of-range", literal.span, message),
+            Err(ValueError::Type | ValueError::Format) => {
                 Diagnostic::error("bad-setting", literal.span, message)
             }
         };

@@ -4,13 +4,11 @@
 //! [`Diagnostics`]. This crate knows none of the languages.
 
 mod diagnostic;
-mod duration;
 mod nearest;
 pub mod render;
 mod source;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity};
-pub use duration::{duration_nanoseconds, duration_text};
 pub use nearest::nearest;
 pub use render::{Format, render};
 pub use source::{Position, SourceId, SourceMap, Span};

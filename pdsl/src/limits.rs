@@ -3,7 +3,8 @@
 use crate::ast;
 use crate::resolve::Resolver;
 use rc_configuration::model::{Length, Parameter, Range, Type, Value};
-use rc_diagnostics::{Diagnostic, Span, duration_text};
+use rc_diagnostics::{Diagnostic, Span};
+use rc_settings::duration;
 use rc_syntax::{Literal, LiteralKind};
 
 impl Resolver<'_> {
@@ -204,7 +205,7 @@ pub(crate) fn described(literal: &Literal) -> String {
     match &literal.kind {
         LiteralKind::Float(value) => format!("the number {value:?}"),
         LiteralKind::Duration(u64::MAX) => "a time that is too long".to_owned(),
-        LiteralKind::Duration(value) => format!("the time {}", duration_text(*value)),
+        LiteralKind::Duration(value) => format!("the time {}", duration::text(*value)),
         _ => literal.described(),
     }
 }

@@ -551,5 +551,5 @@ fn unit_help(a: Class, b: Class) -> Option<String> {
 }
 
 fn negative_time(text: &str) -> Option<u64> {
-    rc_diagnostics::duration_nanoseconds(text.strip_prefix('-')?).filter(|ns| *ns < u64::MAX)
+    rc_settings::duration::parse(text.strip_prefix('-')?).filter(|ns| *ns < u64::MAX)
 }

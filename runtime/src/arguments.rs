@@ -5,6 +5,7 @@ use crate::ros_arguments;
 use crate::settings::RosOverride;
 use lexopt::prelude::{Long, Short, ValueExt};
 use rc_middleware::{Address, Settings};
+use rc_settings::ros::Remapping;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -32,7 +33,7 @@ pub(crate) struct Arguments {
     pub(crate) log: Option<String>,
     pub(crate) settings: Settings,
     /// Rules for names in ROS 2 that come before those of the settings.
-    pub(crate) remap: Vec<String>,
+    pub(crate) remap: Vec<Remapping>,
     /// The same for the quality of service of topics of ROS 2.
     pub(crate) qos: Vec<RosOverride>,
     /// Parameters that have another value in this run, each with what was written.
@@ -142,11 +143,11 @@ fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
     let Some(key) = rc_settings::key(middleware, name) else {
         return Err(format!(
             "--set-middleware: `{name}` cannot be set of {middleware}; {}",
-            rc_settings::instead(middleware, name)
+            rc_settings::unknown_key_help(middleware, name)
         )
         .into());
     };
-    let values = key.kind.accept_text(value).map_err(|_| {
+    let value = key.kind.parse(value).map_err(|_| {
         let each = if key.kind.is_list() { ", each " } else { "" };
         let list = if key.kind.is_list() {
             "a list with commas"
@@ -158,7 +159,7 @@ fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
             key.kind.allowed()
         )
     })?;
-    settings.set(middleware, name, values);
+    settings.set(middleware, name, value);
     Ok(())
 }
 
@@ -240,9 +241,8 @@ fn help(description: &Description) -> String {
         if at == 0 {
             out.push_str("\nSettings:\n");
         }
-        let default = key
-            .default
-            .map_or(String::new(), |d| format!(" (default: {d})"));
+        let default = key.default.as_ref();
+        let default = default.map_or(String::new(), |d| format!(" (default: {d})"));
         out.push_str(&format!("  {path:<24} {}{default}\n", key.doc));
     }
     out

@@ -4,6 +4,7 @@ use crate::arguments::Arguments;
 use crate::component::{Description, Role};
 use crate::settings::RosOverride;
 use rc_settings::qos::Policy;
+use rc_settings::{Scalar, Value};
 use std::ffi::OsString;
 
 /// The middleware that it belongs to.
@@ -94,15 +95,14 @@ fn remap(rule: &str, out: &mut Arguments) -> Result<(), String> {
     let Some(known) = rc_settings::key(ROS2, key) else {
         return Err(format!("--ros-args: `{key}` cannot be set of {ROS2}"));
     };
-    let accepted = known.kind.accept(rc_settings::Value::Text(value));
-    let accepted = accepted.map_err(|_| {
+    let converted = known.kind.convert(Scalar::Text(value));
+    let converted = converted.map_err(|_| {
         let allowed = known.kind.allowed();
         format!("--ros-args: -r `{rule}` is refused; behind -r, or its `:=`, is {allowed}")
     })?;
-    if key == "remap" {
-        out.remap.push(accepted);
-    } else {
-        out.settings.set(ROS2, key, vec![accepted]);
+    match converted {
+        Value::Remappings(rules) => out.remap.extend(rules),
+        value => out.settings.set(ROS2, key, value),
     }
     Ok(())
 }
@@ -151,7 +151,7 @@ fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
         return Err(form());
     }
     let value = value.trim_matches(['"', '\'']);
-    let (own, written) = match (policy, value) {
+    let policy = match (policy, value) {
         ("history", "keep_last")
         | ("liveliness", "automatic")
         | ("avoid_ros_namespace_conventions", "false") => return Ok(None),
@@ -168,14 +168,16 @@ fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
                 "liveliness_lease_duration" => "liveliness",
                 own => own,
             };
-            // ROS has no limit where it says nothing, and where it says the largest one.
+            // In ROS 2, 0 and the largest duration mean that there is no limit.
             let is_none = nanoseconds == 0 || nanoseconds >= i64::MAX as u64;
-            let text = (!is_none).then(|| rc_diagnostics::duration_text(nanoseconds));
-            (own, text.unwrap_or_else(|| "none".to_owned()))
+            let limit = match is_none {
+                true => Scalar::Text("none"),
+                false => Scalar::Duration(nanoseconds),
+            };
+            Policy::convert(own, limit)
         }
-        (own, value) => (own, value.to_owned()),
+        (own, value) => Policy::parse(own, value),
     };
-    let policy = Policy::parse(own, &written);
     Ok(Some(RosOverride {
         topic: topic.to_owned(),
         role,

@@ -7,9 +7,8 @@ use crate::ros_arguments::ROS2;
 use rc_configuration::Configuration;
 use rc_middleware::{Address, Durability, OpenError, Qos, Reliability, Settings};
 use rc_settings::qos::{self, Policy};
-use rc_settings::ros;
+use rc_settings::{Value, ros};
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 /// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.
 #[derive(Debug, PartialEq)]
@@ -31,23 +30,28 @@ pub(crate) fn settings(
     let mut settings = Settings::default();
     for (middleware, keys) in &configuration.middleware {
         for (key, set) in keys {
-            settings.set(middleware, key, set.values.clone());
+            settings.set(middleware, key, set.value.clone());
         }
     }
     settings.extend(&arguments.settings);
-    prepend(&mut settings, "remap", arguments.remap.clone());
+    if !arguments.remap.is_empty() {
+        let remap = Value::Remappings(arguments.remap.clone());
+        prepend(&mut settings, "remap", remap);
+    }
     let overrides = overrides(description, arguments, &settings, bindings)?;
-    prepend(&mut settings, "qos", overrides);
+    if !overrides.is_empty() {
+        prepend(&mut settings, "qos", Value::Qos(overrides));
+    }
     warn(description, &settings);
     Ok(settings)
 }
 
 /// Puts rules before those that are set.
-fn prepend(settings: &mut Settings, key: &str, mut rules: Vec<String>) {
-    if !rules.is_empty() {
-        rules.extend_from_slice(settings.values(ROS2, key));
-        settings.set(ROS2, key, rules);
+fn prepend(settings: &mut Settings, key: &str, mut rules: Value) {
+    if let Some(later) = settings.value(ROS2, key) {
+        rules.append(later.clone());
     }
+    settings.set(ROS2, key, rules);
 }
 
 /// The slots of topics that a middleware carries.
@@ -64,16 +68,16 @@ fn overrides(
     arguments: &Arguments,
     settings: &Settings,
     bindings: &BTreeMap<String, Address>,
-) -> Result<Vec<String>, OpenError> {
+) -> Result<Vec<qos::Rule>, OpenError> {
     if arguments.qos.is_empty() {
         return Ok(Vec::new());
     }
-    let one = |key: &str| settings.values(ROS2, key).first().cloned();
+    let own = |key: &str| settings.text(ROS2, key).map(str::to_owned);
     let (network, name) = (&arguments.network, &arguments.name);
-    let (namespace, node) = ros::node(network, name, one("namespace"), one("node"));
-    let remap = settings.values(ROS2, "remap").iter();
-    let remap = remap.filter_map(|rule| ros::Rule::parse(rule, &namespace, &node));
-    let remap: Vec<ros::Rule> = remap.collect();
+    let (namespace, node) = ros::node(network, name, own("namespace"), own("node"));
+    let remap = settings.remappings(ROS2, "remap").iter();
+    let remap = remap.map(|rule| rule.resolve(&namespace, &node));
+    let remap: Vec<ros::ResolvedRemapping> = remap.collect();
     let mut named = Vec::new();
     for slot in topics(description, ROS2) {
         let address = ports::address(network, slot, bindings)?;
@@ -97,12 +101,9 @@ fn overrides(
         let of = named
             .iter()
             .filter(|(name, r, _)| (name, r) == (topic, role));
-        let of = of.map(|(_, _, own)| {
-            qos::Rule {
-                of: own,
-                policy: *policy,
-            }
-            .text()
+        let of = of.map(|(_, _, own)| qos::Rule {
+            target: own.clone(),
+            policy: *policy,
         });
         let before = rules.len();
         rules.extend(of);
@@ -126,19 +127,19 @@ fn warn(description: &Description, settings: &Settings) {
     let name = description.name;
     let slots: Vec<(&str, Vec<&str>)> = description.slots.iter().map(|s| (s.name, of(s))).collect();
     for (middleware, _) in description.backends {
-        for rule in settings.values(middleware, "remap") {
-            let from = ros::remapping(rule).map_or("", |(from, _)| from);
-            if let Some(hint) = ros::misses(from, &slots) {
+        for rule in settings.remappings(middleware, "remap") {
+            let from = &rule.from;
+            if let Some(hint) = ros::unknown_target_help(from, &slots) {
                 tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
             }
         }
         let topics = topics(description, middleware).map(|slot| (slot.name, of(slot)));
         let topics: Vec<(&str, Vec<&str>)> = topics.collect();
-        for rule in settings.values(middleware, "qos") {
-            let of = qos::Rule::parse(rule).map_or("", |rule| rule.of);
-            if let Some(hint) = qos::misses(of, &topics) {
+        for rule in settings.qos(middleware, "qos") {
+            let target = &rule.target;
+            if let Some(hint) = qos::unknown_topic_help(target, &topics) {
                 tracing::warn!(
-                    "qos `{rule}`: {name} has no topic `{of}` over {middleware}; {hint}"
+                    "qos `{rule}`: {name} has no topic `{target}` over {middleware}; {hint}"
                 );
             }
         }
@@ -148,8 +149,7 @@ fn warn(description: &Description, settings: &Settings) {
 /// The quality of service of an operation of a slot that is a topic.
 pub(crate) fn topic(slot: &Slot, operation: usize, settings: &Settings) -> Qos {
     let mut qos = slot.qos;
-    let time = |nanoseconds: Option<u64>| nanoseconds.map(Duration::from_nanos);
-    let rules = settings.values(slot.backend, "qos");
+    let rules = settings.qos(slot.backend, "qos");
     for policy in qos::policies(rules, slot.name, slot.operations[operation].name) {
         match policy {
             Policy::Reliable(true) => qos.reliability = Reliability::Reliable,
@@ -157,9 +157,9 @@ pub(crate) fn topic(slot: &Slot, operation: usize, settings: &Settings) -> Qos {
             Policy::TransientLocal(true) => qos.durability = Durability::TransientLocal,
             Policy::TransientLocal(false) => qos.durability = Durability::Volatile,
             Policy::Depth(depth) => qos.depth = depth,
-            Policy::Deadline(limit) => qos.deadline = time(limit),
-            Policy::Lifespan(limit) => qos.lifespan = time(limit),
-            Policy::Liveliness(limit) => qos.liveliness = time(limit),
+            Policy::Deadline(limit) => qos.deadline = limit,
+            Policy::Lifespan(limit) => qos.lifespan = limit,
+            Policy::Liveliness(limit) => qos.liveliness = limit,
         }
     }
     qos

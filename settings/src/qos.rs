@@ -1,12 +1,17 @@
-//! Quality of service that is set at run time, in the place of what a component was made with.
+//! Overrides of the quality of service that a `.cdsl` declares.
 //!
 //! A rule is `SLOT.POLICY:=VALUE` or `SLOT/operation.POLICY:=VALUE`, such as `LaserPub/newScan.depth:=1`. Policies and
-//! values are those of the `.cdsl`; a time may also be `none`.
+//! values are those of the `.cdsl`; a duration may also be `none`.
 
-use rc_diagnostics::{duration_nanoseconds, duration_text, nearest};
+use crate::target::unknown_target_help;
+use crate::value::Scalar;
+use crate::{LONGEST, duration};
+use rc_diagnostics::nearest;
+use std::fmt;
 use std::ops::RangeInclusive;
+use std::time::Duration;
 
-/// What may be set.
+/// The policies that a rule can set.
 pub const POLICIES: [&str; 6] = [
     "reliability",
     "durability",
@@ -15,85 +20,126 @@ pub const POLICIES: [&str; 6] = [
     "lifespan",
     "liveliness",
 ];
-/// Those that are times.
-pub const TIMES: [&str; 3] = ["deadline", "lifespan", "liveliness"];
-/// How many values may be kept.
+/// The policies whose values are durations.
+pub const DURATIONS: [&str; 3] = ["deadline", "lifespan", "liveliness"];
+/// The depth that a rule can set, in samples.
 pub const DEPTH: RangeInclusive<u32> = 1..=1000;
 
-/// One policy with its value; times are in nanoseconds, none where nothing is promised or asked for.
+/// One policy with its value. A duration of `None` means that there is no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Policy {
-    /// Whether what was sent arrives.
+    /// `reliability`: whether lost samples are sent again.
     Reliable(bool),
-    /// Whether those who come late get what was sent before.
+    /// `durability`: whether late joiners get samples that were sent before.
     TransientLocal(bool),
-    /// How many values are kept.
+    /// `depth`: how many samples the history keeps.
     Depth(u32),
-    /// The longest time between two values.
-    Deadline(Option<u64>),
-    /// How long a value is worth anything.
-    Lifespan(Option<u64>),
-    /// After how long of silence a publisher counts as dead.
-    Liveliness(Option<u64>),
+    /// `deadline`: the longest time between two samples.
+    Deadline(Option<Duration>),
+    /// `lifespan`: the time after which a sample expires.
+    Lifespan(Option<Duration>),
+    /// `liveliness`: the time of silence after which a publisher counts as dead.
+    Liveliness(Option<Duration>),
 }
 
-/// What a policy may be, for messages; none where there is no such policy.
+/// The allowed values of a policy, for messages. `None` for an unknown policy.
 pub fn allowed(policy: &str) -> Option<String> {
     Some(match policy {
         "reliability" => "reliable or best_effort".to_owned(),
         "durability" => "volatile or transient_local".to_owned(),
         "depth" => format!("a whole number from {} to {}", DEPTH.start(), DEPTH.end()),
-        _ if TIMES.contains(&policy) => "a time such as 500ms, at most a day, or none".to_owned(),
+        _ if DURATIONS.contains(&policy) => {
+            "a time such as 500ms, at most a day, or none".to_owned()
+        }
         _ => return None,
     })
 }
 
 impl Policy {
-    /// Reads a value of a policy; an error says what is allowed.
-    pub fn parse(name: &str, value: &str) -> Result<Self, String> {
-        let allowed = allowed(name).ok_or_else(|| unknown(name))?;
-        let time = match duration_nanoseconds(value) {
-            _ if value == "none" => Some(None),
-            time => time
-                .filter(|time| (1..=crate::DAY).contains(time))
-                .map(Some),
+    /// Converts a scalar into the value of the policy `name`. An integer counts milliseconds where a duration is
+    /// expected. The error says what is allowed.
+    pub fn convert(name: &str, scalar: Scalar<'_>) -> Result<Self, String> {
+        let allowed = allowed(name).ok_or_else(|| unknown_policy(name))?;
+        let limit = match scalar {
+            Scalar::Text("none") => Some(None),
+            Scalar::Text(text) => limit(duration::parse(text)),
+            Scalar::Int(milliseconds) => limit(duration::from_milliseconds(milliseconds)),
+            Scalar::Duration(nanoseconds) => limit(Some(nanoseconds)),
+            Scalar::Bool(_) | Scalar::Other => None,
         };
-        let read = match (name, value) {
-            ("reliability", "reliable" | "best_effort") => {
-                Some(Self::Reliable(value == "reliable"))
-            }
-            ("durability", "volatile" | "transient_local") => {
-                Some(Self::TransientLocal(value == "transient_local"))
-            }
-            ("depth", _) => {
-                let depth = value.parse().ok().filter(|depth| DEPTH.contains(depth));
+        let policy = match (name, scalar) {
+            ("reliability", Scalar::Text("reliable")) => Some(Self::Reliable(true)),
+            ("reliability", Scalar::Text("best_effort")) => Some(Self::Reliable(false)),
+            ("durability", Scalar::Text("transient_local")) => Some(Self::TransientLocal(true)),
+            ("durability", Scalar::Text("volatile")) => Some(Self::TransientLocal(false)),
+            ("depth", Scalar::Int(depth)) => {
+                let depth = u32::try_from(depth).ok();
+                let depth = depth.filter(|depth| DEPTH.contains(depth));
                 depth.map(Self::Depth)
             }
-            ("deadline", _) => time.map(Self::Deadline),
-            ("lifespan", _) => time.map(Self::Lifespan),
-            ("liveliness", _) => time.map(Self::Liveliness),
+            ("deadline", _) => limit.map(Self::Deadline),
+            ("lifespan", _) => limit.map(Self::Lifespan),
+            ("liveliness", _) => limit.map(Self::Liveliness),
             _ => None,
         };
-        read.ok_or_else(|| format!("`{name}` cannot be `{value}`; allowed is {allowed}"))
+        policy.ok_or_else(|| {
+            let written = match scalar {
+                Scalar::Int(number) => number.to_string(),
+                Scalar::Bool(choice) => choice.to_string(),
+                Scalar::Duration(nanoseconds) => duration::text(nanoseconds),
+                Scalar::Text(text) => text.to_owned(),
+                Scalar::Other => "this".to_owned(),
+            };
+            format!("`{name}` cannot be `{written}`; allowed is {allowed}")
+        })
     }
 
-    /// Its name and its value, as they are written.
-    pub fn words(&self) -> (&'static str, String) {
-        let time = |time: &Option<u64>| time.map_or("none".to_owned(), duration_text);
-        let word = |choice: bool, no: &str, yes: &str| if choice { yes } else { no }.to_owned();
+    /// Parses the text of a value. The error says what is allowed.
+    pub fn parse(name: &str, value: &str) -> Result<Self, String> {
+        let number = value.parse().ok().filter(|_| name == "depth");
+        Self::convert(name, number.map_or(Scalar::Text(value), Scalar::Int))
+    }
+
+    /// The name of the policy.
+    pub fn name(&self) -> &'static str {
         match self {
-            Self::Reliable(yes) => ("reliability", word(*yes, "best_effort", "reliable")),
-            Self::TransientLocal(yes) => ("durability", word(*yes, "volatile", "transient_local")),
-            Self::Depth(depth) => ("depth", depth.to_string()),
-            Self::Deadline(limit) => ("deadline", time(limit)),
-            Self::Lifespan(limit) => ("lifespan", time(limit)),
-            Self::Liveliness(limit) => ("liveliness", time(limit)),
+            Self::Reliable(_) => "reliability",
+            Self::TransientLocal(_) => "durability",
+            Self::Depth(_) => "depth",
+            Self::Deadline(_) => "deadline",
+            Self::Lifespan(_) => "lifespan",
+            Self::Liveliness(_) => "liveliness",
         }
     }
 }
 
-/// What to say of a policy that there is not.
-fn unknown(name: &str) -> String {
+/// Prints `NAME:=VALUE`.
+impl fmt::Display for Policy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:=", self.name())?;
+        match self {
+            Self::Reliable(yes) => f.write_str(if *yes { "reliable" } else { "best_effort" }),
+            Self::TransientLocal(yes) => {
+                f.write_str(if *yes { "transient_local" } else { "volatile" })
+            }
+            Self::Depth(depth) => depth.fmt(f),
+            Self::Deadline(limit) | Self::Lifespan(limit) | Self::Liveliness(limit) => {
+                match limit {
+                    Some(limit) => f.write_str(&duration::text_of(*limit)),
+                    None => f.write_str("none"),
+                }
+            }
+        }
+    }
+}
+
+/// A limit that a policy can have: more than nothing, and at most a day.
+fn limit(nanoseconds: Option<u64>) -> Option<Option<Duration>> {
+    let limit = Duration::from_nanos(nanoseconds?);
+    (!limit.is_zero() && limit <= LONGEST).then_some(Some(limit))
+}
+
+fn unknown_policy(name: &str) -> String {
     let hint = match nearest(name, POLICIES.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("there are {}", POLICIES.join(", ")),
@@ -101,72 +147,82 @@ fn unknown(name: &str) -> String {
     format!("`{name}` is not a quality of service that can be set; {hint}")
 }
 
-/// One rule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rule<'a> {
+/// A policy for a slot or one of its operations.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rule {
     /// A slot, or `SLOT/operation`.
-    pub of: &'a str,
-    /// What holds there.
+    pub target: String,
+    /// The policy that applies to it.
     pub policy: Policy,
 }
 
-impl<'a> Rule<'a> {
-    /// Reads a rule; an error says what is allowed.
-    pub fn parse(text: &'a str) -> Result<Self, String> {
-        let form = || {
+impl Rule {
+    /// Parses `TARGET.POLICY:=VALUE`. The error says what is allowed.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let format = || {
             format!(
                 "`{text}` is not SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as LaserPub/newScan.depth:=1"
             )
         };
-        let (left, value) = text.split_once(":=").ok_or_else(form)?;
-        let (of, policy) = left.rsplit_once('.').ok_or_else(form)?;
-        let is_name = |part: &str| {
-            let first = part.chars().next();
-            first.is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
-                && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-        };
-        if of.split('/').count() > 2 || !of.split('/').all(is_name) {
-            return Err(form());
+        let (left, value) = text.split_once(":=").ok_or_else(format)?;
+        let (target, policy) = left.rsplit_once('.').ok_or_else(format)?;
+        if !is_target(target) {
+            return Err(format());
         }
         Ok(Self {
-            of,
+            target: target.to_owned(),
             policy: Policy::parse(policy, value)?,
         })
     }
 
-    /// The rule in its usual form.
-    pub fn text(&self) -> String {
-        let (name, value) = self.policy.words();
-        format!("{}.{name}:={value}", self.of)
+    /// A rule of its parts. The error says what is allowed.
+    pub fn new(target: &str, policy: &str, value: Scalar<'_>) -> Result<Self, String> {
+        if !is_target(target) {
+            return Err(format!("`{target}` is neither SLOT nor SLOT/operation"));
+        }
+        Ok(Self {
+            target: target.to_owned(),
+            policy: Policy::convert(policy, value)?,
+        })
     }
 }
 
-/// What rules say of a topic, for each policy that they name: a rule for the operation counts before one for its slot, else the
-/// first one does. Texts that are no rules are passed over.
-pub fn policies(rules: &[String], slot: &str, operation: &str) -> Vec<Policy> {
-    let rules: Vec<Rule<'_>> = rules
-        .iter()
-        .filter_map(|text| Rule::parse(text).ok())
-        .collect();
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.target, self.policy)
+    }
+}
+
+fn is_target(text: &str) -> bool {
+    let is_name = |part: &str| {
+        let first = part.chars().next();
+        first.is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+            && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+    };
+    text.split('/').count() <= 2 && text.split('/').all(is_name)
+}
+
+/// The policies that apply to a topic, each at most once. A rule for the operation takes precedence over one for its
+/// slot; among equals, the first rule applies.
+pub fn policies(rules: &[Rule], slot: &str, operation: &str) -> Vec<Policy> {
     let of_the_operation = rules
         .iter()
-        .filter(|rule| rule.of.split_once('/') == Some((slot, operation)));
-    let of_the_slot = rules.iter().filter(|rule| rule.of == slot);
+        .filter(|rule| rule.target.split_once('/') == Some((slot, operation)));
+    let of_the_slot = rules.iter().filter(|rule| rule.target == slot);
     let mut found: Vec<Policy> = Vec::new();
     for Rule { policy, .. } in of_the_operation.chain(of_the_slot) {
-        let name = policy.words().0;
-        if found.iter().all(|other| other.words().0 != name) {
+        if found.iter().all(|other| other.name() != policy.name()) {
             found.push(*policy);
         }
     }
     found
 }
 
-/// What to say where that which a rule is of is no slot of topics, and no topic of one; `slots` are these, and what each of
-/// them has.
-pub fn misses(of: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
-    let may = "a slot that publishes or subscribes, or SLOT/operation, may stand there; calls have no other quality";
-    crate::misses(of, slots, may)
+/// Help for a rule whose target is no slot of topics and no topic. `slots` are the slots of topics with their topics.
+/// `None` if the target exists.
+pub fn unknown_topic_help(target: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
+    let allowed = "allowed is a slot that publishes or subscribes, or SLOT/operation; calls have no other quality";
+    unknown_target_help(target, slots, allowed)
 }
 
 #[cfg(test)]
@@ -174,7 +230,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<String, String> {
-        Rule::parse(text).map(|rule| rule.text())
+        Rule::parse(text).map(|rule| rule.to_string())
     }
 
     #[test]
@@ -224,7 +280,7 @@ mod tests {
             "Laser.reliability:=reliable",
             "Base.depth:=4",
         ]
-        .map(str::to_owned);
+        .map(|text| Rule::parse(text).expect("a rule"));
         assert_eq!(
             policies(&rules, "Laser", "newScan"),
             [Policy::Depth(2), Policy::Reliable(true)]

@@ -1,19 +1,21 @@
-//! Names of ROS 2, and rules that give others.
+//! Names of ROS 2, and rules that remap them.
 
-/// What may be the name of a node: letters, digits and `_`, no digit first.
+use std::fmt;
+
+/// Whether `text` may be the name of a node: letters, digits and `_`, no digit first.
 pub fn is_node(text: &str) -> bool {
     let first = text.bytes().next();
     first.is_some_and(|b| !b.is_ascii_digit())
         && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')
 }
 
-/// What may be the namespace of a node: `/`, or `/` before each of its parts.
+/// Whether `text` may be the namespace of a node: `/`, or parts that each follow a `/`.
 pub fn is_namespace(text: &str) -> bool {
     text == "/" || text.strip_prefix('/').is_some_and(is_path)
 }
 
-/// What may be the name of a topic or a service: `/scan`, `front/scan` within the namespace of its node, or `~/scan` below the
-/// node itself.
+/// Whether `text` may be the name of a topic or a service: absolute as `/scan`, relative to the namespace of its node as
+/// `front/scan`, or private to the node as `~/scan`.
 pub fn is_name(text: &str) -> bool {
     let path = text.strip_prefix('/').or_else(|| text.strip_prefix("~/"));
     is_path(path.unwrap_or(text))
@@ -24,7 +26,7 @@ fn is_path(text: &str) -> bool {
         .all(|part| is_node(part) && !part.contains("__"))
 }
 
-/// The name in full of a topic or a service that is named at a node.
+/// The absolute name of a topic or a service of a node.
 pub fn full(name: &str, namespace: &str, node: &str) -> String {
     let namespace = namespace.trim_end_matches('/');
     match name.strip_prefix("~/") {
@@ -34,7 +36,7 @@ pub fn full(name: &str, namespace: &str, node: &str) -> String {
     }
 }
 
-/// A name of ROS for an address and what is below it: `/` and its parts, with `_` for what ROS does not allow in one.
+/// The absolute name for an address. A `_` replaces characters that ROS does not allow.
 ///
 /// `default/Laser` and `getLaserData` become `/default/Laser/getLaserData`.
 pub fn name(address: &str) -> String {
@@ -42,7 +44,8 @@ pub fn name(address: &str) -> String {
     parts.map(|part| format!("/{}", token(part))).collect()
 }
 
-/// The namespace and the name of the node of an instance of a network: what somebody chose, else their own.
+/// The namespace and the name of the node of an instance. The settings `namespace` and `own` take precedence over the
+/// names of the network and the instance.
 pub fn node(
     network: &str,
     instance: &str,
@@ -57,7 +60,7 @@ pub fn node(
     (namespace, own.unwrap_or_else(usual))
 }
 
-/// A part of a name: letters, digits and single `_`, no digit at its start.
+/// Converts a part of an address: letters, digits and single `_`, no digit first.
 fn token(text: &str) -> String {
     let mut token = String::new();
     for c in text.chars() {
@@ -72,56 +75,84 @@ fn token(text: &str) -> String {
     token
 }
 
-/// `FROM:=TO` of ROS: a slot, `SLOT/operation` or a name in full, and the name in full that takes its place.
+/// A rule `FROM:=TO`, as ROS 2 writes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rule {
+pub struct Remapping {
+    /// A slot, `SLOT/operation`, or an absolute name.
+    pub from: String,
+    /// The name that takes its place.
+    pub to: String,
+}
+
+impl Remapping {
+    /// Parses `FROM:=TO`.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (from, to) = text.split_once(":=")?;
+        Self::new(from, to)
+    }
+
+    /// A rule of its parts. `None` if one of them is not a name.
+    pub fn new(from: &str, to: &str) -> Option<Self> {
+        let fits = is_name(from) && !from.starts_with('~') && is_name(to);
+        fits.then(|| Self {
+            from: from.to_owned(),
+            to: to.to_owned(),
+        })
+    }
+
+    /// The rule for a node, with an absolute name in place of `TO`.
+    pub fn resolve(&self, namespace: &str, node: &str) -> ResolvedRemapping {
+        ResolvedRemapping {
+            from: self.from.clone(),
+            to: full(&self.to, namespace, node),
+        }
+    }
+}
+
+impl fmt::Display for Remapping {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:={}", self.from, self.to)
+    }
+}
+
+/// A [`Remapping`] of a node, whose new name is absolute.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ResolvedRemapping {
     from: String,
     to: String,
 }
 
-impl Rule {
-    /// Reads a rule for a node; `None` where it is none.
-    pub fn parse(text: &str, namespace: &str, node: &str) -> Option<Self> {
-        let (from, to) = remapping(text)?;
-        Some(Self {
-            from: from.to_owned(),
-            to: full(to, namespace, node),
-        })
-    }
-
-    /// What an operation is called by this rule, which it has the name `usual` without.
-    fn apply(&self, slot: &str, operation: &str, usual: &str) -> Option<String> {
-        if self.from == usual || self.from.split_once('/') == Some((slot, operation)) {
+impl ResolvedRemapping {
+    /// The name of an operation by this rule, if the rule matches. Its name without rules is `default`.
+    fn apply(&self, slot: &str, operation: &str, default: &str) -> Option<String> {
+        if self.from == default || self.from.split_once('/') == Some((slot, operation)) {
             return Some(self.to.clone());
         }
         (self.from == slot).then(|| format!("{}/{}", self.to, token(operation)))
     }
 }
 
-/// The name of the topic or service of an operation that is at `address`: by the first rule that fits, as in ROS, else by the
-/// address.
-pub fn operation(address: &str, slot: &str, operation: &str, rules: &[Rule]) -> String {
-    let usual = name(address);
-    let mut others = rules.iter();
-    let other = others.find_map(|rule| rule.apply(slot, operation, &usual));
-    other.unwrap_or(usual)
+/// The name of the topic or service of an operation at `address`: by the first matching rule, else by the address.
+pub fn operation(
+    address: &str,
+    slot: &str,
+    operation: &str,
+    rules: &[ResolvedRemapping],
+) -> String {
+    let default = name(address);
+    let mut remapped = rules.iter();
+    let remapped = remapped.find_map(|rule| rule.apply(slot, operation, &default));
+    remapped.unwrap_or(default)
 }
 
-/// Reads `FROM:=TO`: a slot, `SLOT/operation` or a name that begins with `/`, and the name that takes its place.
-pub fn remapping(text: &str) -> Option<(&str, &str)> {
-    let (from, to) = text.split_once(":=")?;
-    let fits = is_name(from) && !from.starts_with('~') && is_name(to);
-    fits.then_some((from, to))
-}
-
-/// What to say where what a rule renames is no slot of a component, and no operation of one; `slots` are these, and what
-/// each of them has.
-pub fn misses(from: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
+/// Help for a rule that remaps neither an absolute name nor a slot or operation of a component. `slots` are its slots
+/// with their operations. `None` if the target exists.
+pub fn unknown_target_help(from: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
     if from.starts_with('/') {
         return None;
     }
-    let may = "a slot, SLOT/operation or a name that begins with `/` may stand there";
-    crate::misses(from, slots, may)
+    let allowed = "allowed is a slot, SLOT/operation or a name that begins with `/`";
+    crate::target::unknown_target_help(from, slots, allowed)
 }
 
 #[cfg(test)]
@@ -176,7 +207,8 @@ mod tests {
         let named = |rules: &[&str]| {
             let rules = rules
                 .iter()
-                .filter_map(|rule| Rule::parse(rule, "/robot", "lidar"));
+                .filter_map(|rule| Remapping::parse(rule))
+                .map(|rule| rule.resolve("/robot", "lidar"));
             operation(
                 "default/Laser/get",
                 "Laser1",
@@ -199,15 +231,21 @@ mod tests {
 
     #[test]
     fn rules_have_two_names() {
+        let parsed = |text: &str| {
+            let rule = Remapping::parse(text)?;
+            assert_eq!(rule.to_string(), text);
+            Some((rule.from, rule.to))
+        };
+        let names = |from: &str, to: &str| Some((from.to_owned(), to.to_owned()));
         assert_eq!(
-            remapping("LaserPub/newScan:=/scan"),
-            Some(("LaserPub/newScan", "/scan"))
+            parsed("LaserPub/newScan:=/scan"),
+            names("LaserPub/newScan", "/scan")
         );
-        assert_eq!(remapping("/a:=b"), Some(("/a", "b")));
+        assert_eq!(parsed("/a:=b"), names("/a", "b"));
         for wrong in [
             "a", "~/a:=/b", ":=/b", "a:=", "a:=/b c", "a:=/", "a=b", "a:=b:=c",
         ] {
-            assert_eq!(remapping(wrong), None, "{wrong}");
+            assert_eq!(parsed(wrong), None, "{wrong}");
         }
     }
 
@@ -215,10 +253,12 @@ mod tests {
     fn a_rule_for_nobody_is_told_with_the_nearest_name() {
         let slots = [("LaserPub", vec!["newScan"]), ("Base", vec!["stop"])];
         for right in ["LaserPub", "Base/stop", "/anything"] {
-            assert_eq!(misses(right, &slots), None, "{right}");
+            assert_eq!(unknown_target_help(right, &slots), None, "{right}");
         }
-        let said = misses("LaserPub/newScn", &slots).expect("a hint");
+        let said = unknown_target_help("LaserPub/newScn", &slots).expect("a hint");
         assert_eq!(said, "did you mean `LaserPub/newScan`?");
-        assert!(misses("x", &slots).is_some_and(|said| said.contains("SLOT/operation")));
+        assert!(
+            unknown_target_help("x", &slots).is_some_and(|said| said.contains("SLOT/operation"))
+        );
     }
 }

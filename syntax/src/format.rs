@@ -5,6 +5,7 @@
 //! trees, and therefore never loses a comment.
 
 use crate::scan::{SegmentKind, segments};
+use rc_settings::duration;
 
 /// The maximum width. Longer lines are broken after a comma or before `throws`.
 const WIDTH: usize = 100;
@@ -60,7 +61,6 @@ struct Token<'a> {
 
 /// Punctuation of two characters. All other punctuation has one.
 const TWO_CHARACTER_PUNCTUATION: [&str; 7] = ["::", "->", "=>", "==", "!=", "<=", ">="];
-const UNITS: [&str; 4] = ["us", "ms", "s", "min"];
 
 fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut tokens: Vec<Token<'_>> = Vec::new();
@@ -89,7 +89,7 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
                 text: token.trim_end(),
                 newlines,
                 joint,
-                unit: UNITS.contains(&token) && tokens.last().is_some_and(number),
+                unit: duration::is_unit(token) && tokens.last().is_some_and(number),
             });
             (newlines, joint) = (0, true);
             rest = after;

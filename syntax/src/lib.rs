@@ -15,7 +15,6 @@ pub use format::{Style, format};
 pub use literal::{Literal, LiteralKind, unescape};
 pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader};
 pub use parse_context::{Language, ParseContext, Terminal};
-pub use rc_diagnostics::duration_nanoseconds;
 pub use trivia::Trivia;
 
 use rc_diagnostics::Span;

@@ -1,6 +1,7 @@
 //! Literals.
 
-use rc_diagnostics::{Span, duration_nanoseconds};
+use rc_diagnostics::Span;
+use rc_settings::duration;
 
 /// A literal with its location.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,10 +59,9 @@ impl Literal {
     pub fn as_nanoseconds(&self) -> Option<u64> {
         match self.kind {
             LiteralKind::Duration(value) => Some(value),
-            _ => self
-                .as_f64()
-                .filter(|v| *v >= 0.0)
-                .map(|ms| (ms * 1e6).round() as u64),
+            LiteralKind::Int(value) => duration::from_milliseconds(value),
+            LiteralKind::Float(value) => duration::from_fractional_milliseconds(value),
+            _ => None,
         }
     }
 
@@ -101,7 +101,7 @@ fn parse_kind(text: &str) -> LiteralKind {
         if let Ok(value) = text.parse() {
             return LiteralKind::Float(value);
         }
-        if let Some(value) = duration_nanoseconds(text) {
+        if let Some(value) = duration::parse(text) {
             return LiteralKind::Duration(value);
         }
     }

@@ -10,6 +10,7 @@
 use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
 use rc_ddsc::{Domain, Event, Listener, Participant, Qos, Reader, Sample, Topic, Writer};
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
+use rc_settings::Value;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 use std::collections::VecDeque;
 use std::os::fd::OwnedFd;
@@ -142,10 +143,10 @@ impl Part {
             wake_event: WakeEvent::new()?,
             settings: Settings::default(),
         };
-        for (key, value) in [("domain", domain), ("interfaces", "lo")] {
-            let value = vec![value.to_owned()];
-            environment.settings.set(rc_dds::NAME, key, value);
-        }
+        let settings = &mut environment.settings;
+        settings.set(rc_dds::NAME, "domain", Value::Int(domain.parse()?));
+        let interfaces = Value::Texts(vec!["lo".to_owned()]);
+        settings.set(rc_dds::NAME, "interfaces", interfaces);
         let xml = rc_dds::configuration(&environment)?;
         let domain = Domain::new(domain.parse()?, &xml)?;
         Ok(Self {

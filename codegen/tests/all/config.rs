@@ -255,5 +255,5 @@ fn the_page_and_the_schema_follow_every_generation() {
     );
     assert_eq!(rcgen(folder, &["c.cdsl"]).0, 0);
     assert_eq!(page("parameters.md"), "");
-    assert!(page("config.schema.json").contains("This component has none."));
+    assert!(page("config.schema.json").contains("This component has no parameters."));
 }

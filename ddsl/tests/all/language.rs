@@ -154,8 +154,7 @@ fn circles_of_after() {
 /// What is set of middlewares, as the command line of a component takes it.
 fn settings(instance: &Instance) -> String {
     let settings = instance.settings.iter();
-    let texts =
-        settings.map(|s| format!("{}.{}={}", s.middleware.word(), s.key, s.values.join(",")));
+    let texts = settings.map(|s| format!("{}.{}={}", s.middleware.word(), s.key, s.value));
     texts.collect::<Vec<_>>().join(" ")
 }
 
@@ -186,7 +185,7 @@ fn settings_of_middlewares_hold_for_a_block() {
             n.ddsl:2:89: error[repeated-clause]: duplicate setting `lease`; first used here at n.ddsl:2:28
             n.ddsl:2:109: error[bad-setting]: `domain` takes one value
             n.ddsl:3:1: error[repeated-clause]: duplicate setting `domain`; first used here at n.ddsl:2:99
-            n.ddsl:4:33: error[unknown-key]: `x` cannot be set of iceoryx2 (there is nothing yet that can be set of iceoryx2)
+            n.ddsl:4:33: error[unknown-key]: `x` cannot be set of iceoryx2 (there are no settings of iceoryx2 yet)
             n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
@@ -213,9 +212,9 @@ fn ros_has_words_and_names() {
          Component a { cdsl \"a\"; };",
         &expect![[r#"
             n.ddsl:2:35: error[bad-setting]: `service_mapping` cannot be `basic` (allowed is one of enhanced, cyclone)
-            n.ddsl:2:52: error[bad-setting]: `namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": letters, digits and single `_`, no digit first, behind each `/`)
+            n.ddsl:2:52: error[bad-setting]: `namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
             n.ddsl:2:66: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
-            n.ddsl:2:75: error[bad-setting]: `remap` cannot be the string "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": a slot, SLOT/operation or a name of ROS 2, and the name in its place)
+            n.ddsl:2:75: error[bad-setting]: `remap` cannot be the string "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name)
             n.ddsl:2:90: error[unknown-key]: `nod` cannot be set of ros2 (did you mean `node`?)
             n.ddsl:2:103: error[bad-setting]: `qos` cannot be the string "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a time, or none))
         "#]],

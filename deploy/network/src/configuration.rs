@@ -7,7 +7,7 @@ use rc_configuration::model::{Kind, Parameter, Type};
 use rc_configuration::{Settings, Values};
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_settings::{qos, ros};
+use rc_settings::{Value, qos, ros};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -89,7 +89,7 @@ pub(crate) fn settings(
                     Some(Setting {
                         middleware: *backend,
                         key: rc_settings::key(word, key)?.name,
-                        values: set.values.clone(),
+                        value: set.value.clone(),
                         span: set.span,
                     })
                 })
@@ -215,25 +215,27 @@ fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
         slots.collect::<Vec<(&str, Vec<&str>)>>()
     };
     let (all, topics) = (slots(|_| true), slots(is_topic));
-    let rules = |key: &str| {
-        let set = settings.get("ros2").and_then(|keys| keys.get(key));
-        set.into_iter()
-            .flat_map(|set| set.values.iter().map(move |rule| (set.span, rule)))
-    };
+    let set = |key: &str| settings.get("ros2").and_then(|keys| keys.get(key));
     let mut tell = |span: Span, key: &str, missed: String, hint: String| {
         let message = format!("`{key}`: {} has no {missed}", component.name.text);
         found.push(Diagnostic::error("unknown-slot", span, message).help(hint));
     };
-    for (span, rule) in rules("remap") {
-        let from = ros::remapping(rule).map_or("", |(from, _)| from);
-        if let Some(hint) = ros::misses(from, &all) {
-            tell(span, "remap", format!("`{from}`"), hint);
+    if let Some(set) = set("remap")
+        && let Value::Remappings(rules) = &set.value
+    {
+        for rule in rules {
+            if let Some(hint) = ros::unknown_target_help(&rule.from, &all) {
+                tell(set.span, "remap", format!("`{}`", rule.from), hint);
+            }
         }
     }
-    for (span, rule) in rules("qos") {
-        let of = qos::Rule::parse(rule).map_or("", |rule| rule.of);
-        if let Some(hint) = qos::misses(of, &topics) {
-            tell(span, "qos", format!("topic `{of}`"), hint);
+    if let Some(set) = set("qos")
+        && let Value::Qos(rules) = &set.value
+    {
+        for rule in rules {
+            if let Some(hint) = qos::unknown_topic_help(&rule.target, &topics) {
+                tell(set.span, "qos", format!("topic `{}`", rule.target), hint);
+            }
         }
     }
 }

@@ -58,8 +58,8 @@ impl Network {
             let component = project.map(|p| &p.component);
             for set in self.passed_settings(at) {
                 let (middleware, key) = (set.middleware.word(), set.key);
-                let values = set.values.join(",");
-                option("--set-middleware", format!("{middleware}.{key}={values}"));
+                let value = &set.value;
+                option("--set-middleware", format!("{middleware}.{key}={value}"));
             }
             for (slot, index) in component.iter().flat_map(|c| c.slots.iter().zip(0..)) {
                 let end = Endpoint {

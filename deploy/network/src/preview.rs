@@ -4,8 +4,8 @@ use crate::addresses::process_name;
 use crate::model::{Network, Profile};
 use crate::topology::{Connection, End, Host, Kind};
 use rc_ddsl::model::{Policy, Restart};
-use rc_diagnostics::duration_text;
 use rc_middleware::RunDirectory;
+use rc_settings::duration;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -181,7 +181,7 @@ fn waves(needs: &[std::collections::BTreeSet<usize>]) -> Vec<usize> {
 
 /// A time as people write it.
 fn time(milliseconds: u64) -> String {
-    duration_text(milliseconds.saturating_mul(1_000_000))
+    duration::text(milliseconds.saturating_mul(1_000_000))
 }
 
 impl fmt::Display for RestartRule {

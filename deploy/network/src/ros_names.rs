@@ -12,7 +12,8 @@ use rc_ddsl::{Connection, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
 use rc_idsl::canonical::{interface_hash, operation_hash};
 use rc_idsl::model::Operation;
-use rc_settings::ros::{self, Rule};
+use rc_settings::Value;
+use rc_settings::ros::{self, ResolvedRemapping};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Options of a component after which its names are others than the files say: nothing is said of them.
@@ -26,10 +27,10 @@ struct Node<'a> {
     instance: &'a Instance,
     project: &'a Project,
     /// What the files say of its domain.
-    domain: Option<u16>,
+    domain: Option<i64>,
     /// Its name in full.
     name: String,
-    rules: Vec<Rule>,
+    rules: Vec<ResolvedRemapping>,
 }
 
 /// An operation of a slot that is in ROS 2.
@@ -55,7 +56,7 @@ impl Network {
             nodes: merged,
         } = check_that_no_others_meet(&ends, found);
         self.check_that_ends_meet(&ends, &slots, found);
-        let mut named: BTreeMap<(Option<u16>, &str), Vec<&Node<'_>>> = BTreeMap::new();
+        let mut named: BTreeMap<(Option<i64>, &str), Vec<&Node<'_>>> = BTreeMap::new();
         for node in &nodes {
             named
                 .entry((node.domain, &node.name))
@@ -96,28 +97,39 @@ impl Network {
         if !is_in_ros || args.any(|a| RENAMING.iter().any(|r| a.text.starts_with(r))) {
             return None;
         }
-        let values = |key| setting(instance, key).map_or(&[][..], |set| &set.values);
-        let one = |key| values(key).first().cloned();
-        let mut env = instance.env.iter();
-        let variable = || {
-            let (_, value) = env.find(|(name, _)| name.text == "ROS_DOMAIN_ID")?;
-            Some(value.text.clone())
+        let value = |key| setting(instance, key).map(|set| &set.value);
+        let own = |key| match value(key) {
+            Some(Value::Text(name)) => Some(name.to_string()),
+            _ => None,
         };
-        let domain = one("domain").or_else(variable);
-        let (namespace, own) = ros::node(
+        let mut env = instance.env.iter();
+        let mut variable = || {
+            let (_, value) = env.find(|(name, _)| name.text == "ROS_DOMAIN_ID")?;
+            value.text.parse().ok()
+        };
+        let domain = match value("domain") {
+            Some(Value::Int(domain)) => Some(*domain),
+            _ => variable(),
+        };
+        let (namespace, node_name) = ros::node(
             self.name(),
             &process_name(&instance.path),
-            one("namespace"),
-            one("node"),
+            own("namespace"),
+            own("node"),
         );
-        let rules = values("remap").iter();
-        let rules = rules.filter_map(|rule| Rule::parse(rule, &namespace, &own));
+        let rules = match value("remap") {
+            Some(Value::Remappings(rules)) => rules.as_slice(),
+            _ => &[],
+        };
+        let rules = rules
+            .iter()
+            .map(|rule| rule.resolve(&namespace, &node_name));
         Some(Node {
             at,
             instance,
             project,
-            domain: domain.and_then(|domain| domain.parse().ok()),
-            name: ros::full(&own, &namespace, ""),
+            domain,
+            name: ros::full(&node_name, &namespace, ""),
             rules: rules.collect(),
         })
     }

@@ -5,6 +5,7 @@ use rc_deploy::Component;
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, Qos, RunDirectory, Settings, TypeIdentity, WakeEvent,
 };
+use rc_settings::Value;
 use rustix::process::Signal;
 use std::path::Path;
 
@@ -105,8 +106,8 @@ fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
         settings: Settings::default(),
     };
     let settings = &mut environment.settings;
-    settings.set("dds", "domain", vec![DOMAIN.to_owned()]);
-    settings.set("dds", "interfaces", vec!["lo".to_owned()]);
+    settings.set("dds", "domain", Value::Int(61));
+    settings.set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
     let there: Box<dyn Backend> = rc_dds::connect(&environment).expect("the domain");
     let publisher = there.publisher(&Endpoint {
         address: Address::parse(&format!("{}/Reports/report", bench.network)).expect("an address"),

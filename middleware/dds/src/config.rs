@@ -12,10 +12,9 @@ const UNCONFIRMED: &str = "1MiB";
 /// A sample that is larger is refused on both sides.
 const LARGEST: &str = "128MiB";
 
-/// After how many milliseconds of silence a process counts as dead, and how often it is heard in that time: of what is
-/// sent by multicast some is lost, and a process may have to wait for a processor.
-const LEASE: u64 = 1000;
-const ANNOUNCEMENTS: u64 = 4;
+/// How often a process announces itself within its lease. Multicast loses some announcements, and a process may have to
+/// wait for a processor.
+const ANNOUNCEMENTS: u32 = 4;
 
 /// What the backend has to know beside the XML.
 pub(crate) struct Config {
@@ -25,14 +24,13 @@ pub(crate) struct Config {
 
 /// Reads the settings. A wrong interface is told with the ones that there are.
 pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
-    let values = |key: &str| environment.settings.values(crate::NAME, key);
-    let one = |key: &str| values(key).first().map(String::as_str);
-    let domain = one("domain").map_or(Ok(0), str::parse);
-    let domain: u32 =
-        domain.map_err(|_| refused(environment, "`domain` is no number".to_owned()))?;
+    let settings = &environment.settings;
+    let domain = settings.int(crate::NAME, "domain").unwrap_or_default();
+    let domain = u32::try_from(domain)
+        .map_err(|_| refused(environment, format!("there is no domain {domain}")))?;
     let known = rc_ddsc::interfaces();
     let mut interfaces = String::new();
-    for wanted in values("interfaces") {
+    for wanted in settings.texts(crate::NAME, "interfaces") {
         let kind = if known.iter().any(|(name, _)| name == wanted) {
             "name"
         } else if known.iter().any(|(_, address)| address == wanted) {
@@ -49,8 +47,8 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
     if !interfaces.is_empty() {
         interfaces = format!("<Interfaces>{interfaces}</Interfaces>");
     }
-    let multicast = match one("multicast") {
-        Some("false") => "<AllowMulticast>false</AllowMulticast>",
+    let multicast = match settings.bool(crate::NAME, "multicast") {
+        Some(false) => "<AllowMulticast>false</AllowMulticast>",
         _ => "",
     };
     // A machine that is off for long is still asked for when it comes back.
@@ -58,21 +56,23 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
         let address = escaped(peer);
         format!("<Peer Address=\"{address}\" PruneDelay=\"inf\"/>")
     };
-    let peers: String = values("peers").iter().map(peer).collect();
+    let peers = settings.texts(crate::NAME, "peers");
+    let peers: String = peers.iter().map(peer).collect();
     // Who is asked for by address has to listen where it is asked; with multicast, the library chooses any port.
     let index = match peers.as_str() {
         "" => "default",
         _ => "auto",
     };
-    let lease = one("lease").map_or(Some(LEASE), rc_network::milliseconds);
-    let lease = lease.ok_or_else(|| refused(environment, "`lease` is no time".to_owned()))?;
-    let announce = lease / ANNOUNCEMENTS;
+    let lease = settings.duration(crate::NAME, "lease");
+    let lease = lease.ok_or_else(|| refused(environment, "there is no lease".to_owned()))?;
+    let announce = (lease / ANNOUNCEMENTS).as_nanos();
+    let lease = lease.as_nanos();
     let xml = format!(
         "<CycloneDDS><Domain Id=\"any\">\
          <General>{interfaces}{multicast}<MaxMessageSize>{PACKET}</MaxMessageSize>\
          <FragmentSize>{FRAGMENT}</FragmentSize></General>\
-         <Discovery><ExternalDomainId>{domain}</ExternalDomainId><LeaseDuration>{lease}ms</LeaseDuration>\
-         <SPDPInterval>{announce}ms</SPDPInterval>\
+         <Discovery><ExternalDomainId>{domain}</ExternalDomainId><LeaseDuration>{lease}ns</LeaseDuration>\
+         <SPDPInterval>{announce}ns</SPDPInterval>\
          <ParticipantIndex>{index}</ParticipantIndex><Peers>{peers}</Peers></Discovery>\
          <Internal><Watermarks><WhcAdaptive>false</WhcAdaptive>\
          <WhcHighInit>{UNCONFIRMED}</WhcHighInit><WhcHigh>{UNCONFIRMED}</WhcHigh></Watermarks>\

@@ -6,6 +6,7 @@ use rc_middleware::{
     Address, Endpoint, Environment, Header, Qos, Reader, RunDirectory, Settings, TypeIdentity,
     WakeEvent, Writer, wait,
 };
+use rc_settings::Value;
 use std::os::fd::AsFd;
 use std::sync::mpsc::channel;
 use std::time::Duration;
@@ -19,8 +20,8 @@ const KEPT: u64 = 6 << 10;
 fn environment(instance: &str) -> Environment {
     let network = format!("growth-{}", std::process::id());
     let mut settings = Settings::default();
-    settings.set("dds", "domain", vec!["15".to_owned()]);
-    settings.set("dds", "interfaces", vec!["lo".to_owned()]);
+    settings.set("dds", "domain", Value::Int(15));
+    settings.set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
     Environment {
         directory: RunDirectory::open(&network).expect("a run directory"),
         network,

@@ -1,6 +1,7 @@
 //! A port of the domain that another program has.
 
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
+use rc_settings::Value;
 use std::net::UdpSocket;
 
 #[test]
@@ -8,8 +9,8 @@ fn a_port_that_another_program_has_is_named() {
     let network = format!("ports-{}", std::process::id());
     let environment = |domain: u32| {
         let mut settings = Settings::default();
-        settings.set("dds", "domain", vec![domain.to_string()]);
-        settings.set("dds", "interfaces", vec!["lo".to_owned()]);
+        settings.set("dds", "domain", Value::Int(domain.into()));
+        settings.set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
         Environment {
             directory: RunDirectory::open(&network).expect("a run directory"),
             network: network.clone(),

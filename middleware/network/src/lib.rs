@@ -8,7 +8,6 @@ mod endpoint_info;
 mod inbox;
 mod local_registry;
 mod report;
-mod time;
 
 pub use endpoint_info::{EndpointInfo, QosContract, Role, differences, fnv, hex, host};
 pub use inbox::{
@@ -16,7 +15,6 @@ pub use inbox::{
 };
 pub use local_registry::{LocalRegistry, OpenLock, Registration, RegistrationGuard};
 pub use report::{Mismatches, RateLimit};
-pub use time::milliseconds;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

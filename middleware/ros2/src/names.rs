@@ -1,14 +1,14 @@
 //! What addresses and types are called in ROS 2, and below it in DDS.
 
 use rc_middleware::{Endpoint, ExternalType, OpenError};
-use rc_settings::ros::{self, Rule};
+use rc_settings::ros::{self, ResolvedRemapping};
 use ros2_client::{MessageTypeName, NodeName, ServiceTypeName};
 
 /// A topic of DDS, and its type.
 pub(crate) type Topic = (String, String);
 
 /// The topic of a publisher or subscriber; its address has the operation.
-pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Topic, OpenError> {
+pub(crate) fn topic(endpoint: &Endpoint, rules: &[ResolvedRemapping]) -> Result<Topic, OpenError> {
     let external = endpoint
         .external_types
         .first()
@@ -23,7 +23,7 @@ pub(crate) fn topic(endpoint: &Endpoint, rules: &[Rule]) -> Result<Topic, OpenEr
 pub(crate) fn service(
     endpoint: &Endpoint,
     external: &ExternalType,
-    rules: &[Rule],
+    rules: &[ResolvedRemapping],
 ) -> Result<[Topic; 2], OpenError> {
     let usual = format!("{}/{}", endpoint.address, external.operation);
     let name = renamed(&usual, external, rules);
@@ -65,7 +65,7 @@ fn parts<'a>(
     }
 }
 
-fn renamed(address: &str, external: &ExternalType, rules: &[Rule]) -> String {
+fn renamed(address: &str, external: &ExternalType, rules: &[ResolvedRemapping]) -> String {
     ros::operation(address, &external.slot, &external.operation, rules)
 }
 
@@ -78,6 +78,7 @@ pub(crate) fn node(namespace: &str, name: &str) -> Result<NodeName, String> {
 mod tests {
     use super::*;
     use rc_middleware::{Address, Qos, TypeIdentity};
+    use rc_settings::ros::Remapping;
 
     fn endpoint(address: &str, type_name: &str) -> Endpoint {
         Endpoint {
@@ -119,7 +120,8 @@ mod tests {
     fn names_can_be_others() {
         let end = endpoint("default/LaserPub/newScan", "sensor_msgs/msg/LaserScan");
         let with = |rule: &str| {
-            let rule = Rule::parse(rule, "/robot", "lidar").expect("a rule");
+            let rule = Remapping::parse(rule).expect("a rule");
+            let rule = rule.resolve("/robot", "lidar");
             let (topic, _) = topic(&end, &[rule]).expect("a topic");
             topic.strip_prefix("rt").expect("a topic of ROS").to_owned()
         };

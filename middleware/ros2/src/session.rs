@@ -9,7 +9,7 @@ use crate::watcher::Watcher;
 use crate::wire::{self, Body, Reader, Writer};
 use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
 use rc_network::{EndpointInfo, Guid, LocalRegistry, QosContract, Role};
-use rc_settings::ros::Rule;
+use rc_settings::ros::ResolvedRemapping;
 use rustdds::rpc::SampleIdentity;
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, RTPSEntity, SequenceNumber, Topic,
@@ -151,7 +151,7 @@ impl Session {
     }
 
     /// The names that somebody has chosen.
-    pub(crate) fn rules(&self) -> &[Rule] {
+    pub(crate) fn rules(&self) -> &[ResolvedRemapping] {
         &self.config.rules
     }
 

@@ -2,24 +2,27 @@
 //! each network has a domain of its own.
 
 use rc_middleware::{Backend, Environment, OpenError};
+use rc_settings::Value;
+use std::time::Duration;
 
 struct Ros2;
 
 /// A domain for each network of these tests, `tNUMBER-PID`; another run on the same machine begins elsewhere.
-fn domain(network: &str) -> String {
+fn domain(network: &str) -> Value {
     let mut numbers = network.trim_start_matches('t').split('-');
     let mut number = || numbers.next().and_then(|n| n.parse::<u32>().ok());
     let (number, pid) = (number().unwrap_or_default(), number().unwrap_or_default());
-    (20 + number.wrapping_add(pid.wrapping_mul(37)) % 80).to_string()
+    let domain = 20 + number.wrapping_add(pid.wrapping_mul(37)) % 80;
+    Value::Int(domain.into())
 }
 
 impl rc_conformance::Subject for Ros2 {
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
         let mut environment = environment.clone();
         let domain = domain(&environment.network);
-        environment.settings.set("ros2", "domain", vec![domain]);
+        environment.settings.set("ros2", "domain", domain);
         // Sixty-four components in one process are slow to say that they live.
-        let lease = vec!["10s".to_owned()];
+        let lease = Value::Duration(Duration::from_secs(10));
         environment.settings.set("ros2", "lease", lease);
         rc_ros2::connect(&environment)
     }

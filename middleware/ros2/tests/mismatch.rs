@@ -2,6 +2,7 @@
 
 use rc_middleware::qos::Reliability;
 use rc_middleware::{Backend, Endpoint, Environment, Qos, RunDirectory, Settings, WakeEvent};
+use rc_settings::Value;
 use std::time::{Duration, Instant};
 
 /// No test waits longer for anything.
@@ -24,7 +25,7 @@ fn environment(machine: &str) -> (Environment, RunDirectory) {
         wake_event: WakeEvent::new().expect("a wake event"),
         settings: Settings::default(),
     };
-    let domain = vec!["13".to_owned()];
+    let domain = Value::Int(13);
     environment.settings.set("ros2", "domain", domain);
     (environment, directory)
 }
@@ -145,7 +146,7 @@ fn what_a_late_publisher_does_not_offer_is_told() {
 fn another_mapping_of_services_is_refused() {
     let (mut environment, directory) = environment("mapped");
     let enhanced = rc_ros2::connect(&environment).expect("the domain");
-    let mapping = vec!["cyclone".to_owned()];
+    let mapping = Value::Text("cyclone".into());
     environment.settings.set("ros2", "service_mapping", mapping);
     let cyclone = rc_ros2::connect(&environment).expect("the domain");
     let address = format!("default/Mapped{}", std::process::id());

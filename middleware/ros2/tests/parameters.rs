@@ -12,6 +12,8 @@ use rc_middleware::{
 use rc_runtime::{
     Component, Core, Description, ParamChange, Ports, StartError, Values, WorkerError, embed,
 };
+use rc_settings::Value;
+use rc_settings::ros::Remapping;
 use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(15);
@@ -174,7 +176,7 @@ fn names(names: &[&str]) -> Vec<String> {
 
 fn services_answer(mapping: &str, number: u32) {
     let network = format!("rosparam{number}_{}", std::process::id());
-    let domain = (20 + (number + std::process::id() * 2) % 80).to_string();
+    let domain = 20 + (number + std::process::id() * 2) % 80;
     let set = [
         format!("ros2.domain={domain}"),
         format!("ros2.service_mapping={mapping}"),
@@ -189,8 +191,12 @@ fn services_answer(mapping: &str, number: u32) {
     ];
     let component = embed(&NODE, Worker::start, &args).expect("a component");
     let mut settings = Settings::default();
-    settings.set("ros2", "domain", vec![domain]);
-    settings.set("ros2", "service_mapping", vec![mapping.to_owned()]);
+    settings.set("ros2", "domain", Value::Int(domain.into()));
+    settings.set(
+        "ros2",
+        "service_mapping",
+        Value::Text(mapping.to_owned().into()),
+    );
     let asker = Asker::new(&network, settings).expect("another node");
 
     let answer = asker.ask("list_parameters", "ListParameters", &|writer| {
@@ -281,11 +287,11 @@ fn the_parameter_services_answer_in_the_cyclone_mapping() {
 #[test]
 fn a_component_hears_of_parameters() {
     let network = format!("rosparam_heard_{}", std::process::id());
-    let domain = (20 + (3 + std::process::id() * 2) % 80).to_string();
+    let domain = 20 + (3 + std::process::id() * 2) % 80;
     let mut settings = Settings::default();
-    settings.set("ros2", "domain", vec![domain.clone()]);
-    let rule = "Events/told:=/parameter_events".to_owned();
-    settings.set("ros2", "remap", vec![rule]);
+    settings.set("ros2", "domain", Value::Int(domain.into()));
+    let rule = Remapping::parse("Events/told:=/parameter_events").expect("a rule");
+    settings.set("ros2", "remap", Value::Remappings(vec![rule]));
     let asker = Asker::new(&network, settings).expect("another node");
     let endpoint = Endpoint {
         address: Address::parse(&format!("{network}/Events/told")).expect("an address"),

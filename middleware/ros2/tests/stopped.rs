@@ -42,7 +42,11 @@ impl Net {
             wake_event: WakeEvent::new().expect("a wake event"),
             settings: Settings::default(),
         };
-        let mut set = |key, value: &str| environment.settings.set("ros2", key, vec![value.into()]);
+        let mut set = |name, text| {
+            let key = rc_settings::key("ros2", name).expect("a key");
+            let value = key.kind.parse(text).expect("a value");
+            environment.settings.set("ros2", name, value);
+        };
         set("domain", "14");
         set("lease", self.lease);
         rc_ros2::connect(&environment).expect("the domain")

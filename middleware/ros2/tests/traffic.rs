@@ -3,6 +3,8 @@
 use rc_conformance::Subject;
 use rc_conformance::network::{LIMIT, Network, endpoint, header};
 use rc_middleware::{Backend, Environment, OpenError};
+use rc_settings::Value;
+use std::time::Duration;
 
 struct Ros2;
 
@@ -10,9 +12,9 @@ impl Subject for Ros2 {
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
         let mut environment = environment.clone();
         let domain = 100 + std::process::id() % 80;
-        let domain = vec![domain.to_string()];
+        let domain = Value::Int(domain.into());
         environment.settings.set("ros2", "domain", domain);
-        let lease = vec!["10s".to_owned()];
+        let lease = Value::Duration(Duration::from_secs(10));
         environment.settings.set("ros2", "lease", lease);
         rc_ros2::connect(&environment)
     }

@@ -2,9 +2,12 @@
 
 use crate::check::Checker;
 use crate::document;
-use crate::model::Value as Given;
+use crate::model;
 use rc_diagnostics::{Diagnostic, Span};
-use rc_settings::{Key, Kind, MIDDLEWARES, Misfit, Value, instead, key, keys, qos};
+use rc_settings::ros::Remapping;
+use rc_settings::{
+    Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, key, keys, qos, unknown_key_help,
+};
 use std::collections::BTreeMap;
 use toml_edit::{Item, TableLike};
 
@@ -14,9 +17,9 @@ pub type Settings = BTreeMap<String, BTreeMap<String, Setting>>;
 /// What one key is set to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// The values, each in its usual form.
-    pub values: Vec<String>,
-    /// Their place.
+    /// The value.
+    pub value: Value,
+    /// The place of the value.
     pub span: Span,
 }
 
@@ -48,7 +51,7 @@ impl Checker {
                     let message = format!("unknown key `middleware.{name}.{word}`");
                     let error =
                         Diagnostic::error("unknown-key", self.place.of(at, inside), message);
-                    self.found.push(error.help(instead(name, word)));
+                    self.found.push(error.help(unknown_key_help(name, word)));
                     continue;
                 };
                 let path = format!("middleware.{name}.{word}");
@@ -63,17 +66,17 @@ impl Checker {
     /// What one key is set to; none where something is wrong with it, which is then reported.
     fn setting(&mut self, key: &Key, item: &Item, path: &str, at: Span) -> Option<Setting> {
         let span = self.place.of(item.span(), at);
-        let values = if key.kind.is_list() {
-            self.list(key, item, path, span)?
+        let value = if key.kind.is_list() {
+            key.kind.join(self.list(key, item, path, span)?)?
         } else {
-            vec![self.single(key, item, path, span)?]
+            self.single(key, item, path, span)?
         };
-        Some(Setting { values, span })
+        Some(Setting { value, span })
     }
 
-    fn list(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<Vec<String>> {
+    fn list(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<Vec<Value>> {
         match (&key.kind, item.as_table_like()) {
-            (Kind::Remappings, Some(table)) => return self.rules(key, table, path, place),
+            (Kind::Remappings, Some(table)) => return self.remappings(key, table, path, place),
             (Kind::Qos, Some(table)) => return self.qos(table, path, place),
             _ => {}
         }
@@ -83,7 +86,7 @@ impl Checker {
             return None;
         };
         let elements = array.iter().enumerate();
-        let values: Vec<Option<String>> = elements
+        let values: Vec<Option<Value>> = elements
             .map(|(index, value)| {
                 let item = Item::Value(value.clone());
                 let place = self.place.of(value.span(), place);
@@ -93,33 +96,36 @@ impl Checker {
         values.into_iter().collect()
     }
 
-    /// The rules of a table, where each key is what has another name in its value.
-    fn rules(
+    /// The remappings of a table, whose keys are the names to replace.
+    fn remappings(
         &mut self,
         key: &Key,
         table: &dyn TableLike,
         path: &str,
         place: Span,
-    ) -> Option<Vec<String>> {
-        let rules: Vec<Option<String>> = table
+    ) -> Option<Vec<Value>> {
+        let rules: Vec<Option<Value>> = table
             .iter()
             .map(|(from, item)| {
                 let path = format!("{path}.\"{from}\"");
                 let place = self.place.of(item.span(), place);
                 let Some(to) = item.as_str() else {
-                    self.refuse("wrong-type", item, &path, place, "the name in its place");
+                    self.refuse("wrong-type", item, &path, place, "the new name");
                     return None;
                 };
-                let rule = Item::from(format!("{from}:={to}"));
-                self.single(key, &rule, &path, place)
+                let rule = Remapping::new(from, to);
+                if rule.is_none() {
+                    self.refuse("bad-setting", item, &path, place, &key.kind.allowed());
+                }
+                Some(Value::Remappings(vec![rule?]))
             })
             .collect();
         rules.into_iter().collect()
     }
 
     /// The rules of a table, where each key is a slot or an operation of one, and its value a table of policies.
-    fn qos(&mut self, table: &dyn TableLike, path: &str, place: Span) -> Option<Vec<String>> {
-        let mut rules: Vec<Option<String>> = Vec::new();
+    fn qos(&mut self, table: &dyn TableLike, path: &str, place: Span) -> Option<Vec<Value>> {
+        let mut rules: Vec<Option<Value>> = Vec::new();
         for (of, item) in table.iter() {
             let path = format!("{path}.\"{of}\"");
             let inside = self.place.of(item.span(), place);
@@ -131,12 +137,11 @@ impl Checker {
             };
             for (name, item) in policies.iter() {
                 let at = self.place.of(item.span(), inside);
-                let value = match document::value(item) {
-                    Some(Given::Int(number)) if name == "depth" => number.to_string(),
-                    // As everywhere, a time without a unit is one of milliseconds.
-                    Some(Given::Int(number)) if qos::TIMES.contains(&name) => format!("{number}ms"),
-                    Some(Given::Text(text)) if name != "depth" => text,
-                    // Of another kind, or a key that there is not, which is told below.
+                let written = document::value(item);
+                let value = match &written {
+                    Some(model::Value::Int(number)) if !is_word(name) => Scalar::Int(*number),
+                    Some(model::Value::Text(text)) if name != "depth" => Scalar::Text(text),
+                    // A value of another type, or a key that does not exist, which is reported below.
                     _ => match qos::allowed(name) {
                         Some(allowed) => {
                             let path = format!("{path}.{name}");
@@ -144,12 +149,11 @@ impl Checker {
                             rules.push(None);
                             continue;
                         }
-                        None => String::new(),
+                        None => Scalar::Other,
                     },
                 };
-                let rule = format!("{of}.{name}:={value}");
-                match qos::Rule::parse(&rule) {
-                    Ok(rule) => rules.push(Some(rule.text())),
+                match qos::Rule::new(of, name, value) {
+                    Ok(rule) => rules.push(Some(Value::Qos(vec![rule]))),
                     Err(reason) => {
                         let message = format!("`{path}`: {reason}");
                         self.found
@@ -162,19 +166,19 @@ impl Checker {
         rules.into_iter().collect()
     }
 
-    fn single(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<String> {
+    fn single(&mut self, key: &Key, item: &Item, path: &str, place: Span) -> Option<Value> {
         let given = document::value(item);
-        let value = match &given {
-            Some(Given::Int(number)) => Value::Int(*number),
-            Some(Given::Bool(choice)) => Value::Bool(*choice),
-            Some(Given::Text(text)) => Value::Text(text),
-            _ => Value::Other,
+        let scalar = match &given {
+            Some(model::Value::Int(number)) => Scalar::Int(*number),
+            Some(model::Value::Bool(choice)) => Scalar::Bool(*choice),
+            Some(model::Value::Text(text)) => Scalar::Text(text),
+            _ => Scalar::Other,
         };
-        let code = match key.kind.accept(value) {
+        let code = match key.kind.convert(scalar) {
             Ok(value) => return Some(value),
-            Err(Misfit::Type) => "wrong-type",
-            Err(Misfit::Range) => "out-of-range",
-            Err(Misfit::Form) => "bad-setting",
+            Err(ValueError::Type) => "wrong-type",
+            Err(ValueError::Range) => "out-of-range",
+            Err(ValueError::Format) => "bad-setting",
         };
         self.refuse(code, item, path, place, &key.kind.allowed());
         None
@@ -188,4 +192,9 @@ impl Checker {
         self.found
             .push(Diagnostic::error(code, at, message).help(help));
     }
+}
+
+/// Whether a policy takes a word, not a number.
+fn is_word(policy: &str) -> bool {
+    policy != "depth" && !qos::DURATIONS.contains(&policy)
 }

@@ -1,7 +1,8 @@
 //! The parameters of a component, resolved: what generated code embeds, and what a configuration is read by.
 
 use crate::condition::Condition;
-use rc_diagnostics::{duration_nanoseconds, duration_text, nearest};
+use rc_diagnostics::nearest;
+use rc_settings::duration;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::time::Duration;
@@ -253,19 +254,14 @@ impl Type {
             }
             (Self::Double | Self::Float, Value::Int(int)) => Value::Float(*int as f64),
             (Self::Duration, Value::Text(text)) => {
-                let ns = duration_nanoseconds(text).ok_or(Misfit::Type)?;
+                let ns = duration::parse(text).ok_or(Misfit::Type)?;
                 return self.accept(&Value::Duration(ns));
             }
             (Self::Duration, Value::Int(ms)) => {
-                let ms = u64::try_from(*ms).map_err(|_| Misfit::Size)?;
-                Value::Duration(ms.checked_mul(1_000_000).ok_or(Misfit::Size)?)
+                Value::Duration(duration::from_milliseconds(*ms).ok_or(Misfit::Size)?)
             }
             (Self::Duration, Value::Float(ms)) => {
-                let fits = *ms >= 0.0 && *ms * 1e6 < u64::MAX as f64;
-                Value::Duration(
-                    fits.then(|| (*ms * 1e6).round() as u64)
-                        .ok_or(Misfit::Size)?,
-                )
+                Value::Duration(duration::from_fractional_milliseconds(*ms).ok_or(Misfit::Size)?)
             }
             _ => return Err(Misfit::Type),
         })
@@ -362,7 +358,7 @@ impl Value {
             Self::Float(value) if value.is_finite() => (*value).into(),
             Self::Float(_) => self.to_toml().into(),
             Self::Text(value) => value.as_str().into(),
-            Self::Duration(value) => duration_text(*value).into(),
+            Self::Duration(value) => duration::text(*value).into(),
             Self::Array(values) => values.iter().map(Self::to_json).collect(),
         }
     }
@@ -375,7 +371,7 @@ impl Value {
             Self::Float(value) if value.is_nan() => "nan".to_owned(),
             Self::Float(value) => format!("{value:?}"),
             Self::Text(value) => quoted(value),
-            Self::Duration(value) => quoted(&duration_text(*value)),
+            Self::Duration(value) => quoted(&duration::text(*value)),
             Self::Array(values) => {
                 let values: Vec<String> = values.iter().map(Self::to_toml).collect();
                 format!("[{}]", values.join(", "))
@@ -425,7 +421,7 @@ impl Range {
     pub fn described(&self) -> String {
         let text = |value: &Value| match value {
             Value::Float(float) => float.to_string(),
-            Value::Duration(ns) => duration_text(*ns),
+            Value::Duration(ns) => duration::text(*ns),
             other => other.to_toml(),
         };
         match (&self.min, &self.max) {

@@ -5,12 +5,12 @@
 
 use crate::check::{COMPONENT, LEVELS, SHORTEST_PERIOD};
 use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
-use rc_diagnostics::duration_text;
-use rc_settings::{Key, Kind as Takes, MIDDLEWARES, qos};
+use rc_settings::duration as time;
+use rc_settings::{Key, Kind as Takes, MIDDLEWARES, Value as Setting, qos};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
-/// A time as it is written in a text; what `rc_diagnostics::duration_nanoseconds` reads.
+/// A time as it is written in a text; what `rc_settings::duration::parse` reads.
 const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
 /// The address of a slot: names that are joined by `/`.
 const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";
@@ -37,7 +37,7 @@ pub fn schema(
 ) -> String {
     let mut component = duration(
         json!({ "minimum": SHORTEST_PERIOD as f64 / 1e6 }),
-        json!(duration_text(period.as_nanos() as u64)),
+        json!(time::text_of(period)),
     );
     describe(&mut component, "How often it computes.".to_owned());
     let log = json!({ "description": "The least severe messages that are logged.", "enum": LEVELS, "default": "info" });
@@ -55,7 +55,10 @@ pub fn schema(
     );
     let required = declared.get("required").map(|_| ["parameters"]);
     if parameters.is_none() {
-        describe(&mut declared, "This component has none.".to_owned());
+        describe(
+            &mut declared,
+            "This component has no parameters.".to_owned(),
+        );
     }
     let mut root = object([
         ("component", {
@@ -67,7 +70,7 @@ pub fn schema(
             let mut table = object(bindings);
             describe(
                 &mut table,
-                "Where the other ends of its slots are.".to_owned(),
+                "The address of the peers of each slot.".to_owned(),
             );
             table
         }),
@@ -75,7 +78,7 @@ pub fn schema(
             let mut tables = object(MIDDLEWARES.map(|(name, keys)| (name, settings(name, keys))));
             describe(
                 &mut tables,
-                "The settings of middlewares, a table each.".to_owned(),
+                "The settings of middlewares, one table each.".to_owned(),
             );
             tables
         }),
@@ -104,7 +107,7 @@ fn settings(middleware: &str, keys: &[Key]) -> Json {
     describe(
         &mut table,
         if keys.is_empty() {
-            format!("There is nothing yet that can be set of {middleware}.")
+            format!("There are no settings of {middleware} yet.")
         } else {
             format!("The settings of {middleware}.")
         },
@@ -113,16 +116,19 @@ fn settings(middleware: &str, keys: &[Key]) -> Json {
 }
 
 fn setting(key: &Key) -> Json {
-    let text = || key.default.map_or(Json::Null, Json::from);
     let mut schema = match &key.kind {
         Takes::Int(range) => {
             json!({ "type": "integer", "minimum": range.start(), "maximum": range.end() })
         }
         Takes::Bool => json!({ "type": "boolean" }),
-        Takes::Time(range) => duration(
-            json!({ "minimum": *range.start() as f64 / 1e6, "maximum": *range.end() as f64 / 1e6 }),
-            text(),
-        ),
+        Takes::Duration(range) => {
+            let milliseconds = |limit: &Duration| limit.as_nanos() as f64 / 1e6;
+            let (minimum, maximum) = (milliseconds(range.start()), milliseconds(range.end()));
+            duration(
+                json!({ "minimum": minimum, "maximum": maximum }),
+                Json::Null,
+            )
+        }
         Takes::Interfaces | Takes::Peers => {
             json!({ "type": "array", "items": { "type": "string" } })
         }
@@ -138,12 +144,12 @@ fn setting(key: &Key) -> Json {
             { "type": "object", "additionalProperties": policies() },
         ] }),
     };
-    let default = match &key.kind {
-        Takes::Int(_) | Takes::Bool => key.default.and_then(|text| serde_json::from_str(text).ok()),
-        Takes::Word(_) => key.default.map(Json::from),
-        _ => None,
-    };
-    if let Some(default) = default {
+    if let Some(default) = &key.default {
+        let default = match default {
+            Setting::Bool(value) => Json::from(*value),
+            Setting::Int(value) => Json::from(*value),
+            other => Json::from(other.to_string()),
+        };
         set(&mut schema, "default", default);
     }
     describe(&mut schema, key.doc.to_owned());
@@ -264,7 +270,7 @@ fn description(parameter: &Parameter) -> String {
         facts.push(format!("{}.", sentence(change)));
     }
     if parameter.secret {
-        facts.push("Secret: it is never shown.".to_owned());
+        facts.push("Secret: tools never show its value.".to_owned());
     }
     lines.push(facts.join(" "));
     lines.join("\n")
@@ -339,7 +345,7 @@ fn json_of(value: &Value) -> Option<Json> {
         Value::Int(value) => Json::from(*value),
         Value::Float(value) => serde_json::Number::from_f64(*value)?.into(),
         Value::Text(value) => Json::from(value.as_str()),
-        Value::Duration(value) => Json::from(duration_text(*value)),
+        Value::Duration(value) => Json::from(time::text(*value)),
         Value::Array(values) => values.iter().map(json_of).collect::<Option<_>>()?,
     })
 }

@@ -1,14 +1,14 @@
 //! The first configuration file of a component, which its user then owns.
 
 use crate::model::{Kind, Parameter, Parameters};
-use rc_diagnostics::duration_text;
+use rc_settings::duration;
 use std::fmt::Write;
 use std::time::Duration;
 
 /// The text of `etc/config.toml`: every parameter with its documentation, what is allowed, and its default. A
 /// parameter without default is a comment that says that it must be set. `period` is the component's own.
 pub fn template(component_name: &str, period: Duration, parameters: Option<&Parameters>) -> String {
-    let period = format!("period = \"{}\"", duration_text(period.as_nanos() as u64));
+    let period = format!("period = \"{}\"", duration::text_of(period));
     let mut out = format!(
         "#:schema ../generated/config.schema.json\n\
          # The configuration of {component_name}. It was written once and is yours to change.\n\

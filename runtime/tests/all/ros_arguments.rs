@@ -195,10 +195,11 @@ fn names_and_parameters_are_taken() {
     component.join().expect("a good end");
     let settings = SEEN.lock().expect("the settings").remove(&network);
     let settings = settings.expect("a backend that was asked");
-    assert_eq!(settings.values("ros2", "node"), ["front"]);
-    assert_eq!(settings.values("ros2", "namespace"), ["/robot"]);
-    let rules = ["/a:=/c", "/d:=~/e", "/a:=/b"];
-    assert_eq!(settings.values("ros2", "remap"), rules);
+    assert_eq!(settings.text("ros2", "node"), Some("front"));
+    assert_eq!(settings.text("ros2", "namespace"), Some("/robot"));
+    let rules = settings.remappings("ros2", "remap").iter();
+    let rules: Vec<String> = rules.map(ToString::to_string).collect();
+    assert_eq!(rules, ["/a:=/c", "/d:=~/e", "/a:=/b"]);
     let parameters = PARAMETERS.lock().expect("the parameters").remove(&network);
     assert_eq!(parameters, Some((3.0, "12".to_owned())));
 }

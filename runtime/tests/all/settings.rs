@@ -82,11 +82,12 @@ fn the_command_line_comes_before_the_configuration() {
     component.join().expect("a good end");
     let settings = SEEN.lock().expect("the settings").take();
     let settings = settings.expect("a backend that was asked");
-    assert_eq!(settings.values("dds", "domain"), ["5"]);
-    assert_eq!(settings.values("dds", "lease"), ["500ms"]);
-    assert_eq!(settings.values("dds", "peers"), ["b:7", "c"]);
-    assert!(settings.values("dds", "interfaces").is_empty());
-    assert!(settings.values("iceoryx2", "domain").is_empty());
+    assert_eq!(settings.int("dds", "domain"), Some(5));
+    let lease = settings.duration("dds", "lease");
+    assert_eq!(lease, Some(Duration::from_millis(500)));
+    assert_eq!(settings.texts("dds", "peers"), ["b:7", "c"]);
+    assert!(settings.texts("dds", "interfaces").is_empty());
+    assert_eq!(settings.value("iceoryx2", "domain"), None);
 }
 
 #[test]
@@ -102,7 +103,7 @@ fn the_command_line_says_what_can_be_set() {
         ("dds.domain", "takes MIDDLEWARE.KEY=VALUE"),
         ("ddds.domain=1", "did you mean `dds`?"),
         ("dds.domian=1", "did you mean `domain`?"),
-        ("iceoryx2.x=1", "nothing yet that can be set of iceoryx2"),
+        ("iceoryx2.x=1", "there are no settings of iceoryx2 yet"),
         ("dds.domain=233", "a whole number from 0 to 232"),
         ("dds.lease=10ms", "at least 100ms"),
         (

@@ -54,7 +54,9 @@ impl Asker {
         let id = domain.id.to_string();
         let own = [("domain", id.as_str()), ("interfaces", "lo")];
         for (key, value) in own.iter().chain(more) {
-            settings.set(middleware, key, vec![(*value).to_owned()]);
+            let known = rc_settings::key(middleware, key).expect("a key");
+            let value = known.kind.parse(value).expect("a value");
+            settings.set(middleware, key, value);
         }
         let environment = Environment {
             network: domain.site.network.clone(),

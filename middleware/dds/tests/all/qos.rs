@@ -6,6 +6,7 @@ use rc_middleware::{
     Address, Backend, Endpoint, Environment, Header, OpenError, Qos, RunDirectory, SendError,
     Subscriber, TypeIdentity, WakeEvent, wait,
 };
+use rc_settings::Value;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -34,8 +35,8 @@ impl Network {
             settings: rc_middleware::Settings::default(),
         };
         let settings = &mut environment.settings;
-        settings.set("dds", "domain", vec![domain.to_string()]);
-        settings.set("dds", "interfaces", vec!["lo".to_owned()]);
+        settings.set("dds", "domain", Value::Int(domain.into()));
+        settings.set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
         Self { environment }
     }
 
@@ -145,7 +146,7 @@ fn what_is_too_large_is_refused_and_harms_nobody() {
 #[test]
 fn a_wrong_interface_is_told_with_those_that_there_are() {
     let mut network = Network::new(12);
-    let wrong = vec!["nosuch0".to_owned()];
+    let wrong = Value::Texts(vec!["nosuch0".to_owned()]);
     network.environment.settings.set("dds", "interfaces", wrong);
     let Err(OpenError::Backend { reason, .. }) = rc_dds::connect(&network.environment) else {
         panic!("it was taken");

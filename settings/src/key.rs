@@ -1,0 +1,168 @@
+//! The keys of each middleware.
+
+use crate::LONGEST;
+use crate::kind::Kind;
+use crate::value::Value;
+use rc_diagnostics::nearest;
+use std::borrow::Cow;
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+/// One setting of a middleware.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Key {
+    /// The name, as users write it.
+    pub name: &'static str,
+    /// The values that it takes.
+    pub kind: Kind,
+    /// The value if nobody sets the key. `None` if there is none, or if the middleware finds one by itself.
+    pub default: Option<Value>,
+    /// The purpose, as a sentence.
+    pub doc: &'static str,
+}
+
+/// The leases that a participant may ask for.
+const LEASES: RangeInclusive<Duration> = Duration::from_millis(100)..=LONGEST;
+const LEASE: Option<Value> = Some(Value::Duration(Duration::from_secs(1)));
+/// DDS computes its ports from the number of the domain. Domain 233 would need ports above 65535.
+const DOMAINS: RangeInclusive<i64> = 0..=232;
+
+static DDS: [Key; 5] = [
+    Key {
+        name: "domain",
+        kind: Kind::Int(DOMAINS),
+        default: Some(Value::Int(0)),
+        doc: "Participants discover each other only within one domain.",
+    },
+    Key {
+        name: "interfaces",
+        kind: Kind::Interfaces,
+        default: None,
+        doc: "The network interfaces to use; the default is the choice of Cyclone DDS.",
+    },
+    Key {
+        name: "peers",
+        kind: Kind::Peers,
+        default: None,
+        doc: "Machines that discovery contacts by address, for networks without multicast.",
+    },
+    Key {
+        name: "multicast",
+        kind: Kind::Bool,
+        default: Some(Value::Bool(true)),
+        doc: "Whether discovery uses multicast.",
+    },
+    Key {
+        name: "lease",
+        kind: Kind::Duration(LEASES),
+        default: LEASE,
+        doc: "The time of silence after which a participant counts as dead.",
+    },
+];
+
+static ROS2: [Key; 8] = [
+    Key {
+        name: "domain",
+        kind: Kind::Int(DOMAINS),
+        default: None,
+        doc: "Nodes discover each other only within one domain; the default is ROS_DOMAIN_ID, else 0.",
+    },
+    Key {
+        name: "interfaces",
+        kind: Kind::Interfaces,
+        default: None,
+        doc: "The network interfaces to use; the default is what the variables of ROS 2 say, else all.",
+    },
+    Key {
+        name: "lease",
+        kind: Kind::Duration(LEASES),
+        default: LEASE,
+        doc: "The time of silence after which another component counts as dead.",
+    },
+    Key {
+        name: "service_mapping",
+        kind: Kind::Word(&["enhanced", "cyclone"]),
+        default: Some(Value::Text(Cow::Borrowed("enhanced"))),
+        doc: "How replies are matched to requests, the same at client and server: enhanced as in Fast DDS, or cyclone as in Cyclone DDS.",
+    },
+    Key {
+        name: "namespace",
+        kind: Kind::Namespace,
+        default: None,
+        doc: "The namespace of the node; the default is the name of the network.",
+    },
+    Key {
+        name: "node",
+        kind: Kind::Node,
+        default: None,
+        doc: "The name of the node; the default is the name of the component in its network.",
+    },
+    Key {
+        name: "remap",
+        kind: Kind::Remappings,
+        default: None,
+        doc: "Other names in ROS 2 for slots, their operations, topics and services; the first matching rule applies.",
+    },
+    Key {
+        name: "qos",
+        kind: Kind::Qos,
+        default: None,
+        doc: "Overrides the quality of service of the .cdsl for topics; a rule for an operation takes precedence over one for its slot.",
+    },
+];
+
+/// Every middleware with its keys.
+pub static MIDDLEWARES: [(&str, &[Key]); 4] = [
+    ("iceoryx2", &[]),
+    ("dds", &DDS),
+    ("ros2", &ROS2),
+    ("local", &[]),
+];
+
+/// The keys of a middleware. `None` for an unknown middleware.
+pub fn keys(middleware: &str) -> Option<&'static [Key]> {
+    let mut all = MIDDLEWARES.iter();
+    all.find(|(name, _)| *name == middleware)
+        .map(|(_, keys)| *keys)
+}
+
+/// The key `name` of a middleware.
+pub fn key(middleware: &str, name: &str) -> Option<&'static Key> {
+    keys(middleware)?.iter().find(|key| key.name == name)
+}
+
+/// Help for somebody who wrote a key that `middleware` does not have: the nearest name, or all names.
+pub fn unknown_key_help(middleware: &str, name: &str) -> String {
+    let names = keys(middleware).unwrap_or_default().iter().map(|k| k.name);
+    if let Some(near) = nearest(name, names.clone()) {
+        return format!("did you mean `{near}`?");
+    }
+    let names: Vec<&str> = names.collect();
+    if names.is_empty() {
+        format!("there are no settings of {middleware} yet")
+    } else {
+        format!("there are {}", names.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_values() {
+        for key in MIDDLEWARES.iter().flat_map(|(_, keys)| *keys) {
+            let Some(default) = &key.default else {
+                continue;
+            };
+            let parsed = key.kind.parse(&default.to_string());
+            assert_eq!(parsed.as_ref(), Ok(default), "{}", key.name);
+        }
+    }
+
+    #[test]
+    fn an_unknown_key_gets_help() {
+        assert_eq!(unknown_key_help("dds", "domian"), "did you mean `domain`?");
+        assert!(unknown_key_help("iceoryx2", "domain").contains("no settings"));
+    }
+}
