@@ -41,7 +41,7 @@ fn what_is_imported_stands_first() {
             ),
         ],
         &expect![[r#"
-            c.pdsl:1:42: error[missing-semicolon]: `;` expected here
+            c.pdsl:1:42: error[missing-semicolon]: expected `;`
         "#]],
     );
     assert_eq!(model.as_ref().map(|m| m.rules.len()), Some(2));
@@ -59,8 +59,8 @@ fn an_import_must_be_found_and_be_of_use() {
             ("broken.pdsl", "ComponentParam Broken { };"),
         ],
         &expect![[r#"
-            c.pdsl:1:8: error[import-not-found]: `bsu.pdsl` was not found; looked in memory (did you mean `bus.pdsl`?)
-            c.pdsl:2:8: error[import-not-found]: `nothing` was not found; looked in memory (name its folder with `-I DIR`, or put the file beside this one)
+            c.pdsl:1:8: error[import-not-found]: cannot find `bsu.pdsl`; searched in memory (did you mean `bus.pdsl`?)
+            c.pdsl:2:8: error[import-not-found]: cannot find `nothing`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
             c.pdsl:4:8: warning[unused-import]: `bus.pdsl` is imported already; first here at c.pdsl:3:8
             c.pdsl:5:8: warning[unused-import]: nothing is declared in `empty.pdsl`
             broken.pdsl:1:1: error[syntax-error]: expected `ComponentParams`, found `ComponentParam`
@@ -108,7 +108,7 @@ fn a_name_in_two_files_shows_both() {
             c.pdsl:3:2: error[duplicate-name]: parameter `speed` is declared twice; first declared here at a.pdsl:3:2
             c.pdsl:4:2: error[duplicate-name]: parameter `Max` differs from `max` only in case; first declared here at a.pdsl:4:2
             c.pdsl:5:2: error[name-collision]: parameters `someName` and `some_name` are both `some_name` in generated code; first declared here at a.pdsl:4:13
-            a.pdsl:2:6: error[unknown-type]: unknown type `speed` (allowed here: `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
+            a.pdsl:2:6: error[unknown-type]: unknown type `speed` (expected one of `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
             a.pdsl:4:43: error[unknown-parameter]: unknown parameter `Speed` (did you mean `speed`?)
         "#]],
     );

@@ -114,15 +114,15 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
          e int[1] 3;\nf string \"open;\ng int q;\nh string T unit;\n§;\ni int 5;",
         &expect![[r#"
             c.pdsl:2:9: error[syntax-error]: expected `;`, a flag or choices, found `TT`
-            c.pdsl:3:8: error[missing-semicolon]: `;` expected here
+            c.pdsl:3:8: error[missing-semicolon]: expected `;`
             c.pdsl:5:11: error[syntax-error]: expected `;` or a flag, found `7`
-            c.pdsl:6:16: error[syntax-error]: expected a text in quotes or an operator, found `;`
-            c.pdsl:7:15: error[syntax-error]: expected a text in quotes or an operator, found `;`
+            c.pdsl:6:16: error[syntax-error]: expected a string or an operator, found `;`
+            c.pdsl:7:15: error[syntax-error]: expected a string or an operator, found `;`
             c.pdsl:8:10: error[syntax-error]: expected `:`, found `{`
             c.pdsl:9:10: error[syntax-error]: expected `;`, a flag, a range or choices, found `3`
             c.pdsl:10:10: error[syntax-error]: expected `;`, a default, a flag or choices, found `"`
             c.pdsl:11:7: error[bad-default]: `q` cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:12:16: error[syntax-error]: expected a text in quotes, found `;`
+            c.pdsl:12:16: error[syntax-error]: expected a string, found `;`
             c.pdsl:13:1: error[syntax-error]: expected a name, found `§`
         "#]],
     );
@@ -133,12 +133,12 @@ fn a_forgotten_semicolon_is_one_error() {
     check(
         "a int 3\nb bool true\nc string\ngroup g { d int 1 T }\ne int 2 // two",
         &expect![[r#"
-        c.pdsl:2:8: error[missing-semicolon]: `;` expected here
-        c.pdsl:3:12: error[missing-semicolon]: `;` expected here
-        c.pdsl:4:9: error[missing-semicolon]: `;` expected here
-        c.pdsl:5:20: error[missing-semicolon]: `;` expected here
-        c.pdsl:6:8: error[missing-semicolon]: `;` expected here
-    "#]],
+            c.pdsl:2:8: error[missing-semicolon]: expected `;`
+            c.pdsl:3:12: error[missing-semicolon]: expected `;`
+            c.pdsl:4:9: error[missing-semicolon]: expected `;`
+            c.pdsl:5:20: error[missing-semicolon]: expected `;`
+            c.pdsl:6:8: error[missing-semicolon]: expected `;`
+        "#]],
     );
 }
 
@@ -147,8 +147,8 @@ fn whole_files() {
     check_file(
         "",
         &expect![[r#"
-        c.pdsl:1:1: error[empty-file]: this file is empty; it should hold `ComponentParams NAME { … };`
-    "#]],
+            c.pdsl:1:1: error[empty-file]: expected `ComponentParams NAME { … };`, found an empty file
+        "#]],
     );
     check_file("componentparams C { a int 1; }", &expect![[""]]);
     check_file(
@@ -160,7 +160,7 @@ fn whole_files() {
     check_file(
         "ComponentParams C { a int 1; }; b int 2;",
         &expect![[r#"
-            c.pdsl:1:33: error[text-after-end]: there is text after the end; a file holds one `ComponentParams NAME { … };`
+            c.pdsl:1:33: error[text-after-end]: unexpected text: a file contains one `ComponentParams NAME { … };`
         "#]],
     );
     check_file(
@@ -172,8 +172,8 @@ fn whole_files() {
     check_file(
         &format!("ComponentParams C {{ {} }};", "group g {".repeat(200)),
         &expect![[r#"
-        c.pdsl:1:920: error[nested-too-deep]: brackets nest deeper than 100 levels here
-    "#]],
+            c.pdsl:1:920: error[nested-too-deep]: brackets are nested more than 100 levels deep
+        "#]],
     );
 }
 
@@ -194,9 +194,9 @@ fn types_are_known() {
     check(
         "a itn 1;\nb colour;\nc LONG 1;",
         &expect![[r#"
-        c.pdsl:2:3: error[unknown-type]: unknown type `itn` (did you mean `int`?)
-        c.pdsl:3:3: error[unknown-type]: unknown type `colour` (allowed here: `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
-    "#]],
+            c.pdsl:2:3: error[unknown-type]: unknown type `itn` (did you mean `int`?)
+            c.pdsl:3:3: error[unknown-type]: unknown type `colour` (expected one of `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
+        "#]],
     );
 }
 
@@ -208,7 +208,7 @@ fn defaults_fit_their_type_range_and_choices() {
          l duration \"soon\";\nm duration 5s :1s;\nn float 1e99;\no double 1e999;",
         &expect![[r#"
             c.pdsl:2:7: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:2:11 (allowed is from 0 to 127)
-            c.pdsl:3:7: error[bad-default]: the text "x" cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:3:7: error[bad-default]: the string "x" cannot be the default of `int` (allowed is a whole number of 32 bits)
             c.pdsl:4:7: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is a whole number of 32 bits)
             c.pdsl:5:8: error[bad-default]: the number 1 cannot be the default of `bool` (allowed is `true` or `false`)
             c.pdsl:6:10: error[bad-default]: `fast` cannot be the default of `string` (allowed is a text in quotes)
@@ -219,7 +219,7 @@ fn defaults_fit_their_type_range_and_choices() {
             c.pdsl:11:7: error[bad-default]: only an array has a list of values as default (an array is declared with `int[]`)
             c.pdsl:12:13: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:12:24 (allowed is from 0 to 127)
             c.pdsl:12:18: error[bad-default]: `true` cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:13:12: error[bad-default]: the text "soon" cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
+            c.pdsl:13:12: error[bad-default]: the string "soon" cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
             c.pdsl:14:12: error[bad-range]: this range is empty: its end is below its begin
             c.pdsl:15:9: error[bad-default]: the number 1e99 cannot be the default of `float` (allowed is a number of 32 bits)
             c.pdsl:16:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)

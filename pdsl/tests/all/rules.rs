@@ -56,7 +56,7 @@ fn a_rule_becomes_steps() {
         list m { x int 1; require x > a - 1 and s == fast \"x is too small\"; }\nrequire UNIQUE(m.x) AND - - -a < - 0.5 \"twice\"";
     let (model, rendered) = load(text);
     expect![[r#"
-        c.pdsl:5:47: error[missing-semicolon]: `;` expected here
+        c.pdsl:5:47: error[missing-semicolon]: expected `;`
     "#]]
     .assert_eq(&rendered);
     let rules: Vec<String> = model
@@ -79,12 +79,12 @@ fn what_is_named_must_exist() {
         &expect![[r#"
             c.pdsl:3:62: error[unknown-parameter]: unknown parameter `mx` (did you mean `max`?)
             c.pdsl:4:9: error[unknown-parameter]: unknown parameter `sped` (did you mean `speed`?)
-            c.pdsl:5:11: error[unknown-parameter]: unknown parameter `g.y` (allowed here: `x`)
+            c.pdsl:5:11: error[unknown-parameter]: unknown parameter `g.y` (expected `x`)
             c.pdsl:5:27: error[unknown-parameter]: `speed` is one value; there is no `x` in it
             c.pdsl:6:13: error[unknown-parameter]: unknown parameter `motor` (did you mean `motors`?)
             c.pdsl:6:42: error[unknown-parameter]: unknown parameter `motors.maxx` (did you mean `max`?)
-            c.pdsl:7:9: error[unknown-function]: unknown function `average` (allowed here: `min`, `max`, `len`, `unique`)
-            c.pdsl:8:9: error[unknown-parameter]: unknown parameter `colour` (allowed here: `speed`, `g`, `motors`)
+            c.pdsl:7:9: error[unknown-function]: unknown function `average` (expected one of `min`, `max`, `len`, `unique`)
+            c.pdsl:8:9: error[unknown-parameter]: unknown parameter `colour` (expected one of `speed`, `g`, `motors`)
         "#]],
     );
 }
@@ -169,9 +169,9 @@ fn choices_are_compared_with_choices() {
          require mode == \"very slow\" or slow != mode or k == 1 or k < 7 or t == 1000ms \"\";\nrequire t != 3s \"\";",
         &expect![[r#"
             c.pdsl:3:17: error[bad-choice]: `fsat` is not one of the choices of `mode` (did you mean `fast`?)
-            c.pdsl:4:17: error[bad-choice]: the text "slwo" is not one of the choices of `mode` (did you mean `slow`?)
+            c.pdsl:4:17: error[bad-choice]: the string "slwo" is not one of the choices of `mode` (did you mean `slow`?)
             c.pdsl:5:14: error[bad-choice]: the number 3 is not one of the choices of `k` (allowed is a whole number of 32 bits, one of 1, 2)
-            c.pdsl:6:14: error[unknown-parameter]: unknown parameter `fast` (allowed here: `mode`, `k`, `t`, `x`)
+            c.pdsl:6:14: error[unknown-parameter]: unknown parameter `fast` (expected one of `mode`, `k`, `t`, `x`)
             c.pdsl:8:14: error[bad-choice]: the time 3s is not one of the choices of `t` (allowed is a time like "50ms", or a number of milliseconds, one of "1s", "2s")
         "#]],
     );
@@ -214,14 +214,14 @@ fn what_cannot_be_read() {
          require min(a, a) > 1 \"\";\nrequire and \"\";\nrequire a > 1 \"\" T;\nrequire \"\";\nrequire a. > 1 \"\";\nrequire len() > 1 \"\";\nrequire a == not (a > 1) \"\";\nrequire - not a > 1 \"\";",
         &expect![[r#"
             c.pdsl:3:13: error[syntax-error]: expected a value, found `;`
-            c.pdsl:4:14: error[syntax-error]: expected a text in quotes or an operator, found `;`
+            c.pdsl:4:14: error[syntax-error]: expected a string or an operator, found `;`
             c.pdsl:5:15: error[syntax-error]: `<` after `<`: two values are compared (three values are compared like this: `a < b and b < c`)
             c.pdsl:6:16: error[syntax-error]: expected `)` or an operator, found `"`
             c.pdsl:7:12: error[syntax-error]: expected a value, found `*`
             c.pdsl:8:14: error[syntax-error]: expected `)`, found `,`
             c.pdsl:9:9: error[syntax-error]: expected a value, found `and`
             c.pdsl:10:18: error[syntax-error]: expected `;`, found `T`
-            c.pdsl:11:11: error[syntax-error]: expected a text in quotes or an operator, found `;`
+            c.pdsl:11:11: error[syntax-error]: expected a string or an operator, found `;`
             c.pdsl:12:12: error[syntax-error]: expected a name, found `>`
             c.pdsl:13:13: error[syntax-error]: expected a name, found `)`
             c.pdsl:14:14: error[syntax-error]: `not` stands before a whole condition (put brackets around it: `a == (not b)`)
@@ -236,9 +236,9 @@ fn a_rule_about_what_was_not_understood_says_nothing_more() {
         "a itn 1; group g { b colour; };\nlist m { c itn; require c > 0 and a > 0 \"\"; };\nrequire a > 0 and g.b > 0 and max(m.c) > 0 \"\";\nrequire a > 0 and x > 0 \"\";",
         &expect![[r#"
             c.pdsl:2:3: error[unknown-type]: unknown type `itn` (did you mean `int`?)
-            c.pdsl:2:22: error[unknown-type]: unknown type `colour` (allowed here: `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
+            c.pdsl:2:22: error[unknown-type]: unknown type `colour` (expected one of `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
             c.pdsl:3:12: error[unknown-type]: unknown type `itn` (did you mean `int`?)
-            c.pdsl:5:19: error[unknown-parameter]: unknown parameter `x` (allowed here: `g`, `m`)
+            c.pdsl:5:19: error[unknown-parameter]: unknown parameter `x` (expected one of `g`, `m`)
         "#]],
     );
 }
