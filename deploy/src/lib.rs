@@ -12,28 +12,23 @@
 //! - [`log`](mod@log): logs and events.
 //! - [`supervisor`]: one thread that waits for processes, links, signals and clients in one `poll`.
 //! - `remote`: components on other machines, over ssh; [`agent`](fn@agent) runs there.
-//! - [`client`]: what the other commands ask of a network that is up.
-//! - [`terminal`]: a live view, a client of the sockets of the supervisor and of the components.
 //! - [`cli`]: the command line.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
 //! that no stranger who got a pid for the second time is ever hit.
 
 pub mod cli;
-pub mod client;
-pub mod error;
 pub mod guard;
 pub mod log;
 pub mod process;
 mod remote;
 pub mod supervisor;
-pub mod terminal;
 
-pub use client::connection::{down, status};
-pub use error::Error;
 pub use guard::guard_process::{GuardCommand, guard};
 pub use guard::process_registry::recover;
-pub use log::reporter::Format;
+pub use rc_deploy_client::Error;
+pub use rc_deploy_client::Format;
+pub use rc_deploy_client::connection::{down, status};
 pub use rc_deploy_network::plan::{Component, Host, Plan, Policy, Restart};
 pub use rc_management::supervisor::{
     CommandResult, ComponentState, ComponentStatus, Event, NetworkStatus, Severity, Trouble, Verb,

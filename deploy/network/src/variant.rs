@@ -26,7 +26,7 @@ const OWN: [&str; 4] = ["Cargo.toml", "Cargo.lock", GENERATED, "target"];
 const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-dependencies"];
 
 /// How long a build waits for another one; a first one compiles a middleware.
-const PATIENCE: Duration = Duration::from_secs(30 * 60);
+const PATIENCE: Duration = Duration::from_mins(30);
 
 /// The program of a variant; it lies beside the one that the user builds.
 pub(crate) fn program(package: &str, middleware: Backend) -> String {

@@ -4,19 +4,19 @@
 //! refused or a component failed.
 mod top;
 
-use crate::client::{connection as client, params, status};
 use crate::guard::services;
 use crate::process::machine;
-use crate::terminal;
 use crate::{CommandResult, Format, GuardCommand, Options, Verb};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use rc_cdsl::model::Backend;
 use rc_codegen::FileLoader;
 use rc_codegen::files::Change;
 use rc_codegen::view::BACKENDS;
+use rc_deploy_client::{connection as client, params, status};
 use rc_deploy_export::{self as export, Engine};
 use rc_deploy_graph::{Graph, GraphFormat};
 use rc_deploy_network::{Network, Profile};
+use rc_deploy_terminal::SideView;
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 use rc_management::component::ParameterStatus;
 use rc_middleware::RunDirectory;
@@ -316,6 +316,16 @@ fn format(text: &str) -> Result<Format, String> {
 /// How a command ended, other than well, and what is still to be said of it.
 struct Failure(u8, String);
 
+impl From<rc_deploy_network::Error> for Failure {
+    fn from(error: rc_deploy_network::Error) -> Self {
+        let code = match error {
+            rc_deploy_network::Error::Workspace(_) => 1,
+            _ => 3,
+        };
+        Self(code, error.to_string())
+    }
+}
+
 impl From<crate::Error> for Failure {
     fn from(error: crate::Error) -> Self {
         Self(error.exit_code(), error.to_string())
@@ -337,7 +347,7 @@ pub fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(Failure(code, message)) => {
             if !message.is_empty() {
-                crate::error::print_error(format_args!("rcdeploy: error: {message}"));
+                rc_deploy_client::error::print_error(format_args!("rcdeploy: error: {message}"));
             }
             ExitCode::from(code)
         }
@@ -372,11 +382,13 @@ fn run(command: Command) -> Result<u8, Failure> {
             log_limit,
             supervisor,
         } => {
-            let screen = !plain && !supervisor && format == Format::Human && terminal::usable();
+            let screen =
+                !plain && !supervisor && format == Format::Human && rc_deploy_terminal::usable();
             let options = Options {
                 format,
                 relay: !supervisor && !screen,
-                terminal: screen,
+                view: screen
+                    .then_some(|network, covers| Box::new(SideView::start(network, covers))),
                 supervisor,
                 guard: None,
                 log_limit: Some(log_limit << 20),
@@ -389,7 +401,7 @@ fn run(command: Command) -> Result<u8, Failure> {
         Command::Down { network } => {
             let network = named(network)?;
             // Components have limits of their own; this one is for a supervisor that does not answer.
-            crate::down(&network, Duration::from_secs(60))?;
+            crate::down(&network, Duration::from_mins(1))?;
             Ok(0)
         }
         Command::Status { network, format } => {
@@ -405,7 +417,14 @@ fn run(command: Command) -> Result<u8, Failure> {
         } => {
             let network = network_of(&network)?;
             let out = &mut std::io::stdout();
-            crate::log::logs::print(&network, component.as_deref(), lines, follow, format, out)?;
+            rc_deploy_client::logs::print(
+                &network,
+                component.as_deref(),
+                lines,
+                follow,
+                format,
+                out,
+            )?;
             Ok(0)
         }
         Command::Start(named) => tell(Verb::Start, &named),
@@ -550,7 +569,7 @@ fn show<T: Serialize>(
 /// Removes what the default middleware keeps in memory for a network.
 fn wipe(network: &str) {
     if let Err(error) = rc_iceoryx2::wipe(&RunDirectory::of(network)) {
-        crate::error::print_error(format_args!(
+        rc_deploy_client::error::print_error(format_args!(
             "rcdeploy: the shared memory of {network} was not removed: {error}"
         ));
     }
@@ -815,7 +834,7 @@ fn export(
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
     for build in network.builds(profile) {
-        let build = build.map_err(crate::Error::from)?;
+        let build = build?;
         let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         let status = cargo
             .current_dir(&build.root)

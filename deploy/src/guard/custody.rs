@@ -1,10 +1,10 @@
 //! What keeps a network on one machine: its lock, the account of its processes, and the guard that outlives both.
 
-use crate::error::{Error, ErrorContext};
 use crate::guard::guard_process::{Guard, GuardCommand};
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
 use crate::process::identity::{Identity, Mark};
+use rc_deploy_client::error::{Error, ErrorContext};
 use rc_middleware::RunDirectory;
 use std::io;
 use std::os::fd::OwnedFd;

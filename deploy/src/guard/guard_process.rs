@@ -3,10 +3,11 @@
 //! The supervisor tells it of every process over a socket (the guard's standard input). When the socket closes
 //! without a farewell, the supervisor is gone, by whatever way. Components notice the same through their own link.
 
-use crate::error::{Error, ErrorContext, print_error};
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
-use crate::process::identity::{Identity, KILL_LIMIT, Mark, first_readable};
+use crate::process::identity::{Identity, Mark, first_readable};
+use rc_deploy_client::connection::KILL_LIMIT;
+use rc_deploy_client::error::{Error, ErrorContext, print_error};
 use rc_management::lines::{self, Lines, Overlong};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
 use serde::{Deserialize, Serialize};

@@ -4,8 +4,8 @@
 //! the network is held as long as either lives. Who removes the directory moves it away first, in one step: a lock
 //! on a file that is no longer in its place is worth nothing, and a new `up` never shares a folder with an old one.
 
-use crate::error::{Error, ErrorContext};
 use crate::process::identity::Identity;
+use rc_deploy_client::error::{Error, ErrorContext};
 use rc_middleware::RunDirectory;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{File, OpenOptions};

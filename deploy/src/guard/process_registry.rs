@@ -1,8 +1,9 @@
 //! Which processes a network holds, written down where the next `up` finds it, and the end of those that are left.
 
-use crate::error::{Error, ErrorContext};
 use crate::guard::lock::Lock;
-use crate::process::identity::{self, Identity, KILL_LIMIT, Mark, first_readable, kill_group};
+use crate::process::identity::{self, Identity, Mark, first_readable, kill_group};
+use rc_deploy_client::connection::KILL_LIMIT;
+use rc_deploy_client::error::{Error, ErrorContext};
 use rc_middleware::RunDirectory;
 use rustix::process::{Pid, Signal};
 use serde::{Deserialize, Serialize};

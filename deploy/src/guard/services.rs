@@ -11,7 +11,7 @@ use rc_middleware::{
 /// standard error, and the network starts without it.
 pub fn hold(network: &str, services: &str) -> Option<Holder> {
     let print_error = |what: &dyn std::fmt::Display| {
-        crate::error::print_error(format_args!("guard of {network}: {what}"));
+        rc_deploy_client::error::print_error(format_args!("guard of {network}: {what}"));
     };
     let listed: Vec<(String, Service)> = serde_json::from_str(services)
         .inspect_err(|e| print_error(e))

@@ -2,9 +2,9 @@
 //!
 //! A write to a log wakes the loop, at most twenty times a second; nothing is looked at while nothing is written.
 
-use crate::log::follower::Follower;
-use crate::log::logs::DirectoryWatch;
 use crate::log::reporter::Reporter;
+use rc_deploy_client::DirectoryWatch;
+use rc_deploy_client::Follower;
 use rc_management::event::{Event, Severity};
 use std::io;
 use std::os::fd::OwnedFd;

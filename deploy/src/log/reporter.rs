@@ -5,6 +5,7 @@
 //! the end, and counted.
 
 use crate::log::journal::Journal;
+use rc_deploy_client::Format;
 use rc_management::event::{Event, Severity};
 use std::cell::{Cell, Ref, RefCell};
 use std::collections::VecDeque;
@@ -24,16 +25,6 @@ const EVENTS: usize = 64 * 1024;
 const COVERED: usize = 1000;
 /// How long the end of the program waits for them.
 const FLUSH_LIMIT: Duration = Duration::from_secs(1);
-
-/// In which form events are written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Format {
-    /// Lines for people: what components print on standard output, all else on standard error.
-    #[default]
-    Human,
-    /// One JSON object a line on standard output, lines of components too (code `log`).
-    Json,
-}
 
 /// Where events are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

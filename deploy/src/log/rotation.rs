@@ -7,12 +7,13 @@
 //!
 //! A write to a log wakes, at most four times a second; while nothing is written nothing is looked at.
 
-use crate::log::logs::DirectoryWatch;
 use crate::log::reporter::Reporter;
+use rc_deploy_client::DirectoryWatch;
+use rc_deploy_client::log_parts::{Header, beside, older};
 use rc_management::event::{Event, Severity};
 use rustix::fs::{FlockOperation, flock, statvfs};
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -24,61 +25,6 @@ const PAUSE: Duration = Duration::from_millis(250);
 const SOON: Duration = Duration::from_millis(50);
 /// How often somebody who reads a log may be waited for. One who is stopped while reading is not waited for any longer.
 const PATIENCE: u32 = 20;
-/// The longest first line of an older part.
-const LONGEST_HEADER: u64 = 200;
-
-/// The older part of a log.
-pub(crate) fn older(log: &Path) -> PathBuf {
-    beside(log, ".1")
-}
-
-fn beside(log: &Path, end: &str) -> PathBuf {
-    let mut name = log.as_os_str().to_owned();
-    name.push(end);
-    name.into()
-}
-
-/// What the first line of an older part says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Header {
-    /// The parts of a log are counted from 1.
-    pub(crate) part: u64,
-    /// How many bytes at its beginning were left out.
-    pub(crate) left_out: u64,
-    /// How long the line is.
-    pub(crate) length: u64,
-}
-
-impl Header {
-    fn line(self) -> String {
-        format!(
-            "[rcdeploy: part {} of this log, without its first {} bytes]\n",
-            self.part, self.left_out
-        )
-    }
-
-    fn parse(line: &str) -> Option<Self> {
-        let rest = line.strip_prefix("[rcdeploy: part ")?;
-        let (part, rest) = rest.split_once(" of this log, without its first ")?;
-        let left_out = rest.strip_suffix(" bytes]\n")?;
-        Some(Self {
-            part: part.parse().ok()?,
-            left_out: left_out.parse().ok()?,
-            length: line.len() as u64,
-        })
-    }
-
-    /// That of the older part of a log; none where there is none.
-    pub(crate) fn of(log: &Path) -> Option<(Self, File)> {
-        let file = File::open(older(log)).ok()?;
-        let mut line = String::new();
-        BufReader::new((&file).take(LONGEST_HEADER))
-            .read_line(&mut line)
-            .ok()?;
-        Some((Self::parse(&line)?, file))
-    }
-}
-
 /// Looks after the logs of a network.
 #[derive(Debug)]
 pub(crate) struct Rotation {
@@ -242,19 +188,6 @@ fn keep(log: &Path, mut file: &File, limit: u64) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_older_part_says_what_it_is() {
-        let header = Header {
-            part: 3,
-            left_out: 70,
-            length: 0,
-        };
-        let line = header.line();
-        let length = line.len() as u64;
-        assert_eq!(Header::parse(&line), Some(Header { length, ..header }));
-        assert_eq!(Header::parse("[rcdeploy: part 3\n"), None);
-    }
 
     #[test]
     fn of_a_log_that_is_much_too_long_the_end_is_kept() {

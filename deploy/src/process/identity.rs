@@ -14,9 +14,6 @@ pub const MARK: &str = "RC_SUPERVISOR";
 /// The environment variable with the name of its component and the number of its run, which its children inherit.
 pub const COMPONENT: &str = "RC_COMPONENT";
 
-/// How long a process that got SIGKILL is waited for. Only one that hangs in the kernel needs longer.
-pub(crate) const KILL_LIMIT: Duration = Duration::from_secs(2);
-
 /// A process, also when its pid has been given to another one since.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {

@@ -8,6 +8,7 @@ use std::fmt::Display;
 use std::io;
 use std::process::{Child, Command};
 
+use rc_deploy_client::status::processors;
 use rustix::io::Errno;
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
@@ -79,11 +80,11 @@ fn set_affinity(cpu: &[u16]) -> Result<(), String> {
         Ok(allowed) if allowed == wanted => Ok(()),
         Ok(_) | Err(Errno::INVAL) => Err(format!(
             "the cgroup of rcdeploy may not use all of the processors {}; change its `cpuset.cpus` (`AllowedCPUs` of systemd, `--cpuset-cpus` of a container), or `cpu`",
-            list(cpu)
+            processors(cpu)
         )),
         Err(error) => Err(format!(
             "cannot let it run on the processors {}: {error}",
-            list(cpu)
+            processors(cpu)
         )),
     }
 }
@@ -104,8 +105,8 @@ pub(crate) fn missing(cpu: &[u16]) -> Result<(), String> {
     let plural = if missing.len() == 1 { "" } else { "s" };
     Err(format!(
         "this machine has no processor{plural} {}; there are {}",
-        list(&missing),
-        list(&online)
+        processors(&missing),
+        processors(&online)
     ))
 }
 
@@ -169,23 +170,6 @@ fn read_list(text: &str) -> Option<BTreeSet<u16>> {
     Some(all)
 }
 
-/// `0–3, 8` for people, of numbers in their order.
-pub(crate) fn list(cpu: &[u16]) -> String {
-    let mut sorted = cpu.to_vec();
-    sorted.sort_unstable();
-    sorted.dedup();
-    let runs = sorted.chunk_by(|a, b| a + 1 == *b);
-    let texts = runs.map(|run| match run {
-        [from, .., to] if run.len() > 2 => format!("{from}-{to}"),
-        _ => run
-            .iter()
-            .map(u16::to_string)
-            .collect::<Vec<_>>()
-            .join(", "),
-    });
-    texts.collect::<Vec<_>>().join(", ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -195,8 +179,6 @@ mod tests {
         let all = read_list("0-3,8").expect("a list");
         assert_eq!(all.iter().copied().collect::<Vec<_>>(), [0, 1, 2, 3, 8]);
         assert_eq!(read_list("0-"), None);
-        assert_eq!(list(&[8, 2, 1, 0, 3]), "0-3, 8");
-        assert_eq!(list(&[3, 2]), "2, 3");
     }
 
     #[test]

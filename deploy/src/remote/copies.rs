@@ -11,7 +11,7 @@ use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 /// A copy of rcdeploy that nobody has used for so long is removed.
-const UNUSED: Duration = Duration::from_secs(30 * 24 * 60 * 60);
+const UNUSED: Duration = Duration::from_hours(30 * 24);
 
 /// The hash of all that can be read, and how much it was.
 fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> {

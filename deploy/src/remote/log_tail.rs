@@ -3,7 +3,7 @@
 //! The logs are files, so that a component never waits for a slow connection. What has been told is given back to the
 //! disk.
 
-use crate::log::logs;
+use rc_deploy_client::logs;
 use rustix::fs::{FallocateFlags, fallocate};
 use std::fs::File;
 use std::io;

@@ -33,4 +33,4 @@ const BEAT: Duration = Duration::from_secs(1);
 /// How long one step of the beginning may take in which no byte comes.
 const STEP_LIMIT: Duration = Duration::from_secs(20);
 /// How long it may take until an agent is there, with all copies.
-pub(crate) const SET_UP_LIMIT: Duration = Duration::from_secs(600);
+pub(crate) const SET_UP_LIMIT: Duration = Duration::from_mins(10);

@@ -1,13 +1,13 @@
 //! Checks a plan before the supervisor relies on it.
 
-use crate::client::names::check_name;
-use crate::error::Error;
+use rc_deploy_client::error::Error;
+use rc_deploy_client::names::check_name;
 use rc_deploy_network::Plan;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 /// The longest limit of a component: what is longer is a slip of the pen, and could not be added to a time.
-const LONGEST: Duration = Duration::from_secs(24 * 60 * 60);
+const LONGEST: Duration = Duration::from_hours(24);
 
 /// Checks what the supervisor relies on: names that can be file names, no name twice, `after` names components.
 pub(crate) fn check(plan: &Plan) -> Result<(), Error> {

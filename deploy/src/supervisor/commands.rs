@@ -4,9 +4,9 @@
 //! needs another one is stopped before it and started after it. Parameters that were changed and not saved survive a
 //! `restart`; a `start` begins with the configuration.
 
-use crate::process::identity::KILL_LIMIT;
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::unit::Unit;
+use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_network::plan::reachable;
 use rc_management::supervisor::{CommandResult, FailedCommand, Verb};
 use std::collections::{BTreeMap, BTreeSet};

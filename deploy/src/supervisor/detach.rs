@@ -1,11 +1,11 @@
 //! `up --detach`: a supervisor in the background, and the word that it sends to who started it.
 
-use crate::error::{Error, ErrorContext};
-use crate::log::logs;
 use crate::process::identity::first_readable;
 use crate::remote;
 use crate::supervisor::check;
 use crate::supervisor::up::Outcome;
+use rc_deploy_client::error::{Error, ErrorContext};
+use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
 use rc_management::lines::{Line, Lines, Overlong};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};

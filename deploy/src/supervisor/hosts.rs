@@ -1,10 +1,10 @@
 //! The other machines of a network: what the supervisor makes of their news.
 
 use super::supervise::{StopReason, Supervisor};
-use crate::error::advice;
-use crate::log::logs;
 use crate::remote::{AgentReady, Host, HostEvent, Setup};
 use crate::supervisor::up::Options;
+use rc_deploy_client::error::advice;
+use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
 use rc_deploy_network::process_name;
 use rc_management::agent::{AgentMessage, Exit};

@@ -1,12 +1,9 @@
 //! The loop: one thread, one `poll`, which starts, watches and stops the units of a plan.
 
 use super::hosts;
-use crate::client::status::digest;
-use crate::error::{Error, ErrorContext, advice};
 use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
-use crate::log::logs;
 use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
 use crate::log::rotation::{self, Rotation};
@@ -20,6 +17,9 @@ use crate::supervisor::health::MemoryRounds;
 use crate::supervisor::restart::Next;
 use crate::supervisor::unit::{Overdue, Unit, until};
 use crate::supervisor::up::{Options, Outcome};
+use rc_deploy_client::error::{Error, ErrorContext, advice};
+use rc_deploy_client::logs;
+use rc_deploy_client::status::digest;
 use rc_deploy_network::plan::Plan;
 use rc_management::event::{Event, Severity};
 use rc_management::supervisor::{self, NetworkStatus, Request, Verb};

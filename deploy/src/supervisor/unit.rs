@@ -1,15 +1,16 @@
 //! One component: its process, its link, its limits. It knows nothing of the others.
 
 use crate::guard::process_registry::RegisteredProcess;
-use crate::log::logs;
 use crate::log::reporter::Reporter;
-use crate::process::identity::{KILL_LIMIT, Mark};
+use crate::process::identity::Mark;
 use crate::process::launch::LocalProcess;
 use crate::remote::{self, Outbox, RemoteProcess};
 use crate::supervisor::health::{self, HealthMonitor};
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
+use rc_deploy_client::connection::KILL_LIMIT;
+use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
 use rc_management::component::State;

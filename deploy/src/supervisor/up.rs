@@ -1,31 +1,36 @@
 //! `up`: what it takes, what it gives back, and what stands around the loop.
 
-use crate::error::Error;
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
-use crate::log::reporter::{Format, Output, Reporter};
+use crate::log::reporter::{Output, Reporter};
 use crate::supervisor::check;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::supervise::Supervisor;
-use crate::terminal::SideView;
+use rc_deploy_client::Format;
+use rc_deploy_client::error::Error;
 use rc_deploy_network::plan::Plan;
 use rc_management::event::{Event, Severity};
+use std::any::Any;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+/// Starts a view of a network, and ends it when it is dropped. The flag is set while the view covers the streams.
+pub type StartView = fn(network: &str, covers: Arc<AtomicBool>) -> Box<dyn Any>;
+
 /// How a network is run.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// The form of the events.
     pub format: Format,
     /// Show what the components print.
     pub relay: bool,
-    /// Show the network full-screen, on the terminal that standard input and output are ([`crate::terminal::usable`]).
-    /// What is not as expected is reported behind it.
-    pub terminal: bool,
+    /// Starts a view that covers the terminal. Events that are not as usual are reported after it.
+    pub view: Option<StartView>,
     /// This is the background process that [`detach`](fn@crate::supervisor::detach::detach) started: it leaves the terminal's session,
     /// and says on standard output when the network is up.
     pub supervisor: bool,
@@ -95,8 +100,9 @@ pub fn up(plan: &Plan, options: &Options, cleanup: &dyn Fn()) -> Outcome {
     };
     let outcome = match prepare(plan, options, cleanup, &report) {
         Ok(ready) => {
-            let covered = || SideView::start(&plan.network, report.covered());
-            let view = RefCell::new(options.terminal.then(covered));
+            let view = options.view;
+            let view = view.map(|start| start(&plan.network, report.covered()));
+            let view = RefCell::new(view);
             let cleanup = || {
                 // What the clean-up says is to be read.
                 drop(view.take());

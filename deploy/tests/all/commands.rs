@@ -2,8 +2,8 @@
 
 use crate::bench::{self, Bench, codes, component, text, well};
 use rc_deploy::ComponentState::{self, Running, Stopped};
-use rc_deploy::client::status::table;
 use rc_deploy::{CommandResult, Component, Policy, Restart};
+use rc_deploy_client::status::table;
 use rustix::process::Signal;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
@@ -166,7 +166,7 @@ fn who_waits_for_what_has_failed_is_told_so() {
         restart: Restart {
             policy: Policy::OnFailure,
             limit: None,
-            backoff: Duration::from_secs(600),
+            backoff: Duration::from_mins(10),
         },
         ..component("a", "turns 0 4 0", &[])
     };

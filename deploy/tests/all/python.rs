@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// For each step of the installation.
-const LIMIT: Duration = Duration::from_secs(120);
+const LIMIT: Duration = Duration::from_mins(2);
 
 /// An interpreter that has `package`, in an environment below the target folder which is made once; without Python, or
 /// without a way to the package, `test` is listed as skipped.

@@ -3,7 +3,7 @@
 use crate::bench::{Bench, well};
 use crate::python;
 use rc_deploy::Component;
-use rc_deploy::client::status::table;
+use rc_deploy_client::status::table;
 use std::process::{Command, Output};
 
 /// The processors that a process may run on, as the system lists them.

@@ -1,8 +1,8 @@
 //! A component that ends is started again, as far as its description says.
 
 use crate::bench::{Bench, codes, component, well};
-use rc_deploy::client::status::table;
 use rc_deploy::{Component, ComponentState, Policy, Restart};
+use rc_deploy_client::status::table;
 use rustix::process::Signal;
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ fn turns(name: &str, turns: &str, policy: Policy, limit: Option<u32>) -> Compone
     Component {
         restart: Restart {
             policy,
-            limit: limit.map(|most| (most, Duration::from_secs(600))),
+            limit: limit.map(|most| (most, Duration::from_mins(10))),
             backoff: Duration::from_millis(20),
         },
         ..component(name, &format!("turns {turns}"), &[])
@@ -131,7 +131,7 @@ fn the_first_start_has_to_succeed() {
 fn a_network_can_be_stopped_while_a_component_waits_for_its_start() {
     let bench = Bench::new();
     let mut long = turns("a", "1 0", Policy::Always, None);
-    long.restart.backoff = Duration::from_secs(3600);
+    long.restart.backoff = Duration::from_hours(1);
     let mut up = bench.start(vec![long, well("b")]);
     up.await_event("restarting", Some("a"));
     assert_eq!(bench.status().components[0].state, ComponentState::Waiting);

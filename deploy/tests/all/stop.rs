@@ -54,7 +54,7 @@ fn a_component_that_ignores_sigterm_is_killed_after_its_limit() {
 fn a_second_ctrl_c_kills_at_once() {
     let bench = Bench::new();
     let mut up = bench.start(vec![Component {
-        stop: Duration::from_secs(60),
+        stop: Duration::from_mins(1),
         ..component("deaf", "deaf", &[])
     }]);
     up.await_event("up", None);

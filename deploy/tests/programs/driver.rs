@@ -43,7 +43,7 @@ fn up(arguments: &[String]) -> ExitCode {
             Some(message) => eprintln!("error: {message}"),
             None => {
                 let status = rc_deploy::status(&plan.network).expect("it is up");
-                print!("{}", rc_deploy::client::status::table(&status));
+                print!("{}", rc_deploy_client::status::table(&status));
             }
         }
         return ExitCode::from(outcome.exit_code());
@@ -56,7 +56,9 @@ fn up(arguments: &[String]) -> ExitCode {
             Format::Human
         },
         relay: has("--relay"),
-        terminal: has("--terminal"),
+        view: has("--terminal").then_some(|network, covers| {
+            Box::new(rc_deploy_terminal::SideView::start(network, covers))
+        }),
         supervisor: has("--supervisor"),
         log_limit: has("--small-logs").then_some(256 * 1024),
         memory_pause: has("--hasty").then_some(Duration::from_millis(20)),
@@ -92,7 +94,7 @@ fn main() -> ExitCode {
                 "stop" => Verb::Stop,
                 _ => Verb::Restart,
             };
-            rc_deploy::client::connection::command(argument(1), verb, &arguments[2..])
+            rc_deploy_client::connection::command(argument(1), verb, &arguments[2..])
                 .map(|result| println!("{}", serde_json::to_string(&result).expect("json")))
         }
         "recover" => {
@@ -106,7 +108,7 @@ fn main() -> ExitCode {
                 .filter(|a| *a != "--follow");
             let follow = arguments.iter().any(|a| a == "--follow");
             let out = &mut std::io::stdout();
-            rc_deploy::log::logs::print(argument(1), component, 10, follow, Format::Human, out)
+            rc_deploy_client::logs::print(argument(1), component, 10, follow, Format::Human, out)
         }
         other => panic!("unknown command {other}"),
     };

@@ -1,9 +1,8 @@
 //! The other end of the supervisor's socket: what `rcdeploy status`, `down`, `start`, `stop` and `restart` do.
 
-use crate::client::names::check_name;
-use crate::client::status;
 use crate::error::{Error, ErrorContext};
-use crate::process::identity::KILL_LIMIT;
+use crate::names::check_name;
+use crate::status;
 use rc_management::supervisor::{self, CommandResult, NetworkStatus, Request, Stopping, Verb};
 use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
@@ -13,6 +12,8 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+/// How long the supervisor waits for a process after SIGKILL. Only a process that hangs in the kernel takes longer.
+pub const KILL_LIMIT: Duration = Duration::from_secs(2);
 /// How long the supervisor may take to answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(3);
 /// The margin beyond the limits of the components of a command: the supervisor answers in any case.

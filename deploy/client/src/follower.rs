@@ -1,6 +1,6 @@
 //! A log that is read as it grows, over its border to the older part.
 
-use crate::log::rotation::Header;
+use crate::log_parts::Header;
 use rc_management::lines::{Line, Lines, Overlong};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
@@ -20,7 +20,7 @@ const MOMENTS: u32 = 50;
 
 /// A log, and how far it was read.
 #[derive(Debug)]
-pub(crate) struct Follower {
+pub struct Follower {
     path: PathBuf,
     file: File,
     position: u64,
@@ -33,7 +33,7 @@ pub(crate) struct Follower {
 
 impl Follower {
     /// A log from the beginning of its present part.
-    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+    pub fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
         let _lock = Lock::of(&file);
         let part = Header::of(path).map_or(0, |(header, _)| header.part);
@@ -48,7 +48,7 @@ impl Follower {
     }
 
     /// The last lines, and the log behind them.
-    pub(crate) fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
+    pub fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
         let mut follower = Self::open(path)?;
         let length = follower.file.metadata()?.len();
         let mut skipped = length.saturating_sub(TAIL);
@@ -76,7 +76,7 @@ impl Follower {
     }
 
     /// The lines that have come, and whether there is more at once.
-    pub(crate) fn read(&mut self) -> (Vec<String>, bool) {
+    pub fn read(&mut self) -> (Vec<String>, bool) {
         let mut lines = Vec::new();
         if self.older.is_none()
             && let Some(text) = self.turn_over()
@@ -139,7 +139,7 @@ impl Follower {
     }
 
     /// The last line, if it has no end.
-    pub(crate) fn finish(&mut self) -> Option<String> {
+    pub fn finish(&mut self) -> Option<String> {
         self.lines.finish().and_then(Line::into_text)
     }
 }

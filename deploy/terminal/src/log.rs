@@ -2,8 +2,8 @@
 
 use super::model::{LOG, Page};
 use super::session::{FRAME, Pending, Session};
-use crate::log::follower::Follower;
-use crate::log::logs::DirectoryWatch;
+use rc_deploy_client::DirectoryWatch;
+use rc_deploy_client::Follower;
 use std::path::PathBuf;
 use std::time::Instant;
 

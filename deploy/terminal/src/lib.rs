@@ -27,10 +27,9 @@ mod usage;
 
 pub use screen::usable;
 
-use crate::client::names::check_name;
-use crate::error::{Error, ErrorContext};
-use crate::process::signals::Signals;
 use model::{Host, Model};
+use rc_deploy_client::error::{Error, ErrorContext};
+use rc_deploy_client::names::check_name;
 use screen::Screen;
 use session::{End, Session};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -55,13 +54,13 @@ pub enum ViewEnd {
 }
 
 /// Shows a network that is up until the user leaves, or until it is down.
-pub fn top(network: &str) -> Result<ViewEnd, Error> {
+///
+/// A view that is ended gives the terminal back: `stop` becomes readable when it is to end, as at a signal.
+pub fn top(network: &str, stop: BorrowedFd<'_>) -> Result<ViewEnd, Error> {
     check_name("network", network)?;
     // What is wrong is said before the terminal is taken.
-    crate::client::connection::status(network)?;
-    // A view that is ended gives the terminal back.
-    let signals = Signals::new().context("listen to signals")?;
-    let end = show(Host::Top, network, signals.descriptor())?;
+    rc_deploy_client::connection::status(network)?;
+    let end = show(Host::Top, network, stop)?;
     Ok(match end {
         End::Left => ViewEnd::Running,
         End::Down => ViewEnd::Down,
@@ -76,7 +75,7 @@ fn show(host: Host, network: &str, owner: BorrowedFd<'_>) -> Result<End, Error> 
 }
 
 /// The view of an `up`, on a thread of its own. When it is dropped, the terminal is as it was.
-pub(crate) struct SideView {
+pub struct SideView {
     /// Closed to end the view.
     alive: Option<UnixStream>,
     ended: Receiver<()>,
@@ -85,7 +84,7 @@ pub(crate) struct SideView {
 
 impl SideView {
     /// Starts the view. `covered` is set as long as it is there.
-    pub(crate) fn start(network: &str, covered: Arc<AtomicBool>) -> Self {
+    pub fn start(network: &str, covered: Arc<AtomicBool>) -> Self {
         let (end, ended) = mpsc::channel();
         let mut view = Self {
             alive: None,
@@ -118,7 +117,7 @@ impl SideView {
 
 #[expect(clippy::needless_pass_by_value, reason = "the end of an error")]
 fn print_error(error: Error) {
-    crate::error::print_error(format_args!(
+    rc_deploy_client::error::print_error(format_args!(
         "rcdeploy: the view has ended, the network goes on: {error}"
     ));
 }

@@ -104,9 +104,6 @@ pub enum Error {
         /// The file or folder.
         what: String,
     },
-    /// A network cannot be built or planned.
-    #[error(transparent)]
-    Network(#[from] rc_deploy_network::Error),
     /// The system refused something.
     #[error("cannot {action}: {source}{}", advice(.source))]
     System {
@@ -121,11 +118,7 @@ impl Error {
     /// The exit code of the command: 1 for a wrong plan, a command or a change that is refused and a secret that is not there, else 3.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Network(rc_deploy_network::Error::Workspace(_))
-            | Self::Plan(_)
-            | Self::Command(_)
-            | Self::Refused { .. }
-            | Self::NoSecret => 1,
+            Self::Plan(_) | Self::Command(_) | Self::Refused { .. } | Self::NoSecret => 1,
             _ => 3,
         }
     }
@@ -157,7 +150,7 @@ fn behind(reason: &str) -> String {
 }
 
 /// What to do about an error of the system that people can do something about.
-pub(crate) fn advice(error: &io::Error) -> &'static str {
+pub fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "; remove something there, or have other folders: logs are below XDG_STATE_HOME, sockets and locks below XDG_RUNTIME_DIR"
@@ -173,7 +166,12 @@ pub fn print_error(line: Arguments<'_>) {
 }
 
 /// Gives an error of the system its context, as in `.context("open the log")`.
-pub(crate) trait ErrorContext<T> {
+pub trait ErrorContext<T> {
+    /// Adds what was tried, as in "cannot …".
+    ///
+    /// # Errors
+    ///
+    /// [`Error::System`] in place of the error of the system.
     fn context(self, action: impl Into<String>) -> Result<T, Error>;
 }
 

@@ -3,11 +3,11 @@
 use super::model::{Component, Model, Page, Rate};
 use super::render::{fit, offset, opt, put, times};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
-use crate::client::params::text;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::Span;
+use rc_deploy_client::params::text;
 use rc_management::component::{ParameterStatus, Role, SlotStatus};
 
 /// The page of one component.

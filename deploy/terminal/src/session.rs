@@ -6,8 +6,8 @@ use super::log::Log;
 use super::model::{Host, Model, Page};
 use super::screen::Screen;
 use super::{render, screen, usage};
-use crate::error::{Error, ErrorContext};
-use crate::log::logs::DirectoryWatch;
+use rc_deploy_client::DirectoryWatch;
+use rc_deploy_client::error::{Error, ErrorContext};
 use rc_management::component;
 use rc_management::supervisor::{self, NetworkStatus, Notification};
 use rc_middleware::RunDirectory;
@@ -87,7 +87,7 @@ impl<'s> Session<'s> {
         let supervisor = Connection::connect(&socket).map_err(|error| match error.kind() {
             ErrorKind::NotFound | ErrorKind::ConnectionRefused => Error::NotUp {
                 network: model.network.clone(),
-                others: crate::client::connection::networks(),
+                others: rc_deploy_client::connection::networks(),
             },
             _ => Error::System {
                 action: format!("connect to {}", socket.display()),

@@ -3,7 +3,7 @@
 use super::connection::{Connection, Received};
 use super::model::{Command, Host};
 use super::session::{End, Pending, Session};
-use crate::error::{Error, ErrorContext};
+use rc_deploy_client::error::{Error, ErrorContext};
 use rc_management::component::Request;
 use rc_management::supervisor::{self, CommandResult, Verb};
 use serde::Deserialize;
@@ -39,7 +39,7 @@ impl Session<'_> {
                 }
             }
             Command::Set { name, path, value } => {
-                let shown = crate::client::params::text(&value);
+                let shown = rc_deploy_client::params::text(&value);
                 let text = format!("{path} = {shown}");
                 let text = match &self.model.parameters {
                     Some(Ok(known))

@@ -3,7 +3,7 @@
 use super::input::Key;
 use super::model::{Command, Host, Model, Page, Prompt};
 use super::rows::Kind;
-use crate::client::params;
+use rc_deploy_client::params;
 use rc_management::supervisor::ComponentState;
 use rc_management::supervisor::Verb;
 

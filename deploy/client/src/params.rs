@@ -1,9 +1,9 @@
 //! The parameters of a running component, for `rcdeploy params`, and its emergency. The component itself is asked, so that it does not matter
 //! who has started it.
 
-use crate::client::connection::{Connection, is_listening};
-use crate::client::names::check_name;
+use crate::connection::{Connection, is_listening};
 use crate::error::{Error, ErrorContext};
+use crate::names::check_name;
 use rc_management::CallError;
 use rc_management::component::{
     Changed, Done, ParameterChange, ParameterStatus, Parameters, Request, Saved,

@@ -6,13 +6,13 @@ use crate::error::Error;
 const RESERVED: &str = "rcdeploy";
 
 /// Whether files of rcdeploy itself have this name.
-pub(crate) fn is_reserved(name: &str) -> bool {
+pub fn is_reserved(name: &str) -> bool {
     let rest = name.strip_prefix(RESERVED);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
 }
 
 /// Names become files in folders that are removed as a whole: nothing that leads elsewhere is let through.
-pub(crate) fn check_name(kind: &str, name: &str) -> Result<(), Error> {
+pub fn check_name(kind: &str, name: &str) -> Result<(), Error> {
     let fine = !name.is_empty()
         && name.len() <= 64
         && !name.starts_with(['.', '-'])

@@ -1,18 +1,17 @@
 //! The status of a network: whether its file has changed, and a table for people.
 
-use crate::process::realtime;
 use rc_management::supervisor::NetworkStatus;
 use std::fmt::{self, Write};
 use std::path::Path;
 
 /// Distinguishes the contents of a file; none if it cannot be read.
-pub(crate) fn digest(path: &Path) -> Option<String> {
+pub fn digest(path: &Path) -> Option<String> {
     let text = rc_files::read(path).ok()?;
     Some(format!("{:016x}", rc_idsl::canonical::hash(&text)))
 }
 
 /// Notes whether the file that the network was started from has changed since.
-pub(crate) fn mark_changed(status: &mut NetworkStatus) {
+pub fn mark_changed(status: &mut NetworkStatus) {
     status.changed = status.digest.is_some() && digest(&status.ddsl) != status.digest;
 }
 
@@ -62,7 +61,7 @@ fn write_table(status: &NetworkStatus, f: &mut String) -> fmt::Result {
             write!(f, "  on {host}")?;
         }
         if !component.cpu.is_empty() {
-            write!(f, "  cpu {}", realtime::list(&component.cpu))?;
+            write!(f, "  cpu {}", processors(&component.cpu))?;
         }
         if let Some(priority) = component.priority {
             write!(f, "  priority {priority}")?;
@@ -84,4 +83,32 @@ fn write_table(status: &NetworkStatus, f: &mut String) -> fmt::Result {
         }
     }
     Ok(())
+}
+
+/// Processors as people write them: `0-3, 8`.
+pub fn processors(cpu: &[u16]) -> String {
+    let mut sorted = cpu.to_vec();
+    sorted.sort_unstable();
+    sorted.dedup();
+    let runs = sorted.chunk_by(|a, b| a + 1 == *b);
+    let texts = runs.map(|run| match run {
+        [from, .., to] if run.len() > 2 => format!("{from}-{to}"),
+        _ => run
+            .iter()
+            .map(u16::to_string)
+            .collect::<Vec<_>>()
+            .join(", "),
+    });
+    texts.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn processors_are_told_in_ranges() {
+        assert_eq!(processors(&[8, 2, 1, 0, 3]), "0-3, 8");
+        assert_eq!(processors(&[3, 2]), "2, 3");
+    }
 }

@@ -1,24 +1,24 @@
 //! What components printed: where it is kept, and how it is shown.
 
-use crate::client::names::{check_name, is_reserved};
 use crate::error::{Error, ErrorContext};
-use crate::log::follower::Follower;
-use crate::log::reporter::Format;
-use crate::log::rotation;
+use crate::follower::Follower;
+use crate::format::Format;
+use crate::log_parts;
+use crate::names::{check_name, is_reserved};
+use crate::watch::DirectoryWatch;
 use rc_management::event::{Event, Severity};
 use rustix::event::{PollFd, PollFlags, poll};
-use rustix::fs::inotify;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, ErrorKind, Write};
-use std::mem::MaybeUninit;
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::AsFd;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-/// The log of the supervisor and of its guard; no component has such a name, see [`is_reserved`].
-pub(crate) const SUPERVISOR: &str = "rcdeploy";
-pub(crate) const GUARD: &str = "rcdeploy-guard";
+/// The name of the supervisor's log. No component has this name ([`crate::names::is_reserved`]).
+pub const SUPERVISOR: &str = "rcdeploy";
+/// The log of the guard.
+pub const GUARD: &str = "rcdeploy-guard";
 
 /// The folder of a network's logs: `robocomp/NETWORK` in `$XDG_STATE_HOME`, else in `~/.local/state`, else
 /// `robocomp-UID/NETWORK` in the folder for temporary files.
@@ -44,7 +44,7 @@ fn base() -> (PathBuf, bool) {
 }
 
 /// The folder, made if it does not exist.
-pub(crate) fn open_directory(network: &str) -> Result<PathBuf, Error> {
+pub fn open_directory(network: &str) -> Result<PathBuf, Error> {
     let (base, shared) = base();
     let path = base.join(network);
     std::fs::DirBuilder::new()
@@ -65,13 +65,13 @@ pub(crate) fn open_directory(network: &str) -> Result<PathBuf, Error> {
 }
 
 /// The log of one component, or of the supervisor.
-pub(crate) fn file(directory: &Path, name: &str) -> PathBuf {
+pub fn file(directory: &Path, name: &str) -> PathBuf {
     directory.join(format!("{name}.log"))
 }
 
 /// Makes a log empty, without its older part. A process that still writes to it goes on at its beginning.
-pub(crate) fn clear(path: &Path) -> io::Result<()> {
-    match std::fs::remove_file(rotation::older(path)) {
+pub fn clear(path: &Path) -> io::Result<()> {
+    match std::fs::remove_file(log_parts::older(path)) {
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
         _ => {}
     }
@@ -84,7 +84,7 @@ pub fn tail(path: &Path, count: usize) -> io::Result<Vec<String>> {
 }
 
 /// The last lines of a log as they stand below a failure. Lines are shortened: the whole fits into one message.
-pub(crate) fn quote(path: &Path) -> String {
+pub fn quote(path: &Path) -> String {
     let lines = tail(path, 10).unwrap_or_default();
     let full = if is_full(path) {
         "; its disk is full, and a program that minds may have ended for that: remove something, or have the logs below another XDG_STATE_HOME"
@@ -113,34 +113,6 @@ pub(crate) fn quote(path: &Path) -> String {
 fn is_full(path: &Path) -> bool {
     // Where a system does not count its blocks, it has none at all.
     rustix::fs::statvfs(path).is_ok_and(|disk| disk.f_blocks > 0 && disk.f_bavail == 0)
-}
-
-/// Tells when anything in a folder is written.
-#[derive(Debug)]
-pub(crate) struct DirectoryWatch(OwnedFd);
-
-impl DirectoryWatch {
-    pub(crate) fn new(directory: &Path) -> io::Result<Self> {
-        let flags = inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK;
-        let watch = inotify::init(flags)?;
-        let events = inotify::WatchFlags::MODIFY | inotify::WatchFlags::CREATE;
-        inotify::add_watch(&watch, directory, events)?;
-        Ok(Self(watch))
-    }
-
-    pub(crate) fn descriptor(&self) -> &OwnedFd {
-        &self.0
-    }
-
-    /// Forgets what was told.
-    pub(crate) fn drain(&self) {
-        let mut buffer = [MaybeUninit::uninit(); 4096];
-        while let Ok(filled) = rustix::io::read(&self.0, &mut buffer) {
-            if filled.0.is_empty() {
-                return;
-            }
-        }
-    }
 }
 
 /// Prints the last `lines` of one log or of all of a network, and with `follow` whatever comes, until interrupted.

@@ -1,0 +1,19 @@
+//! What commands ask of a network that is up: its supervisor, its components and their logs.
+//!
+//! This crate starts no process. The supervisor itself uses the files of logs and the errors.
+
+pub mod connection;
+pub mod error;
+mod follower;
+mod format;
+pub mod log_parts;
+pub mod logs;
+pub mod names;
+pub mod params;
+pub mod status;
+mod watch;
+
+pub use error::Error;
+pub use follower::Follower;
+pub use format::Format;
+pub use watch::DirectoryWatch;
