@@ -39,12 +39,11 @@ fn up(arguments: &[String]) -> ExitCode {
         command.args(["up", &arguments[1], "--supervisor", "--json"]);
         command.args(arguments[2..].iter().filter(|flag| *flag != "--detach"));
         let outcome = rc_deploy::detach(&plan, command);
-        match outcome.message() {
-            Some(message) => eprintln!("error: {message}"),
-            None => {
-                let status = rc_deploy::status(&plan.network).expect("it is up");
-                print!("{}", rc_deploy_client::status::table(&status));
-            }
+        if let Some(message) = outcome.message() {
+            eprintln!("error: {message}");
+        } else {
+            let status = rc_deploy::status(&plan.network).expect("it is up");
+            print!("{}", rc_deploy_client::status::table(&status));
         }
         return ExitCode::from(outcome.exit_code());
     }

@@ -193,7 +193,7 @@ fn main() -> ExitCode {
         "shut" => {
             program.ready();
             let _ = program.link.shutdown(std::net::Shutdown::Both);
-            std::thread::sleep(Duration::from_secs(60));
+            std::thread::sleep(Duration::from_mins(1));
         }
         // MILLISECONDS: after each, it takes another MiB.
         "leak" => {
