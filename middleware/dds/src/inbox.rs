@@ -1,15 +1,16 @@
-//! How the library's samples go into the queues of an end, and how one becomes a body.
+//! How samples of the library get into queues, and how a sample becomes a body.
 
 use crate::endpoint_state::Inbox;
 use rc_ddsc::{Guid, Sample};
 use rc_middleware::Header;
 use rc_middleware::rpc::{self, RequestId};
-use rc_network::{RateLimit, ReplyQueue, RequestQueues, SampleQueue};
+use rc_network::{Backlog, RateLimit, ReplyQueue, RequestQueues, SampleQueue};
 
-/// The bytes before a body (RTPS 2.5, 10.2): the representation, and how many bytes pad the body.
+/// Length of the encapsulation before a body (RTPS 2.5, 10.2): the representation, and the number
+/// of padding bytes.
 const ENCAPSULATION: usize = 4;
 
-/// The body of a sample, or why it has none.
+/// The body of a sample, or why it cannot be read.
 pub(crate) fn body(sample: &[u8]) -> Result<&[u8], String> {
     let Some((head, body)) = sample.split_at_checked(ENCAPSULATION) else {
         return Err(format!(
@@ -31,7 +32,7 @@ pub(crate) fn body(sample: &[u8]) -> Result<&[u8], String> {
     Ok(&body[..body.len().saturating_sub(padding)])
 }
 
-/// What travels beside the body of a sample. The hash is that of the sender's types, where it tells one.
+/// The header of a sample. `type_hash` is 0 where the sender tells none.
 pub(crate) fn header(sample: &Sample, sender: u128, type_hash: u64) -> Header {
     rc_network::header(sample.sequence(), sample.stamp(), sender, type_hash)
 }
@@ -42,11 +43,11 @@ impl Inbox for SampleQueue<Sample> {
     }
 }
 
-/// The answers to one client.
+/// The replies to one client.
 pub(crate) struct Replies {
-    /// Whom it calls.
+    /// The address of the server.
     address: String,
-    answers: ReplyQueue<Sample>,
+    queue: ReplyQueue<Sample>,
     rate_limit: RateLimit,
 }
 
@@ -54,42 +55,42 @@ impl Replies {
     pub(crate) fn new(address: &str) -> Self {
         Self {
             address: address.to_owned(),
-            answers: ReplyQueue::default(),
+            queue: ReplyQueue::default(),
             rate_limit: RateLimit::default(),
         }
     }
 
-    /// From now on, answers to this client are kept.
-    pub(crate) fn of(&self, client: Guid) {
-        self.answers.of(client);
+    /// Sets the client whose replies are kept.
+    pub(crate) fn set_client(&self, client: Guid) {
+        self.queue.set_client(client);
     }
 
     pub(crate) fn next(&self) -> Option<(RequestId, Sample)> {
-        self.answers.next()
+        self.queue.next()
     }
 }
+
+impl Backlog for Replies {}
 
 impl Inbox for Replies {
     fn put(&self, sample: Sample) {
         let envelope = |body| rpc::request_id(body).ok_or_else(|| "it has no envelope".to_owned());
         match body(&sample).and_then(envelope) {
-            Ok(id) => self.answers.put(id, sample),
+            Ok(id) => self.queue.put(id, sample),
             Err(reason) => {
-                if let Some(passed) = self.rate_limit.allow() {
-                    let (count, address) = (passed + 1, &self.address);
-                    tracing::warn!("`{address}` sent what is no reply ({count} times): {reason}");
+                if let Some(suppressed) = self.rate_limit.allow() {
+                    let (count, address) = (suppressed + 1, &self.address);
+                    tracing::warn!(
+                        "`{address}` sent a sample that is no reply ({count} times): {reason}"
+                    );
                 }
             }
         }
     }
 }
 
-/// The requests to a server, by the handles of their clients.
+/// The requests to a server. The library names clients by handles.
 impl Inbox for RequestQueues<u64, Sample> {
-    fn waits(&self) -> bool {
-        RequestQueues::waits(self)
-    }
-
     fn put(&self, sample: Sample) {
         let id = |sample: &Sample| body(sample).ok().and_then(rpc::request_id);
         RequestQueues::put(self, sample.writer(), sample.len(), sample, id);

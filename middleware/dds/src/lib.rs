@@ -1,17 +1,21 @@
-//! The three patterns over DDS, by the C library Cyclone DDS. How addresses and types are called there, and what
-//! strangers have to know, is in `README.md`.
+//! The backend for DDS, over the C library Cyclone DDS. `README.md` documents the names of
+//! addresses and types in DDS, and what other programs have to know.
 
 mod client;
 mod config;
 mod endpoint_state;
 mod inbox;
+mod names;
+mod port;
 mod publisher;
 mod qos;
 mod report;
 mod server;
 mod session;
+mod shared_entity;
 mod subscriber;
 mod udp;
+mod watcher;
 
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, OpenError, Publisher, Server, Subscriber,
@@ -28,7 +32,8 @@ pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError>
     Ok(Box::new(Dds(Rc::new(Session::open(environment)?))))
 }
 
-/// The configuration of Cyclone DDS that `connect` makes of the settings: XML, and what `CYCLONEDDS_URI` says.
+/// The configuration of Cyclone DDS that `connect` makes of the settings: XML, and what
+/// `CYCLONEDDS_URI` says.
 pub fn configuration(environment: &Environment) -> Result<String, OpenError> {
     config::of(environment).map(|config| config.xml)
 }

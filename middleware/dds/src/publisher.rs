@@ -1,49 +1,36 @@
-//! The sending end of a topic.
+//! The publisher of a topic.
 
+use crate::names;
+use crate::port::{EndpointSpec, Opening, WriterPort, signal};
 use crate::qos::topic_qos;
-use crate::session::{EndpointSpec, Port, Session};
-use rc_middleware::{Endpoint, Header, OpenError, Publisher, SendError, WakeEvent};
+use crate::session::Session;
+use rc_middleware::{Endpoint, Header, OpenError, Publisher, SendError};
 use rc_network::{Role, stamp};
 use std::rc::Rc;
-use std::sync::Arc;
-
-/// The name of the type of a topic in DDS: `Module::Interface_operation`.
-pub(crate) fn type_name(endpoint: &Endpoint) -> String {
-    endpoint.types.name.replace('/', "_")
-}
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsPublisher, OpenError> {
     let address = endpoint.address.to_string();
-    let [port] = session.ports([EndpointSpec {
-        address: &address,
-        topic: address.clone(),
-        type_name: type_name(endpoint),
+    let opening = Opening::begin(session, &address)?;
+    let port = opening.writer(EndpointSpec {
+        names: names::topic(endpoint),
         role: Role::Publisher,
         types: &endpoint.types,
-        sends: true,
         qos: topic_qos(&endpoint.qos),
         signal: signal(&address)?,
-        inbox: Arc::new(()),
-    }])?;
+    })?;
+    opening.meet(&[port.state()]);
     Ok(DdsPublisher { port, address })
 }
 
-pub(crate) fn signal(address: &str) -> Result<WakeEvent, OpenError> {
-    WakeEvent::new().map_err(|error| OpenError::Backend {
-        address: address.to_owned(),
-        reason: error.to_string(),
-    })
-}
-
 pub(crate) struct DdsPublisher {
-    port: Port,
+    port: WriterPort,
     address: String,
 }
 
 impl Publisher for DdsPublisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
-        let entity = &self.port.entity;
-        entity
+        let writer = &self.port.writer;
+        writer
             .write(header.sequence, stamp(header.sent), body)
             .map_err(|error| SendError::Backend {
                 address: self.address.clone(),
@@ -52,6 +39,6 @@ impl Publisher for DdsPublisher {
     }
 
     fn peers(&self) -> usize {
-        self.port.state.count()
+        self.port.state().count()
     }
 }

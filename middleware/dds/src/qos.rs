@@ -1,10 +1,10 @@
-//! Quality of service in the library's terms.
+//! Quality of service for the library.
 
 use rc_ddsc::{End, Qos};
 use rc_middleware::{Durability, Reliability};
 use rc_network::QosContract;
 
-/// The quality of service of an end of a topic, for the library.
+/// The quality of service of a publisher or a subscriber.
 pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
     Qos {
         reliable: wanted.reliability == Reliability::Reliable,
@@ -17,7 +17,8 @@ pub(crate) fn topic_qos(wanted: &rc_middleware::Qos) -> Qos<'static> {
     }
 }
 
-/// Calls lose nothing; how much may wait is counted by the ends themselves.
+/// The quality of service of calls, which lose nothing: clients and servers limit how many requests
+/// wait.
 pub(crate) fn call_qos() -> Qos<'static> {
     Qos {
         reliable: true,
@@ -26,7 +27,7 @@ pub(crate) fn call_qos() -> Qos<'static> {
     }
 }
 
-/// What an end offers or asks for that has to fit the other end.
+/// What peers of an endpoint with this quality of service are matched by.
 pub(crate) fn contract(qos: &Qos<'_>) -> QosContract {
     QosContract {
         reliable: qos.reliable,
@@ -36,7 +37,7 @@ pub(crate) fn contract(qos: &Qos<'_>) -> QosContract {
     }
 }
 
-/// The same of an end that was discovered.
+/// The same of an endpoint that was discovered.
 pub(crate) fn contract_of(end: &End) -> QosContract {
     QosContract {
         reliable: end.reliable,

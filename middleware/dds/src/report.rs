@@ -1,18 +1,18 @@
-//! What the library says, in the log.
+//! Messages of the library, in the log.
 
 use rc_network::RateLimit;
 
-/// What the library has to say.
+/// Logs a message of the library.
 pub(crate) fn library(is_error: bool, message: &str) {
     static WARNINGS: RateLimit = RateLimit::new();
     static ERRORS: RateLimit = RateLimit::new();
     let rate_limit = if is_error { &ERRORS } else { &WARNINGS };
-    let Some(passed_over) = rate_limit.allow() else {
+    let Some(suppressed) = rate_limit.allow() else {
         return;
     };
-    let more = match passed_over {
+    let more = match suppressed {
         0 => String::new(),
-        count => format!(" ({count} more before)"),
+        count => format!(" ({count} more suppressed)"),
     };
     if is_error {
         tracing::error!("Cyclone DDS: {message}{more}");

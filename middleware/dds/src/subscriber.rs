@@ -1,9 +1,10 @@
-//! The receiving end of a topic.
+//! The subscriber of a topic.
 
 use crate::inbox;
-use crate::publisher::{signal, type_name};
+use crate::names;
+use crate::port::{EndpointSpec, Opening, ReaderPort, signal};
 use crate::qos::topic_qos;
-use crate::session::{EndpointSpec, Port, Session};
+use crate::session::Session;
 use rc_ddsc::Sample;
 use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
 use rc_network::{DuplicateFilter, Role, SampleQueue};
@@ -13,54 +14,54 @@ use std::sync::Arc;
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsSubscriber, OpenError> {
     let address = endpoint.address.to_string();
-    let values = Arc::new(SampleQueue::new(endpoint.qos.depth));
-    let [port] = session.ports([EndpointSpec {
-        address: &address,
-        topic: address.clone(),
-        type_name: type_name(endpoint),
+    let queue = Arc::new(SampleQueue::new(endpoint.qos.depth));
+    let spec = EndpointSpec {
+        names: names::topic(endpoint),
         role: Role::Subscriber,
         types: &endpoint.types,
-        sends: false,
         qos: topic_qos(&endpoint.qos),
         signal: signal(&address)?,
-        inbox: Arc::clone(&values) as _,
-    }])?;
+    };
+    let opening = Opening::begin(session, &address)?;
+    let port = opening.reader(spec, Arc::clone(&queue) as _)?;
+    opening.meet(&[port.state()]);
     Ok(DdsSubscriber {
         port,
-        values,
-        heard: DuplicateFilter::default(),
+        queue,
+        duplicates: DuplicateFilter::default(),
         unread: Unread::default(),
         address,
     })
 }
 
 pub(crate) struct DdsSubscriber {
-    port: Port,
-    values: Arc<SampleQueue<Sample>>,
-    heard: DuplicateFilter,
+    port: ReaderPort,
+    queue: Arc<SampleQueue<Sample>>,
+    duplicates: DuplicateFilter,
     unread: Unread,
     address: String,
 }
 
 impl Subscriber for DdsSubscriber {
     fn descriptor(&self) -> BorrowedFd<'_> {
-        self.port.state.signal.as_fd()
+        self.port.state().signal.as_fd()
     }
 
     fn acknowledge(&mut self, _woken: bool) {
-        self.port.state.signal.clear();
+        self.port.state().signal.clear();
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        while let Some(sample) = self.values.next() {
-            // Who has other types was told so when it was found.
-            let Some(sender) = self.port.state.sender(sample.writer()) else {
+        while let Some(sample) = self.queue.next() {
+            // Discovery has reported a sender of other types.
+            let Some(sender) = self.port.shared.sender(sample.writer()) else {
                 continue;
             };
-            // The library takes care of it in its own queue; here, too, a value may have waited for too long.
+            // The library drops expired samples in its own queue; a sample can also expire in this
+            // one.
             let lifespan = sender.lifespan;
             if lifespan.is_some_and(|lifespan| rc_network::age(sample.stamp()) > lifespan)
-                || !self.heard.is_new(sender.id, sample.sequence())
+                || !self.duplicates.is_new(sender.id, sample.sequence())
             {
                 continue;
             }
@@ -84,6 +85,6 @@ impl Subscriber for DdsSubscriber {
     }
 
     fn peers(&self) -> usize {
-        self.port.state.count()
+        self.port.state().count()
     }
 }

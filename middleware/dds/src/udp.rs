@@ -4,10 +4,11 @@ use rustix::net::{AddressFamily, SocketType, bind, socket, sockopt};
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::ops::Range;
 
-/// Domains with ports from 32,768 to 60,999 (RTPS 2.5, 9.6.2.3), from which Linux takes those that nobody has asked for.
+/// Domains with ports from 32,768 to 60,999 (RTPS 2.5, 9.6.2.3), from which Linux takes those that
+/// nobody has asked for.
 const SHARED: Range<u32> = 102..215;
-/// The first port of domain 0, how many each domain has, and which of them all its participants share: those to which
-/// discovery and data come by multicast.
+/// The first port of domain 0, how many each domain has, and which of them all its participants
+/// share: those to which discovery and data come by multicast.
 const BASE: u32 = 7400;
 const EACH: u32 = 250;
 const COMMON: Range<u32> = 0..2;

@@ -1,12 +1,13 @@
-//! The notice board of a network on this machine.
+//! The endpoints of a network on this machine.
 //!
-//! Discovery over a network takes its time, and nobody can say when it has found all: a component that publishes or
-//! calls as soon as it runs would not be heard. On one machine the run directory knows who is there. Each end hangs out
-//! a notice, a file that is locked as long as its owner lives: who it is, and whom it has found. Who opens an end reads
-//! the notices of the others, refuses what does not fit, and waits until both have found each other.
+//! Discovery over a network takes time, and nobody can say when it is complete: peers would miss
+//! what a component sends as soon as it runs. On one machine the run directory knows who is there.
+//! Each endpoint registers there with a file that stays locked while its process lives: who it is,
+//! and whom it has found. A component that opens an endpoint reads the registrations of the others,
+//! refuses what does not match, and waits until both sides have found each other.
 
-use crate::Guid;
-use crate::endpoint_info::{EndpointInfo, QosContract, fnv, hex};
+use crate::endpoint_info::{fnv, hex};
+use crate::{EndpointInfo, EndpointKind, Guid, Identity, QosContract};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{DirBuilder, File};
 use std::io::{self, Read};
@@ -14,49 +15,51 @@ use std::os::unix::fs::{DirBuilderExt, FileExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Longest notice that is read: the owner, and as many peers as there can be.
+/// Longest registration that is read: the owner, and as many peers as there can be.
 const LONGEST: u64 = 64 * 1024;
-/// How long another opening of the same topic is waited for.
+/// Longest wait for another component that opens endpoints.
 const LOCK_LIMIT: Duration = Duration::from_secs(10);
+/// Pause between two attempts.
 const LOCK_PAUSE: Duration = Duration::from_millis(2);
 
-/// The notices of one domain.
+/// The registrations of one domain.
 #[derive(Clone, Debug)]
 pub struct LocalRegistry {
     directory: PathBuf,
 }
 
-/// A notice of somebody who is alive.
+/// The registration of an endpoint whose process is alive.
 #[derive(Clone, Debug)]
 pub struct Registration {
-    /// The end.
+    /// The identity of the endpoint.
     pub guid: Guid,
-    /// Who it is.
+    /// What it tells of itself.
     pub info: EndpointInfo,
-    /// What it offers or asks for.
+    /// The quality of service that it offers or requests.
     pub contract: QosContract,
-    /// Whom it has found.
+    /// The endpoints that it has found.
     pub found: Vec<Guid>,
 }
 
-/// An own notice; it goes when this does.
+/// The registration of an endpoint of this process. Dropping it removes the registration.
 #[derive(Debug)]
 pub struct RegistrationGuard {
+    guid: Guid,
     file: File,
     path: PathBuf,
-    /// Where those begin that it has found, and where they end.
+    /// Where in the file the found endpoints begin, and where they end.
     begin: u64,
     end: u64,
 }
 
-/// Held while an end is opened, so that of two servers one is first.
+/// Held while endpoints are opened: only one component of this machine opens endpoints at a time.
 #[derive(Debug)]
 pub struct OpenLock {
     _file: File,
 }
 
 impl LocalRegistry {
-    /// The board of `domain` in the folder of this backend.
+    /// The registry of `domain` in the folder of this backend.
     pub fn open(folder: &Path, domain: u32) -> io::Result<Self> {
         let directory = folder.join(domain.to_string());
         DirBuilder::new()
@@ -66,8 +69,9 @@ impl LocalRegistry {
         Ok(Self { directory })
     }
 
-    /// Waits for its turn to open an end.
+    /// Waits until no other component opens endpoints; fails after ten seconds.
     pub fn open_lock(&self) -> io::Result<OpenLock> {
+        // The name stays: components of other versions lock the same file.
         let path = self.directory.join("turn");
         let file = File::options()
             .create(true)
@@ -87,16 +91,15 @@ impl LocalRegistry {
         Ok(OpenLock { _file: file })
     }
 
-    /// Hangs out the notice of an end. `key` names the topic; `OpenLock` has to be held.
-    pub fn post(
-        &self,
-        key: &str,
-        guid: &Guid,
-        sends: bool,
-        info: &EndpointInfo,
-        contract: &QosContract,
-    ) -> io::Result<RegistrationGuard> {
-        let name = format!("{}.{}", file_prefix(key, sends), hex(guid));
+    /// Registers an endpoint of this process. The caller holds the [`OpenLock`].
+    pub fn register(&self, guid: &Guid, endpoint: &Identity) -> io::Result<RegistrationGuard> {
+        let Identity {
+            topic,
+            kind,
+            info,
+            contract,
+        } = endpoint;
+        let name = format!("{}.{}", file_prefix(topic, *kind), hex(guid));
         let path = self.directory.join(&name);
         let hidden = self.directory.join(format!("new.{name}"));
         let file = File::options()
@@ -105,16 +108,17 @@ impl LocalRegistry {
             .write(true)
             .open(&hidden)?;
         let text = format!("{info}\n{contract}\n");
-        let posted = flock(&file, FlockOperation::NonBlockingLockExclusive)
+        let written = flock(&file, FlockOperation::NonBlockingLockExclusive)
             .map_err(io::Error::from)
             .and_then(|()| file.write_all_at(text.as_bytes(), 0))
             .and_then(|()| std::fs::rename(&hidden, &path));
-        if let Err(error) = posted {
+        if let Err(error) = written {
             let _ = std::fs::remove_file(&hidden);
             return Err(error);
         }
         let begin = text.len() as u64;
         Ok(RegistrationGuard {
+            guid: *guid,
             file,
             path,
             begin,
@@ -122,28 +126,20 @@ impl LocalRegistry {
         })
     }
 
-    /// The notices at a topic of those who are alive: of those who send, and of those who receive. What the dead left is
-    /// taken down.
-    pub fn registrations(&self, key: &str, sending: bool, receiving: bool) -> Vec<Registration> {
+    /// The endpoints of `kind` at `topic` whose processes are alive. It removes the registrations
+    /// of dead processes.
+    pub fn registrations(&self, topic: &str, kind: EndpointKind) -> Vec<Registration> {
         let entries = std::fs::read_dir(&self.directory)
             .into_iter()
             .flatten()
             .flatten();
-        let mut prefixes = vec![(true, sending), (false, receiving)];
-        prefixes.retain(|(_, wanted)| *wanted);
-        let prefixes: Vec<_> = prefixes
-            .iter()
-            .map(|(sends, _)| file_prefix(key, *sends))
-            .collect();
+        let prefix = file_prefix(topic, kind);
         let mut registrations = Vec::new();
         for entry in entries {
             let name = entry.file_name();
-            let Some(name) = name.to_str() else { continue };
-            for prefix in &prefixes {
-                let rest = name.strip_prefix(prefix);
-                if let Some(guid) = rest.and_then(|rest| parse_guid(rest.strip_prefix('.')?)) {
-                    registrations.extend(read(&entry.path(), guid));
-                }
+            let rest = name.to_str().and_then(|name| name.strip_prefix(&prefix));
+            if let Some(guid) = rest.and_then(|rest| parse_guid(rest.strip_prefix('.')?)) {
+                registrations.extend(read(&entry.path(), guid));
             }
         }
         registrations
@@ -151,8 +147,14 @@ impl LocalRegistry {
 }
 
 impl RegistrationGuard {
-    /// Notes that this end has found another one. `here` are all that are there: a notice does not grow for ever.
-    pub fn found<'a>(
+    /// The identity of the endpoint.
+    pub fn guid(&self) -> Guid {
+        self.guid
+    }
+
+    /// Adds a peer that this endpoint has found. `here`: all peers that are there now, which
+    /// replace the list when it gets too long.
+    pub fn add_found<'a>(
         &mut self,
         other: &Guid,
         here: impl Iterator<Item = &'a Guid>,
@@ -177,8 +179,12 @@ impl Drop for RegistrationGuard {
 }
 
 /// A topic can be longer than the name of a file.
-fn file_prefix(key: &str, sends: bool) -> String {
-    format!("{:016x}.{}", fnv(key), if sends { 'w' } else { 'r' })
+fn file_prefix(topic: &str, kind: EndpointKind) -> String {
+    let kind = match kind {
+        EndpointKind::Writer => 'w',
+        EndpointKind::Reader => 'r',
+    };
+    format!("{:016x}.{kind}", fnv(topic))
 }
 
 fn read(path: &Path, guid: Guid) -> Option<Registration> {
@@ -210,60 +216,65 @@ fn parse_guid(text: &str) -> Option<Guid> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::endpoint_info::Role;
+    use crate::Role;
     use rc_middleware::TypeIdentity;
 
     #[test]
-    fn a_notice_hangs_as_long_as_its_owner_lives() {
+    fn a_registration_lasts_while_its_owner_lives() {
         let folder = std::env::temp_dir().join(format!("rc-registry-{}", std::process::id()));
         let registry = LocalRegistry::open(&folder, 7).expect("a registry");
-        let info = EndpointInfo {
-            role: Role::Publisher,
-            types: TypeIdentity {
-                name: "A::B".to_owned(),
-                hash: 1,
+        let endpoint = Identity {
+            topic: "a/b".to_owned(),
+            kind: EndpointKind::Writer,
+            info: EndpointInfo {
+                role: Role::Publisher,
+                types: TypeIdentity {
+                    name: "A::B".to_owned(),
+                    hash: 1,
+                },
+                instance: "one".to_owned(),
+                pid: 2,
+                host: "here".to_owned(),
             },
-            instance: "one".to_owned(),
-            pid: 2,
-            host: "here".to_owned(),
+            contract: QosContract {
+                reliable: true,
+                deadline: Some(Duration::from_millis(20)),
+                ..QosContract::default()
+            },
         };
-        let contract = QosContract {
-            reliable: true,
-            deadline: Some(Duration::from_millis(20)),
-            ..QosContract::default()
-        };
-        let open_lock = registry.open_lock().expect("the open lock");
-        let posted = registry.post("a/b", &[1; 16], true, &info, &contract);
-        let mut posted = posted.expect("to post");
-        drop(open_lock);
-        posted.found(&[2; 16], std::iter::empty()).expect("to note");
-        let registrations = registry.registrations("a/b", true, true);
-        assert_eq!(registrations.len(), 1);
-        assert_eq!(registrations[0].info, info);
-        assert_eq!(registrations[0].guid, [1; 16]);
-        assert_eq!(registrations[0].contract, contract);
-        assert_eq!(registrations[0].found, [[2; 16]]);
-        assert!(registry.registrations("a/c", true, true).is_empty());
-        // Thousands come and go, and who is there now is always on it.
+        let lock = registry.open_lock().expect("the lock");
+        let own = registry.register(&[1; 16], &endpoint);
+        let mut own = own.expect("to register");
+        drop(lock);
+        own.add_found(&[2; 16], std::iter::empty())
+            .expect("to write");
+        let writers = |topic| registry.registrations(topic, EndpointKind::Writer);
+        let found = writers("a/b");
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].info, endpoint.info);
+        assert_eq!(found[0].guid, [1; 16]);
+        assert_eq!(found[0].contract, endpoint.contract);
+        assert_eq!(found[0].found, [[2; 16]]);
+        assert!(writers("a/c").is_empty());
+        let readers = registry.registrations("a/b", EndpointKind::Reader);
+        assert!(readers.is_empty());
+        // Thousands come and go; the list always holds those that are there.
         for number in 0..5000_u128 {
             let newest = number.to_be_bytes();
-            posted
-                .found(&newest, [[2; 16], newest].iter())
-                .expect("to note");
+            own.add_found(&newest, [[2; 16], newest].iter())
+                .expect("to write");
             if number % 100 == 0 || number > 4900 {
-                let found = &registry.registrations("a/b", true, true)[0].found;
+                let found = &writers("a/b")[0].found;
                 assert!(found.contains(&[2; 16]) && found.contains(&newest));
             }
         }
-        // As a process that was killed leaves it.
-        let left = posted
-            .path
-            .with_extension("00000000000000000000000000000009");
-        std::fs::copy(&posted.path, &left).expect("to copy");
-        assert_eq!(registry.registrations("a/b", true, true).len(), 1);
+        // A process that was killed leaves an unlocked file.
+        let left = own.path.with_extension("00000000000000000000000000000009");
+        std::fs::copy(&own.path, &left).expect("to copy");
+        assert_eq!(writers("a/b").len(), 1);
         assert!(!left.exists());
-        drop(posted);
-        assert!(registry.registrations("a/b", true, true).is_empty());
+        drop(own);
+        assert!(writers("a/b").is_empty());
         std::fs::remove_dir_all(&folder).expect("to remove");
     }
 }

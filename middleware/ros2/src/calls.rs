@@ -7,7 +7,7 @@ use crate::qos;
 use crate::session::{EndpointSpec, Port, Session};
 use crate::wire::{CYCLONE_HEADER, Sample};
 use rc_middleware::{Endpoint, OpenError, WakeEvent};
-use rc_network::{Guid, Role};
+use rc_network::{EndpointKind, Guid, Role};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -35,13 +35,15 @@ pub(crate) fn services(
         let [request, reply] = names::service(endpoint, external, session.rules())?;
         let asks = role == Role::Client;
         // The end of replies comes first, so that whoever finds that of requests soon finds it, too.
-        for (topic, sends) in [(reply, !asks), (request, asks)] {
+        let (own, other) = (EndpointKind::Writer, EndpointKind::Reader);
+        let kinds = if asks { [other, own] } else { [own, other] };
+        for (topic, kind) in [reply, request].into_iter().zip(kinds) {
             specs.push(EndpointSpec {
                 address: &address,
                 topic,
                 role,
                 types: &endpoint.types,
-                sends,
+                kind,
                 qos: qos::call(),
                 signal: signal.clone(),
                 is_watched: false,

@@ -2,15 +2,15 @@
 
 use crate::calls::{self, Service};
 use crate::config::Mapping;
-use crate::endpoint_state::{Inbox, Peer};
+use crate::endpoint_state::{Inbox, Peer, is_ready};
 use crate::session::{Session, Unsent, signal};
-use crate::wire::{Body, Member, Sample};
+use crate::wire::{Body, Sample};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::rpc::{self, Outcome, RequestId};
 use rc_middleware::{
     CallError, Cdr, Client, Endpoint, Header, OpenError, Profile, Reader, WakeEvent, Writer, wait,
 };
-use rc_network::{Guid, RateLimit, Role, lock, stamp};
+use rc_network::{Backlog, Guid, GuidPrefix, RateLimit, Role, lock, stamp};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::os::fd::AsFd;
 use std::rc::Rc;
@@ -63,6 +63,8 @@ impl Answers {
         writers[operation] = writer;
     }
 }
+
+impl Backlog for Answers {}
 
 impl Inbox for Answers {
     fn put(&self, samples: Vec<Sample>) {
@@ -127,7 +129,9 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosClie
         last: 0,
     };
     if let Some(service) = client.services.first() {
-        session.grace(&service.requests.state, || client.peers() > 0);
+        session
+            .opener
+            .wait_for_remote(&service.requests.state, || client.peers() > 0);
     }
     Ok(client)
 }
@@ -151,29 +155,30 @@ pub(crate) struct RosClient {
     /// were sent. Each is answered, a command by an empty response.
     under_way: BTreeMap<(usize, i64), (RequestId, Instant)>,
     /// Who has them.
-    asked: Option<Member>,
+    asked: Option<GuidPrefix>,
     /// The operation that was asked for last.
     last: usize,
 }
 
 impl Service {
     /// Whether this server hears and answers this client.
-    fn meets(&self, server: Member) -> bool {
-        let same = |peer: &Peer| peer.member() == server && is_server(peer) && peer.is_ready();
+    fn meets(&self, server: GuidPrefix) -> bool {
+        let same = |peer: &Peer| peer.prefix() == server && is_server(peer) && is_ready(peer);
         self.replies.state.has(same) && self.requests.state.has(same)
     }
 
     /// The servers that hear and answer this client.
-    fn servers(&self) -> BTreeSet<Member> {
-        let member = |peer: &Peer| (is_server(peer) && peer.is_ready()).then_some(peer.member());
-        let answering = self.replies.state.here(member);
-        let mut hearing: BTreeSet<Member> = self.requests.state.here(member).into_iter().collect();
+    fn servers(&self) -> BTreeSet<GuidPrefix> {
+        let member = |peer: &Peer| (is_server(peer) && is_ready(peer)).then_some(peer.prefix());
+        let answering = self.replies.state.usable(member);
+        let mut hearing: BTreeSet<GuidPrefix> =
+            self.requests.state.usable(member).into_iter().collect();
         hearing.retain(|member| answering.contains(member));
         hearing
     }
 
     /// One of them, which is given a moment to find this client, too.
-    fn find_server(&self) -> Option<Member> {
+    fn find_server(&self) -> Option<GuidPrefix> {
         let (mut servers, begin) = (self.servers(), Instant::now());
         while servers.is_empty() && begin.elapsed() < MEETING {
             let awaits = self.awaits_server();
@@ -181,22 +186,22 @@ impl Service {
             if !awaits {
                 break;
             }
-            self.requests.state.wait(LOOK);
+            self.requests.state.wait_for_change(LOOK);
         }
         servers.first().copied()
     }
 
     /// Whether a server has been found that has not found this client yet, as far as is known.
     fn awaits_server(&self) -> bool {
-        self.requests.state.look();
-        self.replies.state.look();
-        let coming = |peer: &Peer| is_server(peer) && !peer.is_ready();
+        self.requests.state.search();
+        self.replies.state.search();
+        let coming = |peer: &Peer| is_server(peer) && !is_ready(peer);
         self.requests.state.has(coming) || self.replies.state.has(coming)
     }
 
     /// Whether this one is there.
-    fn has(&self, server: Member) -> bool {
-        let same = |peer: &Peer| peer.member() == server && is_server(peer);
+    fn has(&self, server: GuidPrefix) -> bool {
+        let same = |peer: &Peer| peer.prefix() == server && is_server(peer);
         self.replies.state.has(same) && self.requests.state.has(same)
     }
 }
@@ -230,7 +235,7 @@ impl RosClient {
     }
 
     /// Takes what was answered; waits until there is room for one more.
-    fn make_room(&mut self, server: Member, at: usize) -> Result<(), CallError> {
+    fn make_room(&mut self, server: GuidPrefix, at: usize) -> Result<(), CallError> {
         if self.asked != Some(server) {
             self.asked = Some(server);
             self.under_way.clear();
@@ -243,7 +248,7 @@ impl RosClient {
                 let (operation, number) = answer.request;
                 self.under_way.remove(&(operation, number.abs()));
             }
-            let same = |peer: &Peer| peer.member() == server && peer.info.is_none();
+            let same = |peer: &Peer| peer.prefix() == server && peer.info.is_none();
             if self.under_way.len() >= REQUEST_QUEUE && self.services[at].requests.state.has(same) {
                 self.under_way
                     .retain(|_, (_, sent)| sent.elapsed() < SILENCE);
@@ -273,7 +278,7 @@ impl RosClient {
         &mut self,
         header: Header,
         request: &[u8],
-    ) -> Result<(usize, i64, Member), CallError> {
+    ) -> Result<(usize, i64, GuidPrefix), CallError> {
         let (at, id) = self.operation(request)?;
         let service = &self.services[at];
         let same = self.asked.filter(|asked| service.meets(*asked));

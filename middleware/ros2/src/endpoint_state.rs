@@ -1,52 +1,36 @@
-//! What an end of ours knows of the other ends, and what it has heard.
+//! What an endpoint of this component shares with the thread that listens: its peers, and what it has received.
 
-use crate::wire::{Copying, Member, Reader, Sample, Spare, Writer, member};
-use rc_middleware::{TypeIdentity, WakeEvent};
+use crate::wire::{Copying, Reader, Sample, Spare, Writer};
+use rc_middleware::WakeEvent;
 use rc_network::{
-    EndpointInfo, Guid, LocalRegistry, QosContract, RateLimit, RegistrationGuard, Role, lock,
+    Backlog, EndpointInfo, Guid, Identity, LocalRegistry, Presence, lock, types_match,
 };
 use rustdds::mio1;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
+use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::{Arc, Mutex};
 use std::task::Wake;
 use std::time::{Duration, Instant};
 
-/// How many ends that have gone are remembered, because what they sent may still be unread; and how many that do not fit,
-/// because they have been told of.
-const REMEMBERED: usize = 256;
-/// How long an end of somebody else is given to find ours after ours has found it. Nobody says when it has.
+/// How long an endpoint of another program is given to find ours after ours has found it. Nobody says when it has.
 const SETTLE: Duration = Duration::from_millis(100);
-/// How long an end may take to be known here after the library has found it, which is before it gives its samples; and how often
-/// that is looked at.
-const KNOWN: Duration = Duration::from_millis(20);
-const LOOK: Duration = Duration::from_millis(2);
-/// How often readers are looked at until all that has come is there.
+/// How often readers are looked at until all samples that have arrived are there.
 const MOST_LOOKS: usize = 64;
 
-/// How long a publisher that was found may send what it has kept.
+/// How long a publisher that was found may send the samples that it has kept.
 const CATCH_UP: Duration = Duration::from_secs(2);
 
-/// The hash of types that are no component's own: only their names in DDS are compared.
+/// The hash of types that no component generated: only their names in DDS are compared.
 pub(crate) const STRANGER: u64 = 0;
 
-/// Whether two ends have the same types, as far as they tell.
-pub(crate) fn fit(ours: &TypeIdentity, theirs: &TypeIdentity) -> bool {
-    ours == theirs || ours.hash == STRANGER || theirs.hash == STRANGER
-}
-
-/// Where an end puts what it hears.
-pub(crate) trait Inbox: Send + Sync {
+/// Where an endpoint puts what it receives.
+pub(crate) trait Inbox: Backlog {
     /// Keeps samples, or does not.
     fn put(&self, samples: Vec<Sample>);
 
     /// Counts what could not be read.
     fn unreadable(&self, _reason: String) {}
-
-    /// Whether something in it may be read now that the other ends have changed.
-    fn waits(&self) -> bool {
-        false
-    }
 }
 
 /// How many reasons are kept why something could not be read; each of them is counted as an error.
@@ -106,89 +90,64 @@ impl Wake for Notifier {
     }
 }
 
-/// Another end that was found.
+/// What is known of a peer besides.
 #[derive(Clone, Debug)]
-pub(crate) struct Peer {
-    pub(crate) guid: Guid,
-    /// None of a stranger.
-    pub(crate) info: Option<EndpointInfo>,
+pub(crate) struct Details {
     /// When it was found.
     since: Instant,
-    /// Whether it has told that it has found this end.
+    /// Whether it has told that it has found this endpoint.
     has_found_us: bool,
-    /// Whether its process is silent.
-    silent: bool,
-    /// Whether its types are the same, as far as it tells.
-    pub(crate) fits: bool,
-    /// Whether it is still there.
-    here: bool,
+    /// Whether the registrations of this machine were searched for it.
+    is_searched: bool,
 }
 
-impl Peer {
-    /// Whether it is there and fits.
-    fn is_here(&self) -> bool {
-        self.here && self.fits && !self.silent
-    }
+/// Another endpoint that was found.
+pub(crate) type Peer = rc_network::Peer<Details>;
 
-    /// Whether what is sent to it arrives.
-    pub(crate) fn is_ready(&self) -> bool {
-        match self.info {
-            Some(_) => self.has_found_us,
-            None => self.since.elapsed() >= SETTLE,
-        }
-    }
-
-    pub(crate) fn member(&self) -> Member {
-        member(&self.guid)
+/// Whether what is sent to a peer arrives.
+pub(crate) fn is_ready(peer: &Peer) -> bool {
+    match peer.info {
+        Some(_) => peer.details.has_found_us,
+        None => peer.details.since.elapsed() >= SETTLE,
     }
 }
 
-/// What is shared between an end and the thread that listens.
+/// The sender of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sender {
+    /// The hash of its types; 0 of another program.
+    Known(u64),
+    /// Its types differ.
+    Mismatched,
+    /// Discovery has not found it yet, or the registrations were not searched for it yet.
+    Unknown,
+}
+
+type CommonState = rc_network::EndpointState<Guid, Details>;
+
+/// What an endpoint shares with the thread that listens.
 pub(crate) struct EndpointState {
-    /// The name of the topic in DDS, and of its type.
-    pub(crate) topic: String,
+    common: CommonState,
+    /// The name of the type in DDS.
     pub(crate) type_name: String,
-    pub(crate) role: Role,
-    pub(crate) types: TypeIdentity,
-    /// The component that it is of, and the number of its connection there.
-    pub(crate) instance: String,
+    /// The number of its connection in the component.
     pub(crate) connection: u32,
-    /// Whether it sends, or else receives.
-    pub(crate) sends: bool,
-    pub(crate) contract: QosContract,
     /// When it was opened, in nanoseconds since 1970.
     opened: i64,
-    /// Rings when something has come or the other ends have changed.
-    pub(crate) signal: WakeEvent,
     listener: Listener,
     inbox: Arc<dyn Inbox>,
     group: Group,
-    /// The number of this end in its group.
+    /// The number of this endpoint in its group.
     place: usize,
-    /// The notices of those on this machine, and what its own stands under.
+    /// The registrations of this machine.
     registry: LocalRegistry,
-    own: Mutex<Guid>,
-    peers: Mutex<Peers>,
-    changed: Condvar,
-    pub(crate) rate_limit: RateLimit,
 }
 
-#[derive(Default)]
-struct Peers {
-    by_guid: BTreeMap<Guid, Peer>,
-    /// Those who do not fit and have been told of.
-    told_of: BTreeSet<Guid>,
-    posted: Option<RegistrationGuard>,
-}
+impl Deref for EndpointState {
+    type Target = CommonState;
 
-impl Peers {
-    /// Writes on the notice of this end whom it has found.
-    fn note(&mut self, guid: &Guid) {
-        if let Some(posted) = &mut self.posted {
-            let here = self.by_guid.values().filter(|peer| peer.here);
-            // The notice only helps others to start; they wait for a bounded time.
-            let _ = posted.found(guid, here.map(|peer| &peer.guid));
-        }
+    fn deref(&self) -> &CommonState {
+        &self.common
     }
 }
 
@@ -211,16 +170,11 @@ impl GroupedReader {
     }
 }
 
-/// What a new ear has to know.
+/// What a new endpoint has to know.
 pub(crate) struct Listening {
-    pub(crate) topic: String,
+    pub(crate) identity: Identity,
     pub(crate) type_name: String,
-    pub(crate) role: Role,
-    pub(crate) types: TypeIdentity,
-    pub(crate) instance: String,
     pub(crate) connection: u32,
-    pub(crate) sends: bool,
-    pub(crate) contract: QosContract,
     pub(crate) signal: WakeEvent,
     pub(crate) listener: Listener,
     pub(crate) inbox: Arc<dyn Inbox>,
@@ -231,26 +185,17 @@ pub(crate) struct Listening {
 
 impl EndpointState {
     pub(crate) fn new(listening: Listening) -> Self {
+        let backlog = Arc::clone(&listening.inbox) as _;
         Self {
-            topic: listening.topic,
+            common: CommonState::new(listening.identity, listening.signal, backlog),
             type_name: listening.type_name,
-            role: listening.role,
-            types: listening.types,
-            instance: listening.instance,
             connection: listening.connection,
-            sends: listening.sends,
-            contract: listening.contract,
             opened: rc_network::stamp(0),
-            signal: listening.signal,
             listener: listening.listener,
             inbox: listening.inbox,
             group: listening.group,
             place: listening.place,
             registry: listening.registry,
-            own: Mutex::default(),
-            peers: Mutex::default(),
-            changed: Condvar::new(),
-            rate_limit: RateLimit::default(),
         }
     }
 
@@ -308,13 +253,11 @@ impl EndpointState {
                 break;
             }
         }
-        // Who does not fit takes no place from who does.
-        let peers = lock(&self.peers);
+        // Samples of other types take no room from those that can be read.
         samples.retain(|sample| {
-            let peer = peers.by_guid.get(&sample.writer);
-            peer.is_none_or(|peer| peer.fits)
+            let matches = self.with(&sample.writer, |peer| peer.matches);
+            matches.unwrap_or(true)
         });
-        drop(peers);
         if !samples.is_empty() {
             samples.sort_by_key(|sample| sample.received);
             self.inbox.put(samples);
@@ -343,7 +286,7 @@ impl EndpointState {
         }
     }
 
-    /// Another end was found. Gives it where its types differ.
+    /// Adds a peer that was found; gives it where its types differ.
     pub(crate) fn matched(
         &self,
         guid: Guid,
@@ -351,242 +294,152 @@ impl EndpointState {
         has_found_us: bool,
         same_type: bool,
     ) -> Option<Peer> {
+        let ours = &self.identity.info.types;
         let same = info
             .as_ref()
-            .is_none_or(|info| fit(&info.types, &self.types));
-        let fits = same && same_type;
+            .is_none_or(|info| types_match(&info.types, ours));
         let peer = Peer {
             guid,
             info,
-            since: Instant::now(),
-            has_found_us,
-            silent: false,
-            fits,
-            here: true,
+            matches: same && same_type,
+            presence: Presence::Present,
+            details: Details {
+                since: Instant::now(),
+                has_found_us,
+                is_searched: false,
+            },
         };
-        let mut peers = lock(&self.peers);
-        peers.by_guid.insert(guid, peer.clone());
-        peers.note(&guid);
-        let gone = peers.by_guid.values().filter(|peer| !peer.here).count();
-        if gone > REMEMBERED {
-            peers.by_guid.retain(|_, peer| peer.here);
-        }
-        drop(peers);
-        self.tell();
-        (!fits).then_some(peer)
+        self.insert(guid, peer.clone());
+        (!peer.matches).then_some(peer)
     }
 
-    /// What is known of ends that were found has changed; gives those that turn out not to fit.
-    /// `each` is given who a peer turns out to be.
+    /// Components have told of their endpoints; gives the peers that turn out to have other types. `each` is given what a
+    /// peer tells of itself when this is new.
     pub(crate) fn learned(
         &self,
         of: impl Fn(&Guid) -> Option<(EndpointInfo, bool)>,
         mut each: impl FnMut(&EndpointInfo),
     ) -> Vec<Peer> {
-        let mut misfits = Vec::new();
-        let mut changed = false;
-        for peer in lock(&self.peers).by_guid.values_mut() {
+        let mut mismatched = Vec::new();
+        let ours = &self.identity.info.types;
+        self.update(|peer| {
             let Some((info, has_found_us)) = of(&peer.guid) else {
-                continue;
+                return false;
             };
-            changed |= peer.info.is_none() || peer.has_found_us != has_found_us;
-            peer.has_found_us |= has_found_us;
+            let changed = peer.info.is_none() || peer.details.has_found_us != has_found_us;
+            peer.details.has_found_us |= has_found_us;
             if peer.info.is_none() {
-                peer.fits &= fit(&info.types, &self.types);
+                peer.matches &= types_match(&info.types, ours);
                 each(&info);
                 peer.info = Some(info);
-                if !peer.fits {
-                    misfits.push(peer.clone());
+                if !peer.matches {
+                    mismatched.push(peer.clone());
                 }
             }
-        }
-        if changed {
-            self.tell();
-        }
-        misfits
+            changed
+        });
+        mismatched
     }
 
-    /// An end has gone, or all of a process.
+    /// Marks a peer, or all of a process, as gone.
     pub(crate) fn lost(&self, is_it: impl Fn(&Guid) -> bool) {
-        self.change(|peer| {
-            let lost = peer.here && is_it(&peer.guid);
-            peer.here &= !lost;
+        self.update(|peer| {
+            let lost = peer.presence != Presence::Gone && is_it(&peer.guid);
+            if lost {
+                peer.presence = Presence::Gone;
+            }
             lost
         });
     }
 
-    /// A process is silent, or heard again.
+    /// Marks the peers of a process as silent, or as present again.
     pub(crate) fn silence(&self, silent: bool, is_it: impl Fn(&Guid) -> bool) {
-        self.change(|peer| {
-            let changes = peer.silent != silent && is_it(&peer.guid);
-            peer.silent ^= changes;
-            changes
-        });
-    }
-
-    fn change(&self, each: impl FnMut(&mut Peer) -> bool) {
-        let changed = lock(&self.peers)
-            .by_guid
-            .values_mut()
-            .map(each)
-            .filter(|changed| *changed)
-            .count();
-        if changed > 0 {
-            self.tell();
-        }
-    }
-
-    fn tell(&self) {
-        self.changed.notify_all();
-        // A call that waits may wait in vain now, and a request that was held may be served.
-        if self.role == Role::Client || self.inbox.waits() {
-            self.signal.wake();
-        }
-    }
-
-    /// Forgets the other ends: this one has become a new one.
-    pub(crate) fn forget(&self) {
-        lock(&self.peers).by_guid.clear();
-        self.tell();
-    }
-
-    /// The notice of this end; whom it has found already is written on it.
-    pub(crate) fn post(&self, own: Guid, posted: RegistrationGuard) {
-        *lock(&self.own) = own;
-        let mut peers = lock(&self.peers);
-        peers.posted = Some(posted);
-        let found: Vec<Guid> = peers.by_guid.keys().copied().collect();
-        for guid in &found {
-            peers.note(guid);
-        }
-    }
-
-    /// Looks at the notices of those on this machine who they are, and which of them have found this end.
-    pub(crate) fn look(&self) {
-        // Who has hung out no notice by then is no component on this machine.
-        let may_tell = |peer: &Peer| peer.info.is_some() || peer.since.elapsed() < CATCH_UP;
-        let waits = |peer: &Peer| peer.here && !peer.has_found_us && may_tell(peer);
-        if !lock(&self.peers).by_guid.values().any(waits) {
-            return;
-        }
-        let own = *lock(&self.own);
-        let registrations = self
-            .registry
-            .registrations(&self.topic, !self.sends, self.sends);
-        self.change(|peer| {
-            let Some(registration) = registrations
-                .iter()
-                .find(|registration| registration.guid == peer.guid)
-            else {
-                return false;
-            };
-            if peer.info.is_none() {
-                peer.fits &= fit(&registration.info.types, &self.types);
-                peer.info = Some(registration.info.clone());
+        let (from, to) = if silent {
+            (Presence::Present, Presence::Silent)
+        } else {
+            (Presence::Silent, Presence::Present)
+        };
+        self.update(|peer| {
+            let changes = peer.presence == from && is_it(&peer.guid);
+            if changes {
+                peer.presence = to;
             }
-            let changes = !peer.has_found_us && registration.found.contains(&own);
-            peer.has_found_us |= changes;
             changes
         });
     }
 
-    /// Takes the notice down.
-    pub(crate) fn withdraw(&self) {
-        lock(&self.peers).posted = None;
+    /// Searches the registrations of this machine for peers, see [`search`].
+    pub(crate) fn search(&self) {
+        search(&self.common, &self.registry);
     }
 
-    /// Whom this end has found on other machines than `host`, whether they fit or not.
+    /// The peers on other machines than `host`, whether they match or not.
     pub(crate) fn found(&self, host: &str) -> BTreeSet<Guid> {
-        let peers = lock(&self.peers);
-        let far =
-            |peer: &&Peer| peer.here && peer.info.as_ref().is_some_and(|info| info.host != host);
-        peers
-            .by_guid
-            .values()
-            .filter(far)
-            .map(|peer| peer.guid)
-            .collect()
+        let far = |peer: &Peer| peer.info.as_ref().is_some_and(|info| info.host != host);
+        let found = self.peers(|peer| {
+            let is_here = peer.presence != Presence::Gone;
+            (is_here && far(peer)).then_some(peer.guid)
+        });
+        found.into_iter().collect()
     }
 
-    /// The other ends that are there and fit.
-    pub(crate) fn here<R>(&self, each: impl FnMut(&Peer) -> Option<R>) -> Vec<R> {
-        let peers = lock(&self.peers);
-        let here = peers.by_guid.values().filter(|peer| peer.is_here());
-        here.filter_map(each).collect()
-    }
-
-    /// Whether one of them is there and fits.
-    pub(crate) fn has(&self, is_it: impl Fn(&Peer) -> bool) -> bool {
-        let peers = lock(&self.peers);
-        peers
-            .by_guid
-            .values()
-            .any(|peer| peer.is_here() && is_it(peer))
-    }
-
-    /// How many other ends there are.
-    pub(crate) fn count(&self) -> usize {
-        self.here(|_| Some(())).len()
-    }
-
-    /// Whether this end and that one have found each other, or do not fit.
-    pub(crate) fn has_met(&self, guid: &Guid) -> bool {
-        let peers = lock(&self.peers);
-        let peer = peers.by_guid.get(guid);
-        peer.is_some_and(|peer| !peer.fits || peer.has_found_us)
-    }
-
-    /// Whether to tell of an end that does not fit: once of each, and once a second at most where there are very many.
-    pub(crate) fn may_tell_of(&self, guid: &Guid) -> bool {
-        let mut peers = lock(&self.peers);
-        if peers.told_of.contains(guid) {
-            return false;
-        }
-        if peers.told_of.len() == REMEMBERED {
-            return self.rate_limit.allow().is_some();
-        }
-        peers.told_of.insert(*guid)
-    }
-
-    /// Waits until the other ends have changed, at most `limit`.
-    pub(crate) fn wait(&self, limit: Duration) {
-        let peers = lock(&self.peers);
-        // Whether it was a change or the limit, the caller looks again.
-        let _ = self.changed.wait_timeout(peers, limit);
-    }
-
-    /// Whether a sample was kept from before this end was there, and comes although it asked for nothing old.
+    /// Whether a sample was kept from before this endpoint was there, and arrives although it requested no kept samples.
     pub(crate) fn is_old(&self, sample: &Sample) -> bool {
-        let peers = lock(&self.peers);
-        let peer = peers.by_guid.get(&sample.writer);
-        let is_fresh = peer.is_none_or(|peer| peer.since.elapsed() < CATCH_UP);
+        let since = self.with(&sample.writer, |peer| peer.details.since);
+        let is_fresh = since.is_none_or(|since| since.elapsed() < CATCH_UP);
         // By the clock of another machine it may look so for longer.
         is_fresh && sample.stamp != 0 && sample.stamp < self.opened
     }
 
-    /// Whether an end was found, be it gone by now.
+    /// Whether a peer was found, be it gone by now.
     pub(crate) fn knows(&self, guid: &Guid) -> bool {
-        lock(&self.peers).by_guid.contains_key(guid)
+        self.with(guid, |_| ()).is_some()
     }
 
-    /// The hash of the types of whoever sent a sample, 0 of a stranger; `None` if they are not ours.
-    pub(crate) fn type_hash(&self, writer: &Guid) -> Option<u64> {
-        let begin = Instant::now();
-        while !self.knows(writer) && begin.elapsed() < KNOWN {
-            self.wait(LOOK);
-        }
-        let is_new = |peer: &Peer| peer.info.is_none() && peer.since.elapsed() < CATCH_UP;
-        let unknown = lock(&self.peers).by_guid.get(writer).is_some_and(is_new);
-        if unknown {
-            self.look();
-        }
-        let peers = lock(&self.peers);
-        match peers.by_guid.get(writer) {
-            Some(peer) if !peer.fits => None,
-            Some(peer) => Some(peer.info.as_ref().map_or(0, |info| info.types.hash)),
-            None => Some(0),
-        }
+    /// The sender of a sample of `writer`. It neither waits nor reads files.
+    pub(crate) fn sender(&self, writer: &Guid) -> Sender {
+        let sender = self.with(writer, |peer| match &peer.info {
+            _ if !peer.matches => Sender::Mismatched,
+            Some(info) => Sender::Known(info.types.hash),
+            None if peer.details.is_searched => Sender::Known(STRANGER),
+            None => Sender::Unknown,
+        });
+        sender.unwrap_or(Sender::Unknown)
     }
+}
+
+/// Searches the registrations of this machine: who the peers of an endpoint are, and which of them have found it.
+pub(crate) fn search(state: &CommonState, registry: &LocalRegistry) {
+    // A peer that has not registered by then is no component on this machine.
+    let may_register = |peer: &Peer| peer.info.is_some() || peer.details.since.elapsed() < CATCH_UP;
+    let waits = |peer: &Peer| {
+        let Details { has_found_us, .. } = peer.details;
+        peer.presence != Presence::Gone && !has_found_us && may_register(peer)
+    };
+    if !state.any(waits) {
+        return;
+    }
+    let own = state.guid();
+    let Identity {
+        topic, kind, info, ..
+    } = &state.identity;
+    let registrations = registry.registrations(topic, kind.opposite());
+    state.update(|peer| {
+        let mut changes = !peer.details.is_searched;
+        peer.details.is_searched = true;
+        let registered = registrations.iter().find(|one| one.guid == peer.guid);
+        if let Some(registration) = registered {
+            if peer.info.is_none() {
+                peer.matches &= types_match(&registration.info.types, &info.types);
+                peer.info = Some(registration.info.clone());
+                changes = true;
+            }
+            let has_found_us = own.is_some_and(|own| registration.found.contains(&own));
+            changes |= has_found_us && !peer.details.has_found_us;
+            peer.details.has_found_us |= has_found_us;
+        }
+        changes
+    });
 }
 
 /// The sending or receiving end of a topic of DDS.

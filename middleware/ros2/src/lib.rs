@@ -6,6 +6,7 @@ mod calls;
 mod client;
 mod config;
 mod endpoint_state;
+mod held;
 mod names;
 mod parameter_events;
 mod parameters;

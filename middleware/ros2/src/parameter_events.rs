@@ -7,7 +7,7 @@ use crate::session::{self, EndpointSpec, Port, Session, Unsent, signal};
 use crate::wire::{Body, Writer};
 use rc_middleware::parameters::{ParameterEvent, ParameterService};
 use rc_middleware::{OpenError, Qos, TypeIdentity};
-use rc_network::{RateLimit, Role, stamp};
+use rc_network::{EndpointKind, RateLimit, Role, stamp};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -53,7 +53,7 @@ impl Events {
                 name: "rcl_interfaces/msg/ParameterEvent".to_owned(),
                 hash: STRANGER,
             },
-            sends: true,
+            kind: EndpointKind::Writer,
             qos: qos::topic(&Qos {
                 depth: MOST,
                 ..Qos::PUBLISHER

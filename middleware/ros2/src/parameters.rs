@@ -2,14 +2,14 @@
 
 use crate::calls::{self, Id};
 use crate::config::Mapping;
-use crate::endpoint_state::{EndpointState, Group, Inbox, Peer, STRANGER};
+use crate::endpoint_state::{EndpointState, Group, Inbox, Peer, STRANGER, is_ready};
 use crate::qos;
 use crate::rcl::{self, Service};
 use crate::session::{self, EndpointSpec, Port, Session, signal};
 use crate::wire::{Body, Sample, Writer};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{OpenError, TypeIdentity};
-use rc_network::{RateLimit, Role, stamp};
+use rc_network::{Backlog, EndpointKind, RateLimit, Role, stamp};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -36,6 +36,8 @@ struct Incoming {
     mapping: Mapping,
     asked: SyncSender<Asked>,
 }
+
+impl Backlog for Incoming {}
 
 impl Inbox for Incoming {
     fn put(&self, samples: Vec<Sample>) {
@@ -98,24 +100,24 @@ impl Services {
                     format!("rcl_interfaces::srv::dds_::{type_name}_{part}_"),
                 )
             };
-            let spec = |topic, sends| EndpointSpec {
+            let spec = |topic, kind| EndpointSpec {
                 address: &address,
                 topic,
                 role: Role::Server,
                 types: &types,
-                sends,
+                kind,
                 qos: qos::call(),
                 signal: signal.clone(),
                 is_watched: true,
                 inbox: Arc::clone(&incoming) as _,
                 group: (Arc::clone(&group), place),
             };
-            let replies = spec(topic("rr", "Response", "Reply"), true);
+            let replies = spec(topic("rr", "Response", "Reply"), EndpointKind::Writer);
             let replies = EndpointSpec {
                 inbox: Arc::new(()),
                 ..replies
             };
-            let requests = spec(topic("rq", "Request", "Request"), false);
+            let requests = spec(topic("rq", "Request", "Request"), EndpointKind::Reader);
             ports.extend(session.ports(vec![replies, requests])?);
         }
         let writers = ports.iter().filter_map(|port| {
@@ -172,7 +174,7 @@ fn run(
         if let Err(reason) = told
             && let Some(passed) = rate_limit.allow()
         {
-            let (count, topic) = (passed + 1, &to.state.topic);
+            let (count, topic) = (passed + 1, &to.state.identity.topic);
             tracing::warn!(
                 "a request about parameters has no answer on `{topic}` ({count} times): {reason}"
             );
@@ -187,12 +189,12 @@ fn reply(to: &Replies, mapping: Mapping, asked: &Asked, answer: &[u8]) -> Result
             answer.len()
         ));
     }
-    let member = asked.sample.member();
-    let ready = |peer: &Peer| peer.member() == member && peer.is_ready();
+    let member = asked.sample.prefix();
+    let ready = |peer: &Peer| peer.prefix() == member && is_ready(peer);
     let begin = Instant::now();
     while !to.state.has(ready) && begin.elapsed() < HOLD {
-        to.state.look();
-        to.state.wait(LOOK);
+        to.state.search();
+        to.state.wait_for_change(LOOK);
     }
     let mark = calls::mark(mapping, asked.id, true);
     let body = Body::of(&[&mark.header, answer]);

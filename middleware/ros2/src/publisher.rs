@@ -5,7 +5,7 @@ use crate::qos;
 use crate::session::{EndpointSpec, Port, Session, Unsent, signal};
 use crate::wire::Body;
 use rc_middleware::{Endpoint, Header, OpenError, Publisher, SendError};
-use rc_network::{Role, stamp};
+use rc_network::{EndpointKind, Role, stamp};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosPubl
         topic: names::topic(endpoint, session.rules())?,
         role: Role::Publisher,
         types: &endpoint.types,
-        sends: true,
+        kind: EndpointKind::Writer,
         qos: qos::topic(&endpoint.qos),
         signal: signal(&address)?,
         is_watched: false,

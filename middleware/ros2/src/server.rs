@@ -2,7 +2,8 @@
 
 use crate::calls::{self, Id, Service};
 use crate::config::Mapping;
-use crate::endpoint_state::{Inbox, Peer, Reasons};
+use crate::endpoint_state::{Inbox, Peer, Reasons, Sender, is_ready};
+use crate::held::UNKNOWN;
 use crate::session::{Session, Unsent, signal};
 use crate::shared::Shared;
 use crate::wire::{Body, Sample};
@@ -10,7 +11,9 @@ use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{
     Endpoint, Header, OpenError, Profile, Reader, ReceiveError, Reply, Server, WakeEvent, Writer,
 };
-use rc_network::{Guid, QueuedRequest, RateLimit, RequestQueues, Role, lock, stamp};
+use rc_network::{
+    Backlog, Guid, QueuedRequest, RateLimit, RequestQueues, Role, lock, prefix, stamp,
+};
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
@@ -71,9 +74,11 @@ impl Inbox for Queue {
     fn unreadable(&self, reason: String) {
         self.reasons.put(reason);
     }
+}
 
-    fn waits(&self) -> bool {
-        self.requests.waits()
+impl Backlog for Queue {
+    fn awaits_peers(&self) -> bool {
+        self.requests.awaits_peers()
     }
 }
 
@@ -125,11 +130,15 @@ impl Reply for RosReply {
 }
 
 impl Service {
-    /// Whether what is answered now reaches the client: its reader has been found, or it was known, has gone and hears nothing.
+    /// Whether to serve a request now: its client is known, and the reply reaches it, or the client has gone and gets none.
     fn may_serve(&self, waiting: &QueuedRequest<Asked>) -> bool {
-        let member = waiting.sample.sample.member();
-        let same = |peer: &Peer| peer.member() == member;
-        self.replies.state.has(|peer| same(peer) && peer.is_ready())
+        let member = waiting.sample.sample.prefix();
+        let same = |peer: &Peer| peer.prefix() == member;
+        let sender = self.requests.state.sender(&waiting.sample.sample.writer);
+        if sender == Sender::Unknown && waiting.since.elapsed() < UNKNOWN {
+            return false;
+        }
+        self.replies.state.has(|peer| same(peer) && is_ready(peer))
             || (!self.requests.state.has(same)
                 && self.requests.state.knows(&waiting.sample.sample.writer))
             || waiting.since.elapsed() >= HOLD
@@ -159,8 +168,8 @@ impl RosServer {
         id: Id,
         body: &[u8],
     ) -> Result<(), ReceiveError> {
-        let member = crate::wire::member(writer);
-        let ours = |peer: &Peer| peer.member() == member && peer.info.is_some();
+        let member = prefix(writer);
+        let ours = |peer: &Peer| peer.prefix() == member && peer.info.is_some();
         let mut mapping = self.mapping;
         if calls::is_too_large(mapping, body.len()) {
             if !self.services[place].replies.state.has(ours) {
@@ -177,8 +186,8 @@ impl RosServer {
         // less to send to all than to tell the others that they miss nothing.
         let mut to = None;
         if body.len() > calls::LARGE || id.1 < 0 {
-            let same = |peer: &Peer| (peer.member() == member).then_some(peer.guid);
-            if let [only] = port.state.here(same)[..] {
+            let same = |peer: &Peer| (peer.prefix() == member).then_some(peer.guid);
+            if let [only] = port.state.usable(same)[..] {
                 to = Some(only);
             }
         }
@@ -209,8 +218,8 @@ impl RosServer {
         id: Id,
         reason: &str,
     ) -> Result<(), ReceiveError> {
-        let member = crate::wire::member(writer);
-        let ours = |peer: &Peer| peer.member() == member && peer.info.is_some();
+        let member = prefix(writer);
+        let ours = |peer: &Peer| peer.prefix() == member && peer.info.is_some();
         if !self.services[place].replies.state.has(ours) {
             if let Some(passed) = self.rate_limit.allow() {
                 let (count, address) = (passed + 1, &self.address);
@@ -249,17 +258,15 @@ impl Server for RosServer {
             let reason = "too many requests of this client wait already";
             return self.refuse(place, &writer, id, reason).map(|()| true);
         }
-        if self.queue.waits() {
-            for service in &self.services {
-                service.replies.state.look();
-            }
-        }
         let services = &self.services;
         let may = |waiting: &QueuedRequest<Asked>| {
             let service = services.get(waiting.sample.sample.place);
             service.is_none_or(|service| service.may_serve(waiting))
         };
         let Some(QueuedRequest { sample: asked, .. }) = self.queue.requests.next(may) else {
+            if self.queue.awaits_peers() {
+                self.queue.shared.search_soon();
+            }
             return Ok(false);
         };
         let Asked {
@@ -271,7 +278,7 @@ impl Server for RosServer {
         let Some(service) = self.services.get(place) else {
             return Ok(true);
         };
-        if service.requests.state.type_hash(&writer).is_none() {
+        if service.requests.state.sender(&writer) == Sender::Mismatched {
             let reason = "the types differ; regenerate and rebuild both ends";
             return self.refuse(place, &writer, id, reason).map(|()| true);
         }

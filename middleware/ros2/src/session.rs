@@ -2,13 +2,13 @@
 
 use crate::bound::bounded;
 use crate::config::{self, Config, Mapping};
-use crate::endpoint_state::{self, EndpointState, Entity, Group, Inbox, Listener, Listening};
+use crate::endpoint_state::{EndpointState, Entity, Group, Inbox, Listener, Listening, search};
 use crate::qos::Ends;
 use crate::shared::Shared;
 use crate::watcher::Watcher;
 use crate::wire::{self, Body, Reader, Writer};
 use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
-use rc_network::{EndpointInfo, Guid, LocalRegistry, QosContract, Role};
+use rc_network::{EndpointKind, Guid, Identity, Opener, Opening, Patience, Role, prefix};
 use rc_settings::ros::ResolvedRemapping;
 use rustdds::rpc::SampleIdentity;
 use rustdds::{
@@ -21,13 +21,11 @@ use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long a component waits, in all, for ends on this machine that it does not find over the network: a process whose
-/// first announcement was lost, as where very many start at once, announces itself again after ten seconds.
-const PATIENCE: Duration = Duration::from_secs(12);
-/// How long after its start a client that finds no server waits for one on another machine.
-const GRACE: Duration = Duration::from_millis(400);
-/// How often the notices of others are looked at while they are waited for.
-const LOOK: Duration = Duration::from_millis(2);
+/// A process whose first announcement was lost, as where very many start at once, announces itself again after ten seconds.
+const PATIENCE: Patience = Patience {
+    local: Duration::from_secs(12),
+    remote: Duration::from_millis(400),
+};
 /// How many bytes may wait for somebody who confirms nothing, before that one is left behind.
 const MOST_UNCONFIRMED: usize = 128 << 20;
 /// How long they are waited for then.
@@ -37,12 +35,9 @@ const ROOM: Duration = Duration::from_millis(20);
 pub(crate) struct Session {
     pub(crate) environment: Environment,
     pub(crate) config: Config,
-    pub(crate) host: String,
-    registry: LocalRegistry,
+    pub(crate) opener: Opener,
     pub(crate) shared: Arc<Shared>,
     connections: Cell<u32>,
-    patience: Cell<Duration>,
-    start: Instant,
     /// The writers, for who lingers.
     writers: RefCell<Vec<Weak<Writer>>>,
     watcher: Option<JoinHandle<()>>,
@@ -60,7 +55,6 @@ pub(crate) struct Port {
     pub(crate) session: Rc<Session>,
     topic: Topic,
     qos: rustdds::QosPolicies,
-    info: EndpointInfo,
     /// What was sent since everything was confirmed.
     unconfirmed: usize,
     /// The number in `Shared`.
@@ -75,7 +69,7 @@ pub(crate) struct EndpointSpec<'a> {
     pub(crate) topic: (String, String),
     pub(crate) role: Role,
     pub(crate) types: &'a TypeIdentity,
-    pub(crate) sends: bool,
+    pub(crate) kind: EndpointKind,
     pub(crate) qos: Ends,
     pub(crate) signal: WakeEvent,
     /// Whether what comes is put into the inbox by the thread that listens, and not by who owns the end.
@@ -101,7 +95,7 @@ impl Session {
         };
         let config = config::of(environment)?;
         let folder = environment.directory.middleware(crate::NAME);
-        let registry = LocalRegistry::open(&folder, config.domain.into())
+        let opener = Opener::new(environment, &folder, config.domain.into(), PATIENCE)
             .map_err(|error| failed(&folder.display().to_string(), &error))?;
         let mut builder = DomainParticipantBuilder::new(config.domain);
         if let Some(networks) = &config.networks {
@@ -123,8 +117,8 @@ impl Session {
         let subscriber = participant
             .create_subscriber(&none)
             .map_err(|error| failed("nothing can be received", &error))?;
-        let host = rc_network::host(&folder);
-        let make = || Watcher::new(&participant, &publisher, &subscriber, &config, &host);
+        let host = opener.host();
+        let make = || Watcher::new(&participant, &publisher, &subscriber, &config, host);
         let alone = |error: &dyn std::fmt::Display| failed("others cannot be discovered", error);
         let watcher = bounded(make).map_err(|error| alone(&error))?;
         let watcher = watcher.map_err(|error| alone(&error))?;
@@ -136,12 +130,9 @@ impl Session {
         Ok(Self {
             environment: environment.clone(),
             config,
-            host,
-            registry,
+            opener,
             shared,
             connections: Cell::new(0),
-            patience: Cell::new(PATIENCE),
-            start: Instant::now(),
             writers: RefCell::default(),
             watcher: Some(watcher),
             publisher,
@@ -166,57 +157,28 @@ impl Session {
         types
     }
 
-    /// Refuses what does not fit those who are at `topic` already.
-    fn check(&self, spec: &EndpointSpec<'_>) -> Result<(), OpenError> {
-        let types = self.types(spec);
-        let here = self.registry.registrations(&spec.topic.0, true, true);
-        let mut infos: Vec<EndpointInfo> = here
-            .into_iter()
-            .map(|registration| registration.info)
-            .collect();
-        // Of those who share the board the notices are certain.
-        let own = wire::member(&wire::guid(self.participant.guid()));
-        infos.extend(self.shared.told_at(&spec.topic.0, own, &self.host));
-        for info in infos {
-            if !endpoint_state::fit(&info.types, &types) {
-                return Err(OpenError::TypeMismatch {
-                    address: spec.address.to_owned(),
-                    ours: types.to_string(),
-                    theirs: info.types.to_string(),
-                });
-            }
-            if (spec.role, info.role) == (Role::Server, Role::Server) {
-                return Err(OpenError::AddressTaken {
-                    address: spec.address.to_owned(),
-                    holder: info.who(&self.host),
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// Opens ends, all or none, and waits until they and those on this machine have found each other.
+    /// Opens endpoints, all or none, and waits until they and their peers on this machine have found each other.
     pub(crate) fn ports(
         self: &Rc<Self>,
         specs: Vec<EndpointSpec<'_>>,
     ) -> Result<Vec<Port>, OpenError> {
-        let address = specs.first().map_or("", |spec| spec.address).to_owned();
-        let backend = |error: &dyn std::fmt::Display| OpenError::Backend {
-            address: address.clone(),
-            reason: error.to_string(),
-        };
-        let open_lock = self.registry.open_lock().map_err(|error| backend(&error))?;
+        let address = specs.first().map_or("", |spec| spec.address);
+        let opening = self.opener.begin(address)?;
         for spec in &specs {
-            self.check(spec)?;
+            let topic = &spec.topic.0;
+            let info = self.opener.info(spec.role, self.types(spec));
+            let own = prefix(&wire::guid(self.participant.guid()));
+            let remote = self.shared.told_at(topic, own, self.opener.host());
+            opening.check(topic, &info, remote)?;
         }
         self.connections.set(self.connections.get().wrapping_add(1));
         let mut ports = Vec::new();
         for spec in specs {
-            ports.push(self.port(spec, &backend)?);
+            ports.push(self.port(spec, &opening)?);
         }
-        drop(open_lock);
         self.shared.changed();
-        self.meet(&ports);
+        let states: Vec<_> = ports.iter().map(|port| &**port.state).collect();
+        opening.meet(&states, |state| search(state, self.opener.registry()));
         Ok(ports)
     }
 
@@ -233,30 +195,24 @@ impl Session {
     fn port(
         self: &Rc<Self>,
         spec: EndpointSpec<'_>,
-        backend: &dyn Fn(&dyn std::fmt::Display) -> OpenError,
+        opening: &Opening<'_>,
     ) -> Result<Port, OpenError> {
-        let info = EndpointInfo {
-            role: spec.role,
-            types: self.types(&spec),
-            instance: self.environment.instance.clone(),
-            pid: std::process::id(),
-            host: self.host.clone(),
-        };
+        let info = self.opener.info(spec.role, self.types(&spec));
         let (name, type_name) = spec.topic;
         let Ends { policies, contract } = spec.qos;
         let topic = self
             .participant
             .create_topic(name.clone(), type_name.clone(), &policies, TopicKind::NoKey)
-            .map_err(|error| backend(&error))?;
+            .map_err(|error| opening.failed(&error))?;
         let state = Arc::new(EndpointState::new(Listening {
-            topic: name,
+            identity: Identity {
+                topic: name,
+                kind: spec.kind,
+                info,
+                contract,
+            },
             type_name,
-            role: spec.role,
-            types: info.types.clone(),
-            instance: info.instance.clone(),
             connection: self.connections.get(),
-            sends: spec.sends,
-            contract,
             listener: if spec.is_watched {
                 Listener::Watcher(Arc::clone(&self.shared.waker))
             } else {
@@ -266,26 +222,25 @@ impl Session {
             inbox: spec.inbox,
             group: spec.group.0,
             place: spec.group.1,
-            registry: self.registry.clone(),
+            registry: self.opener.registry().clone(),
         }));
         let number = self.shared.number();
         let entity = self
-            .entity(&topic, &policies, spec.sends)
-            .map_err(|error| backend(&error))?;
+            .entity(&topic, &policies, spec.kind)
+            .map_err(|error| opening.failed(&error))?;
         self.opened(&entity, number, &state);
         let guid = entity.guid();
-        let mut port = Port {
+        let port = Port {
             entity: Some(entity),
             state,
             guid,
             session: Rc::clone(self),
             topic,
             qos: policies,
-            info,
             unconfirmed: 0,
             number,
         };
-        port.announce().map_err(|error| backend(&error))?;
+        port.register().map_err(|error| opening.failed(&error))?;
         Ok(port)
     }
 
@@ -294,10 +249,10 @@ impl Session {
         &self,
         topic: &Topic,
         policies: &rustdds::QosPolicies,
-        sends: bool,
+        kind: EndpointKind,
     ) -> Result<Entity, String> {
         let policies = Some(policies.clone());
-        if sends {
+        if kind == EndpointKind::Writer {
             let make = || self.publisher.create_datawriter_no_key(topic, policies);
             let writer: Writer = bounded(make)?.map_err(|error| error.to_string())?;
             let writer = Arc::new(writer);
@@ -319,46 +274,6 @@ impl Session {
         self.shared.opened(number, entity.guid(), state);
         if let Entity::Reader(reader) = entity {
             state.attach(reader);
-        }
-    }
-
-    /// Waits until new ends and those on this machine have found each other. Who cannot be reached costs a component
-    /// its patience once.
-    fn meet(&self, ports: &[Port]) {
-        let begin = Instant::now();
-        for port in ports {
-            while !self.has_met(port) && begin.elapsed() < self.patience.get() {
-                port.state.wait(LOOK);
-            }
-        }
-        if ports.iter().any(|port| !self.has_met(port)) {
-            let left = self.patience.get().saturating_sub(begin.elapsed());
-            self.patience.set(left);
-        }
-    }
-
-    fn has_met(&self, port: &Port) -> bool {
-        let state = &port.state;
-        state.look();
-        let others = self
-            .registry
-            .registrations(&state.topic, !state.sends, state.sends);
-        others.iter().all(|registration| {
-            let (offered, requested): (&QosContract, &QosContract) = if state.sends {
-                (&state.contract, &registration.contract)
-            } else {
-                (&registration.contract, &state.contract)
-            };
-            !rc_network::differences(offered, requested).is_empty()
-                || state.has_met(&registration.guid)
-        })
-    }
-
-    /// Gives those on other machines a moment, once, until `found`.
-    pub(crate) fn grace(&self, state: &EndpointState, found: impl Fn() -> bool) {
-        while !found() && self.start.elapsed() < GRACE && !self.environment.wake_event.is_stopping()
-        {
-            state.wait(LOOK);
         }
     }
 
@@ -396,17 +311,11 @@ impl Entity {
 }
 
 impl Port {
-    /// Hangs out the notice of this end.
-    fn announce(&mut self) -> std::io::Result<()> {
-        let state = &self.state;
-        let posted = self.session.registry.post(
-            &state.topic,
-            &self.guid,
-            state.sends,
-            &self.info,
-            &state.contract,
-        )?;
-        state.post(self.guid, posted);
+    /// Registers this endpoint on this machine.
+    fn register(&self) -> std::io::Result<()> {
+        let registry = self.session.opener.registry();
+        let registration = registry.register(&self.guid, &self.state.identity)?;
+        self.state.register(registration);
         Ok(())
     }
 
@@ -454,27 +363,29 @@ impl Port {
     /// Takes a new writer in the place of one that is held up by somebody who confirms nothing: the library drops such a
     /// one only after most of a minute. The others find the new one in a moment; what is sent until then is lost to them.
     pub(crate) fn renew(&mut self) -> Result<(), String> {
-        if let Some(passed) = self.state.rate_limit.allow() {
-            let (count, topic) = (passed + 1, &self.state.topic);
+        if let Some(passed) = self.state.report_limit.allow() {
+            let (count, topic) = (passed + 1, self.state.topic());
             tracing::warn!(
                 "somebody who hears `{topic}` confirms nothing any more and is left behind ({count} times)"
             );
         }
         // Where there is no other one, the old one stays, and the next thing that is sent tries again.
-        let entity = self.session.entity(&self.topic, &self.qos, true)?;
-        self.state.withdraw();
-        self.state.forget();
+        let entity = self
+            .session
+            .entity(&self.topic, &self.qos, EndpointKind::Writer)?;
+        self.state.unregister();
+        self.state.clear();
         self.session.opened(&entity, self.number, &self.state);
         self.guid = entity.guid();
         self.entity = Some(entity);
         self.unconfirmed = 0;
-        self.announce().map_err(|error| error.to_string())?;
+        self.register().map_err(|error| error.to_string())?;
         self.session.shared.changed();
         Ok(())
     }
 
     fn leave(&mut self) {
-        self.state.withdraw();
+        self.state.unregister();
         self.session.shared.closed(self.number);
         if let Some(Entity::Reader(reader)) = &self.entity {
             self.state.detach(reader);

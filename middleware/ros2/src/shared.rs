@@ -2,8 +2,7 @@
 
 use crate::endpoint_state::EndpointState;
 use crate::presence::Told;
-use crate::wire::{self, Member};
-use rc_network::{EndpointInfo, Guid, Mismatches, lock};
+use rc_network::{EndpointInfo, Guid, GuidPrefix, Mismatches, lock, prefix};
 use rustdds::mio1::Waker;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -20,7 +19,7 @@ pub(crate) struct Own {
 pub(crate) struct Shared {
     pub(crate) host: String,
     pub(crate) ends: Mutex<BTreeMap<usize, Own>>,
-    pub(crate) members: Mutex<HashMap<Member, Other>>,
+    pub(crate) members: Mutex<HashMap<GuidPrefix, Other>>,
     pub(crate) waker: Arc<Waker>,
     pub(crate) next: AtomicUsize,
     /// Ends of ours and of others that have found each other before ours was known here.
@@ -29,6 +28,8 @@ pub(crate) struct Shared {
     pub(crate) is_new: AtomicBool,
     /// Whether ends have found others.
     pub(crate) has_found: AtomicBool,
+    /// Whether registrations of this machine are to be searched for peers.
+    pub(crate) searches: AtomicBool,
     pub(crate) stops: AtomicBool,
     pub(crate) mismatches: Mismatches,
     /// Why the library works no more.
@@ -75,13 +76,19 @@ impl Shared {
         let _ = self.waker.wake();
     }
 
+    /// Has the thread that listens search the registrations of this machine for peers.
+    pub(crate) fn search_soon(&self) {
+        self.searches.store(true, Ordering::SeqCst);
+        let _ = self.waker.wake();
+    }
+
     pub(crate) fn stop(&self) {
         self.stops.store(true, Ordering::SeqCst);
         let _ = self.waker.wake();
     }
 
     /// Who has told of an end at `topic`, of other processes on other machines.
-    pub(crate) fn told_at(&self, topic: &str, own: Member, host: &str) -> Vec<EndpointInfo> {
+    pub(crate) fn told_at(&self, topic: &str, own: GuidPrefix, host: &str) -> Vec<EndpointInfo> {
         let members = lock(&self.members);
         let others = members
             .iter()
@@ -94,7 +101,7 @@ impl Shared {
     /// Who has sent something: the connection of a component of ours, or the writer of a stranger.
     pub(crate) fn sender(&self, writer: &Guid) -> Guid {
         let members = lock(&self.members);
-        let other = members.get(&wire::member(writer));
+        let other = members.get(&prefix(writer));
         match other.and_then(|other| other.ends.get(writer)) {
             Some(told) => {
                 let mut sender = *writer;
@@ -121,14 +128,14 @@ impl Shared {
     pub(crate) fn is_silent(&self, other: &Guid) -> bool {
         let members = lock(&self.members);
         members
-            .get(&wire::member(other))
+            .get(&prefix(other))
             .is_some_and(|other| other.silent)
     }
 
     /// What another end has told of itself to one of ours: who it is, and whether it has found it.
     pub(crate) fn told(&self, other: &Guid, own: &Guid) -> Option<(EndpointInfo, bool)> {
         let members = lock(&self.members);
-        let told = members.get(&wire::member(other))?.ends.get(other)?;
+        let told = members.get(&prefix(other))?.ends.get(other)?;
         Some((told.info.clone(), told.found.contains(own)))
     }
 }

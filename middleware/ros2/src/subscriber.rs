@@ -1,26 +1,36 @@
-//! The receiving end of a topic.
+//! The subscriber of a topic.
 
-use crate::endpoint_state::{Inbox, Reasons};
+use crate::endpoint_state::{Inbox, Reasons, Sender};
+use crate::held::Held;
 use crate::names;
 use crate::qos;
 use crate::session::{EndpointSpec, Port, Session, signal};
 use crate::wire::Sample;
 use rc_middleware::{Endpoint, Header, OpenError, ReceiveError, Subscriber, Unread};
-use rc_network::{DuplicateFilter, Role, SampleQueue};
+use rc_network::{Backlog, DuplicateFilter, EndpointKind, Role, SampleQueue};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The values of a topic, and what could not be read.
-struct Heap {
-    values: SampleQueue<Sample>,
+/// The samples of a topic, and what could not be read.
+struct Received {
+    samples: SampleQueue<Sample>,
     reasons: Reasons,
+    /// Whether the subscriber holds samples of unknown writers.
+    holds: AtomicBool,
 }
 
-impl Inbox for Heap {
+impl Backlog for Received {
+    fn awaits_peers(&self) -> bool {
+        self.holds.load(Ordering::SeqCst)
+    }
+}
+
+impl Inbox for Received {
     fn put(&self, samples: Vec<Sample>) {
         for sample in samples {
-            self.values.put(sample);
+            self.samples.put(sample);
         }
     }
 
@@ -31,26 +41,28 @@ impl Inbox for Heap {
 
 pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubscriber, OpenError> {
     let address = endpoint.address.to_string();
-    let heap = Arc::new(Heap {
-        values: SampleQueue::new(endpoint.qos.depth),
+    let received = Arc::new(Received {
+        samples: SampleQueue::new(endpoint.qos.depth),
         reasons: Reasons::default(),
+        holds: AtomicBool::new(false),
     });
     let port = session.end(EndpointSpec {
         address: &address,
         topic: names::topic(endpoint, session.rules())?,
         role: Role::Subscriber,
         types: &endpoint.types,
-        sends: false,
+        kind: EndpointKind::Reader,
         qos: qos::topic(&endpoint.qos),
         signal: signal(&address)?,
         is_watched: false,
-        inbox: Arc::clone(&heap) as _,
+        inbox: Arc::clone(&received) as _,
         group: Default::default(),
     })?;
     Ok(RosSubscriber {
         port,
-        heap,
-        heard: DuplicateFilter::default(),
+        received,
+        held: Held::new(endpoint.qos.depth),
+        duplicates: DuplicateFilter::default(),
         unread: Unread::default(),
         address,
     })
@@ -58,20 +70,39 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<RosSubs
 
 pub(crate) struct RosSubscriber {
     port: Port,
-    heap: Arc<Heap>,
-    heard: DuplicateFilter,
+    received: Arc<Received>,
+    held: Held<Sample>,
+    duplicates: DuplicateFilter,
     unread: Unread,
     address: String,
 }
 
 impl RosSubscriber {
-    /// The oldest value that has come.
-    fn next(&self) -> Option<Sample> {
-        let next = self.heap.values.next();
-        next.or_else(|| {
-            self.port.state.hear();
-            self.heap.values.next()
-        })
+    /// The oldest sample whose writer is known, or was unknown for too long.
+    fn next(&mut self) -> Option<Sample> {
+        let state = &self.port.state;
+        let is_known = |sample: &Sample| state.sender(&sample.writer) != Sender::Unknown;
+        let mut sample = self.held.take(is_known);
+        while sample.is_none()
+            && let Some(next) = next_of(&self.received, || state.hear())
+        {
+            // The samples of one writer keep their order.
+            let waits = self.held.has(|other| other.writer == next.writer);
+            if is_known(&next) && !waits {
+                sample = Some(next);
+                break;
+            }
+            self.held.put(next);
+            if !self.received.holds.swap(true, Ordering::SeqCst) {
+                self.port.session.shared.search_soon();
+            }
+        }
+        // A writer that was found just now wakes nobody.
+        let sample = sample.or_else(|| self.held.take(is_known));
+        if self.held.is_empty() {
+            self.received.holds.store(false, Ordering::SeqCst);
+        }
+        sample
     }
 
     fn failed(&self, reason: String) -> ReceiveError {
@@ -80,6 +111,14 @@ impl RosSubscriber {
             reason,
         }
     }
+}
+
+/// The oldest sample that was received; `hear` takes in what has arrived.
+fn next_of(received: &Received, hear: impl FnOnce() -> bool) -> Option<Sample> {
+    received.samples.next().or_else(|| {
+        hear();
+        received.samples.next()
+    })
 }
 
 impl Subscriber for RosSubscriber {
@@ -92,19 +131,22 @@ impl Subscriber for RosSubscriber {
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        if let Some(reason) = self.heap.reasons.next() {
+        if let Some(reason) = self.received.reasons.next() {
             return Err(self.failed(reason));
         }
         while let Some(sample) = self.next() {
-            // Who has other types was told so when it was found.
-            let Some(type_hash) = self.port.state.type_hash(&sample.writer) else {
-                continue;
+            let type_hash = match self.port.state.sender(&sample.writer) {
+                // Discovery has reported a sender of other types.
+                Sender::Mismatched => continue,
+                Sender::Known(type_hash) => type_hash,
+                Sender::Unknown => 0,
             };
-            if !self.port.state.contract.transient_local && self.port.state.is_old(&sample) {
+            let contract = &self.port.state.identity.contract;
+            if !contract.transient_local && self.port.state.is_old(&sample) {
                 continue;
             }
             let sender = u128::from_be_bytes(sample.writer);
-            if !self.heard.is_new(sender, sample.sequence) {
+            if !self.duplicates.is_new(sender, sample.sequence) {
                 continue;
             }
             return match sample.taken.body() {

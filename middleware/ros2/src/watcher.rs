@@ -6,8 +6,10 @@ use crate::endpoint_state::{EndpointState, Peer};
 use crate::presence::{self, Told};
 use crate::qos;
 use crate::shared::{Early, Other, Shared};
-use crate::wire::{self, Body, Copying, Member, Reader, Sample, Writer};
-use rc_network::{EndpointInfo, Guid, Mismatches, QosContract, Role, hex, lock};
+use crate::wire::{self, Body, Copying, Reader, Sample, Writer};
+use rc_network::{
+    EndpointKind, Guid, GuidPrefix, Identity, Mismatches, QosContract, Role, hex, lock, prefix,
+};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
 use rustdds::mio1::{Events, Interest, Poll, Token, Waker, event::Source};
@@ -109,7 +111,8 @@ impl Watcher {
             is_new: AtomicBool::new(true),
             has_found: AtomicBool::new(false),
             stops: AtomicBool::new(false),
-            mismatches: Mismatches::default(),
+            searches: AtomicBool::new(false),
+            mismatches: Mismatches::new(host),
             lost: OnceLock::new(),
         });
         Ok(Self {
@@ -164,6 +167,11 @@ impl Watcher {
                 self.listen(|_| true);
             }
             self.look_at_early();
+            if self.shared.searches.swap(false, Ordering::SeqCst) {
+                for state in self.shared.all() {
+                    state.search();
+                }
+            }
             if self.is_to_tell() && told.elapsed() >= PAUSE {
                 told = Instant::now();
                 self.tell();
@@ -203,7 +211,7 @@ impl Watcher {
 
     fn listen(&self, is_meant: impl Fn(&EndpointState) -> bool) {
         for state in self.shared.all() {
-            if !state.sends && is_meant(&state) {
+            if state.identity.kind == EndpointKind::Reader && is_meant(&state) {
                 state.listen();
             }
         }
@@ -232,11 +240,11 @@ impl Watcher {
         drop(members);
         for (member, info) in silent {
             if let Some(info) = info {
-                let (who, lease) = (info.who(&self.shared.host), self.lease);
+                let (who, lease) = (info.describe(&self.shared.host), self.lease);
                 tracing::debug!("{who} has been silent for {lease:?}");
             }
             for state in self.shared.all() {
-                state.silence(true, |guid| wire::member(guid) == member);
+                state.silence(true, |guid| prefix(guid) == member);
             }
         }
     }
@@ -254,11 +262,11 @@ impl Watcher {
     /// Takes the signs of life.
     fn lives(&mut self) {
         for sample in taken(&self.alive.0) {
-            self.is_alive(sample.member());
+            self.is_alive(sample.prefix());
         }
     }
 
-    fn is_alive(&self, member: Member) {
+    fn is_alive(&self, member: GuidPrefix) {
         let mut members = lock(&self.shared.members);
         let Some(other) = members.get_mut(&member) else {
             return;
@@ -268,7 +276,7 @@ impl Watcher {
         drop(members);
         if is_back {
             for state in self.shared.all() {
-                state.silence(false, |guid| wire::member(guid) == member);
+                state.silence(false, |guid| prefix(guid) == member);
             }
         }
     }
@@ -282,7 +290,7 @@ impl Watcher {
             };
             any = true;
             let (lease, ends) = presence::read(body);
-            let member = sample.member();
+            let member = sample.prefix();
             for (guid, told) in &ends {
                 self.compare_servers(guid, told);
             }
@@ -332,29 +340,25 @@ impl Watcher {
             return;
         }
         for state in self.shared.all() {
-            let rivals = state.role == Role::Server && !state.sends && state.topic == told.topic;
-            if rivals && state.may_tell_of(guid) {
-                let service = state
-                    .topic
-                    .trim_start_matches("rq")
-                    .trim_end_matches("Request");
-                self.shared.mismatches.error(format!(
-                    "`{service}` has two servers, this one and {}; every request is executed by both. Stop one, or give it another address with --network, --name or --bind",
-                    info.who(&self.shared.host)
-                ));
+            let Identity {
+                topic,
+                kind,
+                info: own,
+                ..
+            } = &state.identity;
+            let serves = (own.role, *kind) == (Role::Server, EndpointKind::Reader);
+            if serves && *topic == told.topic && state.should_report(guid) {
+                let service = topic.trim_start_matches("rq").trim_end_matches("Request");
+                self.shared.mismatches.second_server(service, info);
             }
         }
     }
 
     fn differ(&self, state: &EndpointState, other: &Peer) {
         if let Some(info) = &other.info
-            && state.may_tell_of(&other.guid)
+            && state.should_report(&other.guid)
         {
-            let (topic, who) = (&state.topic, info.who(&self.shared.host));
-            let (ours, theirs) = (&state.types, &info.types);
-            self.shared.mismatches.error(format!(
-                "the ends of `{topic}` differ in type: this one has {ours}, {who} has {theirs}; they do not hear each other. Regenerate and rebuild both from the same .idsl"
-            ));
+            self.shared.mismatches.types_differ(&state.identity, info);
         }
     }
 
@@ -381,13 +385,13 @@ impl Watcher {
                     self.lost(|other| *other == guid);
                 }
                 Status::ParticipantLost { id, .. } => {
-                    let member = wire::member(&wire::guid(GUID {
+                    let member = prefix(&wire::guid(GUID {
                         prefix: id,
                         ..GUID::GUID_UNKNOWN
                     }));
                     lock(&self.shared.members).remove(&member);
-                    self.types.retain(|guid, _| wire::member(guid) != member);
-                    self.lost(|other| wire::member(other) == member);
+                    self.types.retain(|guid, _| prefix(guid) != member);
+                    self.lost(|other| prefix(other) == member);
                 }
                 Status::RemoteReaderQosIncompatible {
                     local_writer,
@@ -434,8 +438,8 @@ impl Watcher {
         }
         if let Some(misfit) = misfit {
             match theirs {
-                Some(theirs) if state.may_tell_of(&other) => {
-                    let (topic, ours) = (&state.topic, &state.type_name);
+                Some(theirs) if state.should_report(&other) => {
+                    let (topic, ours) = (state.topic(), &state.type_name);
                     self.shared.mismatches.error(format!(
                         "`{topic}` is {ours} here and {theirs} to the end {}; they do not hear each other",
                         hex(&other)
@@ -444,7 +448,8 @@ impl Watcher {
                 _ => self.differ(&state, &misfit),
             }
         }
-        // Those on this machine are told by the notice board.
+        // Components of this machine look for their peers in the registrations; so does this one.
+        self.shared.searches.store(true, Ordering::SeqCst);
         if is_far {
             self.shared.has_found.store(true, Ordering::SeqCst);
         }
@@ -470,25 +475,16 @@ impl Watcher {
             return;
         };
         let differences = rc_network::differences(&contract(offered), &contract(requested));
-        if !state.may_tell_of(&other) {
+        if !state.should_report(&other) {
             return;
         }
-        let who = match self.shared.told(&other, &own) {
-            Some((info, _)) => {
-                format!("the {} {}", info.role.word(), info.who(&self.shared.host))
-            }
-            None => format!("the end {}", hex(&other)),
-        };
         let differences = match differences.join("; ") {
             none if none.is_empty() => "their quality of service differs".to_owned(),
             some => some,
         };
-        let topic = &state.topic;
-        self.shared.mismatches.warn(if state.sends {
-            format!("what is sent on `{topic}` does not reach {who}: {differences}")
-        } else {
-            format!("`{topic}` hears nothing of {who}: {differences}")
-        });
+        let info = self.shared.told(&other, &own).map(|(info, _)| info);
+        let mismatches = &self.shared.mismatches;
+        mismatches.qos_differs(&state.identity, info.as_ref(), &other, &differences);
     }
 
     /// Tells others of the ends of this component, and ROS of its node. What does not go out is told again after a pause.
@@ -499,25 +495,17 @@ impl Watcher {
         let ends = lock(&self.shared.ends);
         for own in ends.values() {
             let gid = Gid::from(GUID::from_bytes(own.guid));
-            if own.state.sends {
-                node.add_writer(gid);
-            } else {
-                node.add_reader(gid);
+            match own.state.identity.kind {
+                EndpointKind::Writer => node.add_writer(gid),
+                EndpointKind::Reader => node.add_reader(gid),
             }
         }
         let told = ends.values().map(|own| {
             let state = &own.state;
-            let info = EndpointInfo {
-                role: state.role,
-                types: state.types.clone(),
-                instance: state.instance.clone(),
-                pid: std::process::id(),
-                host: self.shared.host.clone(),
-            };
             let told = Told {
-                info,
+                info: state.identity.info.clone(),
                 connection: state.connection,
-                topic: state.topic.clone(),
+                topic: state.topic().to_owned(),
                 found: state.found(&self.shared.host),
             };
             (&own.guid, told)

@@ -4,7 +4,7 @@
 //! four bytes: Cyclone DDS never gets a larger sample of another length that came in fragments.
 
 use rc_middleware::rpc::ENVELOPE;
-use rc_network::{Guid, lock};
+use rc_network::{Guid, GuidPrefix, lock, prefix};
 use rustdds::bytes::Bytes;
 use rustdds::no_key::{Decode, DeserializerAdapter, SerializerAdapter};
 use rustdds::{GUID, RepresentationIdentifier, Timestamp};
@@ -195,19 +195,9 @@ impl Sample {
     }
 
     /// The process of its sender.
-    pub(crate) fn member(&self) -> Member {
-        member(&self.writer)
+    pub(crate) fn prefix(&self) -> GuidPrefix {
+        prefix(&self.writer)
     }
-}
-
-/// The first bytes of the identity of a process and all its ends.
-pub(crate) type Member = [u8; 12];
-
-/// The process of an end.
-pub(crate) fn member(guid: &Guid) -> Member {
-    let mut member = [0; 12];
-    member.copy_from_slice(&guid[..12]);
-    member
 }
 
 pub(crate) fn guid(guid: GUID) -> Guid {

@@ -1,7 +1,9 @@
-//! Cyclone DDS, built by a C compiler alone, and what the DDS backend needs of it, behind safe types.
+//! Cyclone DDS, built by a C compiler alone, and what the DDS backend needs of it, behind safe
+//! types.
 //!
-//! A topic carries bytes here, see `shim.c`: a type is a name. This is the one place where the backend is `unsafe`;
-//! what C is given lives at least as long as C may use it, which is what each block argues.
+//! A topic carries bytes here, see `shim.c`: a type is a name. This is the one place where the
+//! backend is `unsafe`; what C is given lives at least as long as C may use it, which is what each
+//! block argues.
 
 mod raw;
 
@@ -66,7 +68,8 @@ impl Entity {
 
 impl Drop for Entity {
     fn drop(&mut self) {
-        // SAFETY: handles are numbers that the library checks. It returns when no callback of the entity runs any more.
+        // SAFETY: handles are numbers that the library checks. It returns when no callback of the
+        // entity runs any more.
         unsafe { raw::rc_delete(self.0) };
     }
 }
@@ -79,8 +82,8 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// The domain of this process called `id`, which there must not be yet. `config`: fragments of Cyclone's XML and
-    /// addresses of such files, separated by commas; later ones win.
+    /// The domain of this process called `id`, which there must not be yet. `config`: fragments of
+    /// Cyclone's XML and addresses of such files, separated by commas; later ones win.
     pub fn new(id: u32, config: &str) -> Result<Self, Error> {
         let config = c_string(config)?;
         // SAFETY: `config` is a C string; it is read before the function returns.
@@ -128,7 +131,8 @@ impl Participant {
     ) -> Result<Writer, Error> {
         Attached::new(listener, |listener| {
             let qos = CQos::of(qos);
-            // SAFETY: `qos` is read before the function returns; `listener` is deleted after the entity, see `Attached`.
+            // SAFETY: `qos` is read before the function returns; `listener` is deleted after the
+            // entity, see `Attached`.
             unsafe { raw::rc_writer(self.0.0, topic.0.0, &raw const qos, listener) }
         })
         .map(Writer)
@@ -186,7 +190,8 @@ pub struct Qos<'a> {
     pub user_data: &'a [u8],
 }
 
-/// Hears what happens to an end, on a thread of the library; it must not block, and not delete the end.
+/// Hears what happens to an end, on a thread of the library; it must not block, and not delete the
+/// end.
 pub trait Listener: Send + Sync {
     /// Something happened.
     fn event(&self, event: Event);
@@ -215,8 +220,8 @@ struct Attached {
     listener: *mut CListener,
 }
 
-// SAFETY: the listener is `Send` and `Sync`, the library's functions may be called from every thread, and `Attached`
-// touches the pointer only when it is made and when it goes.
+// SAFETY: the listener is `Send` and `Sync`, the library's functions may be called from every
+// thread, and `Attached` touches the pointer only when it is made and when it goes.
 unsafe impl Send for Attached {}
 // SAFETY: as above.
 unsafe impl Sync for Attached {}
@@ -258,7 +263,8 @@ impl Attached {
         let mut found = None;
         let mut take = |end: Option<End>, _: Guid| found = end;
         let (call, argument) = trampoline(&mut take);
-        // SAFETY: the callback is called before the function returns, with the closure that it was made for.
+        // SAFETY: the callback is called before the function returns, with the closure that it was
+        // made for.
         unsafe { raw::rc_matched(self.id(), handle, kind, call, argument) };
         found
     }
@@ -277,7 +283,8 @@ impl Drop for Attached {
 }
 
 extern "C" fn heard(argument: *mut c_void, event: i32, handle: u64, number: i32) {
-    // SAFETY: the argument is the boxed listener of `Attached::new`, which outlives the entity that calls.
+    // SAFETY: the argument is the boxed listener of `Attached::new`, which outlives the entity that
+    // calls.
     let listener = unsafe { &*argument.cast::<Box<dyn Listener>>() };
     let count = number.max(0).unsigned_abs();
     listener.event(match event {
@@ -300,13 +307,14 @@ impl Writer {
         self.0.guid()
     }
 
-    /// Sends a body of CDR, little endian. `sequence`: its number, from 1, for readers in this process; others count the
-    /// samples of this writer. `stamp`: nanoseconds since 1970.
+    /// Sends a body of CDR, little endian. `sequence`: its number, from 1, for readers in this
+    /// process; others count the samples of this writer. `stamp`: nanoseconds since 1970.
     pub fn write(&self, sequence: u64, stamp: i64, body: &[u8]) -> Result<(), Error> {
         self.send(sequence, stamp, body, false)
     }
 
-    /// Sends these very bytes, in which the encapsulation comes first: for tests that send what is wrong.
+    /// Sends these very bytes, in which the encapsulation comes first: for tests that send what is
+    /// wrong.
     pub fn write_raw(&self, sequence: u64, stamp: i64, bytes: &[u8]) -> Result<(), Error> {
         self.send(sequence, stamp, bytes, true)
     }
@@ -342,21 +350,31 @@ impl Reader {
         self.0.guid()
     }
 
-    /// Takes all that is there; says how many samples there were.
+    /// Takes all samples that are there, and gives their number.
     pub fn take(&self, mut each: impl FnMut(Sample)) -> Result<usize, Error> {
         let mut total = 0;
-        let mut more = 1;
-        while more != 0 {
-            let mut samples = [CSample::NONE; raw::AT_ONCE];
-            // SAFETY: there is room for that many samples, and for the answer.
-            let count = unsafe { raw::rc_take(self.0.id(), samples.as_mut_ptr(), &raw mut more) };
-            let count = checked(count)?.unsigned_abs() as usize;
-            for sample in samples.into_iter().take(count) {
-                each(Sample(sample));
+        loop {
+            let batch = self.take_batch(&mut each)?;
+            total += batch.count;
+            if !batch.more {
+                return Ok(total);
             }
-            total += count;
         }
-        Ok(total)
+    }
+
+    /// Takes a limited number of samples.
+    pub fn take_batch(&self, mut each: impl FnMut(Sample)) -> Result<Batch, Error> {
+        let (mut samples, mut more) = ([CSample::NONE; raw::AT_ONCE], 0);
+        // SAFETY: there is room for that many samples, and for the answer.
+        let count = unsafe { raw::rc_take(self.0.id(), samples.as_mut_ptr(), &raw mut more) };
+        let count = checked(count)?.unsigned_abs() as usize;
+        for sample in samples.into_iter().take(count) {
+            each(Sample(sample));
+        }
+        Ok(Batch {
+            count,
+            more: more != 0,
+        })
     }
 
     /// What is known of the writer with this handle, while it is there.
@@ -373,10 +391,20 @@ impl Reader {
     }
 }
 
+/// What [`Reader::take_batch`] has taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// The number of samples.
+    pub count: usize,
+    /// Whether more samples are there.
+    pub more: bool,
+}
+
 /// What came, encapsulation included; where it is the library's memory, until it is dropped.
 pub struct Sample(CSample);
 
-// SAFETY: the memory is counted atomically by the library and never written after the sample was made.
+// SAFETY: the memory is counted atomically by the library and never written after the sample was
+// made.
 unsafe impl Send for Sample {}
 
 impl Sample {
@@ -426,7 +454,8 @@ impl Discovery {
     /// Tells what has changed: an end as it is now, or that the one with this identity has gone.
     pub fn take(&self, mut each: impl FnMut(Option<End>, Guid)) -> Result<(), Error> {
         let (call, argument) = trampoline(&mut each);
-        // SAFETY: the callback is called before the function returns, with the closure that it was made for.
+        // SAFETY: the callback is called before the function returns, with the closure that it was
+        // made for.
         checked(unsafe { raw::rc_take_discovered(self.0.id(), call, argument) })?;
         Ok(())
     }
@@ -466,8 +495,8 @@ fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c
         end: *const raw::CEnd,
         alive: i32,
     ) {
-        // SAFETY: the argument is the closure beside this function, borrowed by nobody else while C calls; `end` is
-        // valid during the call.
+        // SAFETY: the argument is the closure beside this function, borrowed by nobody else while C
+        // calls; `end` is valid during the call.
         let (each, end) = unsafe { (&mut *argument.cast::<F>(), &*end) };
         each((alive != 0).then(|| end.read()), end.guid);
     }
@@ -478,7 +507,8 @@ fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c
 pub fn interfaces() -> Vec<(String, String)> {
     type Found = Vec<(String, String)>;
     extern "C" fn push(argument: *mut c_void, name: *const c_char, address: *const c_char) {
-        // SAFETY: the argument is the vector below, the others are C strings that are valid during the call.
+        // SAFETY: the argument is the vector below, the others are C strings that are valid during
+        // the call.
         let (found, name, address) = unsafe {
             let found = &mut *argument.cast::<Found>();
             (found, CStr::from_ptr(name), CStr::from_ptr(address))
@@ -494,13 +524,14 @@ pub fn interfaces() -> Vec<(String, String)> {
     found
 }
 
-/// Hands what the library has to say to `log`, instead of writing it to standard error; of the whole process. `true`: an
-/// error, else a warning.
+/// Hands what the library has to say to `log`, instead of writing it to standard error; of the
+/// whole process. `true`: an error, else a warning.
 pub fn set_log(log: fn(bool, &str)) {
     static LOG: std::sync::OnceLock<fn(bool, &str)> = std::sync::OnceLock::new();
     extern "C" fn hear(priority: i32, message: *const c_char, size: usize) {
         if let Some(log) = LOG.get() {
-            // SAFETY: the library gives the address and the size of a text that is valid during the call.
+            // SAFETY: the library gives the address and the size of a text that is valid during the
+            // call.
             let bytes = unsafe { std::slice::from_raw_parts(message.cast::<u8>(), size) };
             log(priority > 1, String::from_utf8_lossy(bytes).trim_end());
         }

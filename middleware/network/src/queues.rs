@@ -1,61 +1,22 @@
-//! What has come and was not read yet, and how the numbers beside a sample become a header.
+//! Queues of samples that were received and not read yet: of a topic, of requests, of replies.
 
+use crate::endpoint_state::Backlog;
 use crate::{Guid, lock};
 use rc_middleware::rpc::RequestId;
-use rc_middleware::{Encoding, Header, backend};
-use rustix::time::{ClockId, clock_gettime};
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Mutex, OnceLock};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// Of one client, how many requests wait here at most, and of all together how many bytes. Clients of ours stop long
-/// before that.
+/// Most requests of one client that wait here. Components stop sending long before that.
 const MOST_REQUESTS: usize = 256;
+/// Most bytes that wait here, of all clients together.
 const MOST_BYTES: usize = 256 << 20;
-/// Of how many senders of a topic it is known what they sent last.
+/// Number of senders of a topic whose last sequence number is remembered.
 const MOST_SENDERS: usize = 256;
-/// How many answers to one client may be unread. There are as many as there are requests, unless somebody floods it.
-const MOST_ANSWERS: usize = 256;
+/// Most replies to one client that wait here. More than there are requests come only from a flood.
+const MOST_REPLIES: usize = 256;
 
-/// What travels beside the body of a sample. The hash is that of the sender's types, where it tells one.
-pub fn header(sequence: u64, stamp: i64, sender: u128, type_hash: u64) -> Header {
-    Header {
-        type_hash,
-        sequence,
-        sent: sent(stamp),
-        encoding: Encoding::Cdr,
-        sender,
-    }
-}
-
-/// Nanoseconds since 1970.
-fn wall_clock() -> i64 {
-    let time = clock_gettime(ClockId::Realtime);
-    time.tv_sec * 1_000_000_000 + time.tv_nsec
-}
-
-/// The stamp of DDS, which is of the wall clock, for a time of the monotonic clock.
-pub fn stamp(sent: u64) -> i64 {
-    let age = match sent {
-        0 => 0,
-        sent => backend::now().saturating_sub(sent),
-    };
-    wall_clock() - age as i64
-}
-
-/// How long ago a sample with this stamp was sent.
-pub fn age(stamp: i64) -> Duration {
-    let age = wall_clock().saturating_sub(stamp);
-    Duration::from_nanos(u64::try_from(age).unwrap_or(0))
-}
-
-/// The other way round; what comes from the future, by the clock of another machine, comes from now.
-fn sent(stamp: i64) -> u64 {
-    let age = wall_clock().saturating_sub(stamp).max(0).unsigned_abs();
-    backend::now().saturating_sub(age)
-}
-
-/// The last values of a topic.
+/// The newest samples of a topic that nobody took yet.
 #[derive(Debug)]
 pub struct SampleQueue<S> {
     samples: Mutex<VecDeque<S>>,
@@ -63,7 +24,7 @@ pub struct SampleQueue<S> {
 }
 
 impl<S> SampleQueue<S> {
-    /// Room for `depth` of them, and for one at least.
+    /// A queue of `depth` samples, at least one.
     pub fn new(depth: u32) -> Self {
         Self {
             samples: Mutex::new(VecDeque::new()),
@@ -71,12 +32,12 @@ impl<S> SampleQueue<S> {
         }
     }
 
-    /// Takes the oldest one.
+    /// Takes the oldest sample.
     pub fn next(&self) -> Option<S> {
         lock(&self.samples).pop_front()
     }
 
-    /// Keeps one; where there is no room, the oldest one goes.
+    /// Adds a sample. A full queue drops its oldest sample.
     pub fn put(&self, sample: S) {
         let mut samples = lock(&self.samples);
         if samples.len() >= self.depth {
@@ -86,15 +47,16 @@ impl<S> SampleQueue<S> {
     }
 }
 
-/// What was heard of the senders of a topic, the last one first.
+/// Recognizes samples that arrive a second time.
 ///
-/// The library knows nothing any more of a sender that was out of reach: found again, it sends again what it keeps for
-/// those who come late.
+/// A DDS library forgets a sender that is out of reach. When it finds the sender again, the sender
+/// sends its kept samples once more.
 #[derive(Debug, Default)]
 pub struct DuplicateFilter(Vec<(u128, u64)>);
 
 impl DuplicateFilter {
-    /// Notes a value; says whether it is new.
+    /// Notes a sample, and says whether it is new. A `sequence` of 0 is always new: its sender does
+    /// not count.
     pub fn is_new(&mut self, sender: u128, sequence: u64) -> bool {
         let Some(at) = self.0.iter().position(|(known, _)| *known == sender) else {
             self.0.truncate(MOST_SENDERS - 1);
@@ -103,17 +65,16 @@ impl DuplicateFilter {
         };
         self.0[..=at].rotate_right(1);
         let last = &mut self.0[0].1;
-        // Nothing is known of one who does not count.
         let is_new = sequence == 0 || sequence > *last;
         *last = sequence.max(*last);
         is_new
     }
 }
 
-/// The answers to one client.
+/// The replies to one client.
 #[derive(Debug)]
 pub struct ReplyQueue<S> {
-    /// The client, as its requests name it.
+    /// The identity of the client in its requests.
     client: OnceLock<Guid>,
     samples: Mutex<VecDeque<(RequestId, S)>>,
 }
@@ -128,48 +89,50 @@ impl<S> Default for ReplyQueue<S> {
 }
 
 impl<S> ReplyQueue<S> {
-    /// From now on, answers to this client are kept.
-    pub fn of(&self, client: Guid) {
+    /// Sets the client whose replies are kept.
+    pub fn set_client(&self, client: Guid) {
         let _ = self.client.set(client);
     }
 
-    /// Takes the oldest one.
+    /// Takes the oldest reply.
     pub fn next(&self) -> Option<(RequestId, S)> {
         lock(&self.samples).pop_front()
     }
 
-    /// Keeps the answer to a request, if it is one of this client: every client hears the answers to all.
+    /// Adds the reply to request `id`, unless it is for another client: every client receives the
+    /// replies to all.
     pub fn put(&self, id: RequestId, sample: S) {
         if Some(&id.writer) != self.client.get() {
             return;
         }
         let mut samples = lock(&self.samples);
-        if samples.len() >= MOST_ANSWERS {
+        if samples.len() >= MOST_REPLIES {
             samples.pop_front();
         }
         samples.push_back((id, sample));
     }
 }
 
-/// The requests to a server, a queue for each client `C`, in the order in which they are served next.
+/// The requests to a server: one queue for each client `C`, in the order in which the server serves
+/// them.
 #[derive(Debug)]
 pub struct RequestQueues<C, S>(Mutex<Queues<C, S>>);
 
 #[derive(Debug)]
 struct Queues<C, S> {
     clients: VecDeque<(C, VecDeque<QueuedRequest<S>>)>,
-    /// How large what waits is.
+    /// Bytes of all waiting requests.
     bytes: usize,
-    /// What found no place, to be refused.
+    /// Requests that found no room; the server refuses them.
     refused: BTreeSet<(Guid, u64)>,
 }
 
-/// A request that has come.
+/// A request that waits.
 #[derive(Debug)]
 pub struct QueuedRequest<S> {
-    /// What has come.
+    /// The request.
     pub sample: S,
-    /// When.
+    /// When it arrived.
     pub since: Instant,
     size: usize,
 }
@@ -185,7 +148,7 @@ impl<C, S> Default for RequestQueues<C, S> {
 }
 
 impl<C: PartialEq, S> RequestQueues<C, S> {
-    /// Takes the next request that `may` be served; who was served waits until all others were.
+    /// Takes the next request for which `may` holds. Clients take turns.
     pub fn next(&self, may: impl Fn(&QueuedRequest<S>) -> bool) -> Option<QueuedRequest<S>> {
         let mut queues = lock(&self.0);
         let at = queues
@@ -201,22 +164,18 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
         Some(next)
     }
 
-    /// A request that is to be refused.
+    /// Takes a request that found no room.
     pub fn refused(&self) -> Option<RequestId> {
         let (writer, sequence) = lock(&self.0).refused.pop_first()?;
         Some(RequestId { writer, sequence })
     }
 
-    /// Whether a request waits.
-    pub fn waits(&self) -> bool {
-        !lock(&self.0).clients.is_empty()
-    }
-
-    /// Keeps a request of `client` with a body of `size` bytes; where there is no room, the one that `id` gives is refused.
+    /// Adds a request of `client` with a body of `size` bytes. Where there is no room, the server
+    /// refuses the request that `id` gives.
     pub fn put(&self, client: C, size: usize, sample: S, id: impl FnOnce(&S) -> Option<RequestId>) {
         let mut queues = lock(&self.0);
         let at = queues.clients.iter().position(|(c, _)| *c == client);
-        // One that is large is served where it is alone.
+        // An empty queue takes a request of any size.
         let is_room = at.is_none_or(|at| queues.clients[at].1.len() < MOST_REQUESTS)
             && (queues.bytes == 0 || queues.bytes + size <= MOST_BYTES);
         if is_room {
@@ -240,15 +199,23 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
     }
 }
 
+impl<C: Send, S: Send> Backlog for RequestQueues<C, S> {
+    fn awaits_peers(&self) -> bool {
+        !lock(&self.0).clients.is_empty()
+    }
+}
+
+impl<S: Send> Backlog for SampleQueue<S> {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn what_is_sent_again_is_not_new() {
-        let mut heard = DuplicateFilter::default();
+    fn repeated_samples_are_not_new() {
+        let mut filter = DuplicateFilter::default();
         let mut new = |sender, numbers: &[u64]| -> Vec<bool> {
-            numbers.iter().map(|n| heard.is_new(sender, *n)).collect()
+            numbers.iter().map(|n| filter.is_new(sender, *n)).collect()
         };
         assert_eq!(new(1, &[7, 8, 10]), [true; 3]);
         assert_eq!(new(2, &[8, 9]), [true; 2]);
@@ -257,17 +224,6 @@ mod tests {
         for sender in 10..1000 {
             assert_eq!(new(sender, &[5, 4]), [true, false]);
         }
-        assert_eq!(heard.0.len(), MOST_SENDERS);
-    }
-
-    #[test]
-    fn a_time_goes_there_and_back() {
-        let before = backend::now();
-        let there = stamp(before);
-        let back = sent(there);
-        assert!(back <= backend::now());
-        // By the clock of another machine, it was sent in a second.
-        let ahead = sent(there + 1_000_000_000);
-        assert!((before..=backend::now()).contains(&ahead));
+        assert_eq!(filter.0.len(), MOST_SENDERS);
     }
 }

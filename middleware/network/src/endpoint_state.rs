@@ -1,0 +1,162 @@
+//! The state of one endpoint of this component: its identity, its quality of service and its peers.
+//! The component, the threads of the library and the thread of discovery share it.
+
+use crate::peers::{PeerTable, REMEMBERED};
+use crate::{Guid, Identity, Peer, Presence, RateLimit, RegistrationGuard, Role, lock};
+use rc_middleware::WakeEvent;
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::Duration;
+
+/// What an endpoint received and nobody took yet.
+pub trait Backlog: Send + Sync {
+    /// Whether something in it waits for a change of the peers.
+    fn awaits_peers(&self) -> bool {
+        false
+    }
+}
+
+/// The backlog of a writer.
+impl Backlog for () {}
+
+/// The state of one endpoint. Its library names peers by `K`; `D` is what a backend knows of a peer
+/// besides.
+pub struct EndpointState<K, D> {
+    /// What it is.
+    pub identity: Identity,
+    /// Wakes the owner of the endpoint when a sample arrives, or when peers change and the owner
+    /// waits for that.
+    pub signal: WakeEvent,
+    /// Limits reports about this endpoint.
+    pub report_limit: RateLimit,
+    backlog: Arc<dyn Backlog>,
+    table: Mutex<PeerTable<K, D>>,
+    changed: Condvar,
+}
+
+impl<K: Ord, D> EndpointState<K, D> {
+    /// The state of a new endpoint without peers.
+    pub fn new(identity: Identity, signal: WakeEvent, backlog: Arc<dyn Backlog>) -> Self {
+        Self {
+            identity,
+            signal,
+            report_limit: RateLimit::default(),
+            backlog,
+            table: Mutex::default(),
+            changed: Condvar::new(),
+        }
+    }
+
+    /// The name of its topic in DDS.
+    pub fn topic(&self) -> &str {
+        &self.identity.topic
+    }
+
+    /// Adds a peer that was discovered.
+    pub fn insert(&self, key: K, peer: Peer<D>) {
+        lock(&self.table).insert(key, peer);
+        self.notify();
+    }
+
+    /// Changes peers: `change` says whether it changed the peer that it was given.
+    pub fn update(&self, mut change: impl FnMut(&mut Peer<D>) -> bool) {
+        let mut any = false;
+        for peer in lock(&self.table).peers.values_mut() {
+            any |= change(peer);
+        }
+        if any {
+            self.notify();
+        }
+    }
+
+    /// Marks the peer `key` as gone. Its samples that are still unread keep their sender.
+    pub fn remove(&self, key: &K) {
+        if let Some(peer) = lock(&self.table).peers.get_mut(key) {
+            peer.presence = Presence::Gone;
+        }
+        self.notify();
+    }
+
+    /// Forgets all peers.
+    pub fn clear(&self) {
+        lock(&self.table).peers.clear();
+        self.notify();
+    }
+
+    fn notify(&self) {
+        self.changed.notify_all();
+        // The server of a waiting call may have gone, and a held request may be served now.
+        if self.identity.info.role == Role::Client || self.backlog.awaits_peers() {
+            self.signal.wake();
+        }
+    }
+
+    /// What `read` gives for the peer `key`, whether it has gone or not.
+    pub fn with<R>(&self, key: &K, read: impl FnOnce(&Peer<D>) -> R) -> Option<R> {
+        lock(&self.table).peers.get(key).map(read)
+    }
+
+    /// What `read` gives for the usable peers.
+    pub fn usable<R>(&self, read: impl FnMut(&Peer<D>) -> Option<R>) -> Vec<R> {
+        let table = lock(&self.table);
+        let usable = table.peers.values().filter(|peer| peer.is_usable());
+        usable.filter_map(read).collect()
+    }
+
+    /// Whether `condition` holds for a usable peer.
+    pub fn has(&self, condition: impl Fn(&Peer<D>) -> bool) -> bool {
+        let table = lock(&self.table);
+        let mut usable = table.peers.values().filter(|peer| peer.is_usable());
+        usable.any(condition)
+    }
+
+    /// What `read` gives for the peers, be they unusable.
+    pub fn peers<R>(&self, read: impl FnMut(&Peer<D>) -> Option<R>) -> Vec<R> {
+        let table = lock(&self.table);
+        table.peers.values().filter_map(read).collect()
+    }
+
+    /// Whether `condition` holds for a peer, be it unusable.
+    pub fn any(&self, condition: impl Fn(&Peer<D>) -> bool) -> bool {
+        lock(&self.table).peers.values().any(condition)
+    }
+
+    /// The number of usable peers.
+    pub fn count(&self) -> usize {
+        self.usable(|_| Some(())).len()
+    }
+
+    /// Whether to report a mismatched endpoint: each one once, and at most one a second where there
+    /// are very many.
+    pub fn should_report(&self, guid: &Guid) -> bool {
+        let mut table = lock(&self.table);
+        if table.reported.contains(guid) {
+            return false;
+        }
+        if table.reported.len() == REMEMBERED {
+            return self.report_limit.allow().is_some();
+        }
+        table.reported.insert(*guid)
+    }
+
+    /// Waits until peers change, at most `limit`. It may return early: the caller looks again.
+    pub fn wait_for_change(&self, limit: Duration) {
+        let table = lock(&self.table);
+        let _ = self.changed.wait_timeout(table, limit);
+    }
+
+    /// Sets the registration of this endpoint on this machine.
+    pub fn register(&self, registration: RegistrationGuard) {
+        lock(&self.table).register(registration);
+    }
+
+    /// Removes the registration.
+    pub fn unregister(&self) {
+        lock(&self.table).registration = None;
+    }
+
+    /// The identity of this endpoint, while it is registered.
+    pub fn guid(&self) -> Option<Guid> {
+        let table = lock(&self.table);
+        table.registration.as_ref().map(RegistrationGuard::guid)
+    }
+}

@@ -1,0 +1,222 @@
+//! Opening endpoints: a new endpoint is compared with those that are there, registered on this
+//! machine, and introduced to its peers before its component uses it.
+
+use crate::{
+    EndpointInfo, EndpointKind, EndpointState, Guid, Identity, LocalRegistry, OpenLock,
+    Registration, Role, differences, host, types_match,
+};
+use rc_middleware::{Environment, OpenError, TypeIdentity, WakeEvent};
+use std::cell::Cell;
+use std::fmt::Display;
+use std::io;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Pause between two looks at the registrations of others while an endpoint waits for them.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Limits of waiting for peers.
+#[derive(Clone, Copy, Debug)]
+pub struct Patience {
+    /// How long a component waits, in all, for endpoints on this machine that discovery does not
+    /// find.
+    pub local: Duration,
+    /// How long after its start a client without a server waits for a server on another machine.
+    pub remote: Duration,
+}
+
+/// Opens the endpoints of one component in one domain.
+#[derive(Debug)]
+pub struct Opener {
+    registry: LocalRegistry,
+    host: String,
+    instance: String,
+    wake_event: WakeEvent,
+    started: Instant,
+    remote_patience: Duration,
+    /// What is left of the patience with endpoints on this machine.
+    patience: Cell<Duration>,
+}
+
+impl Opener {
+    /// Opens the registry of `domain` in `folder`, the folder of the backend in the run directory.
+    pub fn new(
+        environment: &Environment,
+        folder: &Path,
+        domain: u32,
+        patience: Patience,
+    ) -> io::Result<Self> {
+        Ok(Self {
+            registry: LocalRegistry::open(folder, domain)?,
+            host: host(folder),
+            instance: environment.instance.clone(),
+            wake_event: environment.wake_event.clone(),
+            started: Instant::now(),
+            remote_patience: patience.remote,
+            patience: Cell::new(patience.local),
+        })
+    }
+
+    /// This machine, see [`host`].
+    pub fn host(&self) -> &str {
+        &self.host
+    }
+
+    /// The registrations of this machine.
+    pub fn registry(&self) -> &LocalRegistry {
+        &self.registry
+    }
+
+    /// What an endpoint of this component tells of itself.
+    pub fn info(&self, role: Role, types: TypeIdentity) -> EndpointInfo {
+        EndpointInfo {
+            role,
+            types,
+            instance: self.instance.clone(),
+            pid: std::process::id(),
+            host: self.host.clone(),
+        }
+    }
+
+    /// Begins to open the endpoints of `address`. Other components of this machine wait until
+    /// [`Opening::meet`].
+    pub fn begin(&self, address: &str) -> Result<Opening<'_>, OpenError> {
+        let lock = self.registry.open_lock();
+        Ok(Opening {
+            opener: self,
+            lock: lock.map_err(|error| failed(address, &error))?,
+            address: address.to_owned(),
+        })
+    }
+
+    /// Waits until `found`, or until this component has run for as long as it waits for other
+    /// machines, or stops.
+    pub fn wait_for_remote<K: Ord, D>(
+        &self,
+        state: &EndpointState<K, D>,
+        found: impl Fn() -> bool,
+    ) {
+        while !found()
+            && self.started.elapsed() < self.remote_patience
+            && !self.wake_event.is_stopping()
+        {
+            state.wait_for_change(LOOK);
+        }
+    }
+
+    /// Whether an endpoint and all its peers on this machine have found each other.
+    fn has_met<K: Ord, D>(&self, state: &EndpointState<K, D>) -> bool {
+        let Identity {
+            topic,
+            kind,
+            contract,
+            ..
+        } = &state.identity;
+        let own = state.guid();
+        let found_us =
+            |registration: &Registration| own.is_none_or(|own| registration.found.contains(&own));
+        let peers = self.registry.registrations(topic, kind.opposite());
+        peers.iter().all(|peer| {
+            let (offered, requested) = match kind {
+                EndpointKind::Writer => (contract, &peer.contract),
+                EndpointKind::Reader => (&peer.contract, contract),
+            };
+            !differences(offered, requested).is_empty()
+                || state.any(|known| known.guid == peer.guid && (!known.matches || found_us(peer)))
+        })
+    }
+}
+
+/// Endpoints of one address that are being opened. No other component of this machine opens one at
+/// the same time, so of two servers one is first.
+#[derive(Debug)]
+pub struct Opening<'a> {
+    opener: &'a Opener,
+    lock: OpenLock,
+    address: String,
+}
+
+impl Opening<'_> {
+    /// The error of this address for what a library says.
+    pub fn failed(&self, reason: &dyn Display) -> OpenError {
+        failed(&self.address, reason)
+    }
+
+    /// Refuses a new endpoint at `topic` whose types differ from those of an endpoint that is
+    /// there, and a second server. `remote`: the endpoints on other machines that discovery has
+    /// found at `topic`.
+    pub fn check(
+        &self,
+        topic: &str,
+        info: &EndpointInfo,
+        remote: impl IntoIterator<Item = EndpointInfo>,
+    ) -> Result<(), OpenError> {
+        let registry = &self.opener.registry;
+        let both = [EndpointKind::Writer, EndpointKind::Reader];
+        let local = both.map(|kind| registry.registrations(topic, kind));
+        let local = local.into_iter().flatten().map(|local| local.info);
+        // On this machine, registrations are certain. Discovery still knows a process for a while
+        // after it was killed.
+        let remote = remote.into_iter().filter(|r| r.host != self.opener.host);
+        for other in local.chain(remote) {
+            if !types_match(&other.types, &info.types) {
+                return Err(OpenError::TypeMismatch {
+                    address: self.address.clone(),
+                    ours: info.types.to_string(),
+                    theirs: other.types.to_string(),
+                });
+            }
+            if (info.role, other.role) == (Role::Server, Role::Server) {
+                return Err(OpenError::AddressTaken {
+                    address: self.address.clone(),
+                    holder: other.describe(&self.opener.host),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Registers a new endpoint on this machine.
+    pub fn register<K: Ord, D>(
+        &self,
+        state: &EndpointState<K, D>,
+        guid: &Guid,
+    ) -> Result<(), OpenError> {
+        let registration = self.opener.registry.register(guid, &state.identity);
+        state.register(registration.map_err(|error| self.failed(&error))?);
+        Ok(())
+    }
+
+    /// Lets other components open endpoints, and waits until these endpoints and their peers on
+    /// this machine have found each other. Peers that cannot be reached cost a component its
+    /// patience once. `refresh` is called before each look.
+    pub fn meet<K: Ord, D>(
+        self,
+        endpoints: &[&EndpointState<K, D>],
+        refresh: impl Fn(&EndpointState<K, D>),
+    ) {
+        let Self { opener, lock, .. } = self;
+        drop(lock);
+        let begin = Instant::now();
+        let has_met = |state: &EndpointState<K, D>| {
+            refresh(state);
+            opener.has_met(state)
+        };
+        for state in endpoints {
+            while !has_met(state) && begin.elapsed() < opener.patience.get() {
+                state.wait_for_change(LOOK);
+            }
+        }
+        if endpoints.iter().any(|state| !has_met(state)) {
+            let left = opener.patience.get().saturating_sub(begin.elapsed());
+            opener.patience.set(left);
+        }
+    }
+}
+
+fn failed(address: &str, reason: &dyn Display) -> OpenError {
+    OpenError::Backend {
+        address: address.to_owned(),
+        reason: reason.to_string(),
+    }
+}

@@ -1,0 +1,62 @@
+//! Time stamps of samples: DDS stamps with the wall clock, headers hold the monotonic clock.
+
+use rc_middleware::{Encoding, Header, backend};
+use rustix::time::{ClockId, clock_gettime};
+use std::time::Duration;
+
+/// The header of a received sample. `stamp` is in nanoseconds since 1970; `type_hash` is 0 where
+/// the sender tells none.
+pub fn header(sequence: u64, stamp: i64, sender: u128, type_hash: u64) -> Header {
+    Header {
+        type_hash,
+        sequence,
+        sent: sent(stamp),
+        encoding: Encoding::Cdr,
+        sender,
+    }
+}
+
+/// Nanoseconds since 1970.
+fn wall_clock() -> i64 {
+    let time = clock_gettime(ClockId::Realtime);
+    time.tv_sec * 1_000_000_000 + time.tv_nsec
+}
+
+/// The DDS time stamp, in nanoseconds since 1970, for a time of the monotonic clock; 0 stands for
+/// now.
+pub fn stamp(sent: u64) -> i64 {
+    let age = match sent {
+        0 => 0,
+        sent => backend::now().saturating_sub(sent),
+    };
+    wall_clock() - age as i64
+}
+
+/// The age of a sample with this time stamp; zero for a stamp in the future.
+pub fn age(stamp: i64) -> Duration {
+    let age = wall_clock().saturating_sub(stamp);
+    Duration::from_nanos(u64::try_from(age).unwrap_or(0))
+}
+
+/// The time of the monotonic clock for a DDS time stamp. A stamp in the future, by the clock of
+/// another machine, is now.
+fn sent(stamp: i64) -> u64 {
+    let age = wall_clock().saturating_sub(stamp).max(0).unsigned_abs();
+    backend::now().saturating_sub(age)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_goes_there_and_back() {
+        let before = backend::now();
+        let there = stamp(before);
+        let back = sent(there);
+        assert!(back <= backend::now());
+        // By the clock of another machine, it was sent in a second.
+        let ahead = sent(there + 1_000_000_000);
+        assert!((before..=backend::now()).contains(&ahead));
+    }
+}
