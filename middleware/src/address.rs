@@ -1,18 +1,26 @@
-//! Where two slots meet: a path of names.
+//! The address at which slots of components are connected: a path of names.
 
 use std::fmt;
 
-/// A path of names, `default/Laser` or `patrol/simulator/Laser`; a topic adds its operation.
+/// A path of names, as in `default/Laser` or `patrol/simulator/Laser`. A topic adds its operation.
 ///
-/// How an address becomes the name of a service, a topic or a node is one documented function a backend.
+/// The README of each backend documents how an address becomes names of its middleware.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Address(String);
 
-/// Longest address in bytes; every backend can name that much.
+/// Longest address in bytes. Every backend has names of that length.
 pub const LONGEST: usize = 200;
 
 impl Address {
-    /// The address that a text spells, or why it spells none.
+    /// Reads an address; the error says why `text` is none.
+    ///
+    /// ```
+    /// use rc_middleware::Address;
+    ///
+    /// let laser = Address::parse("patrol/simulator/Laser").expect("an address");
+    /// assert_eq!(laser.join("scan").as_str(), "patrol/simulator/Laser/scan");
+    /// assert!(Address::parse("/Laser").is_err());
+    /// ```
     pub fn parse(text: &str) -> Result<Self, String> {
         let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if text.len() > LONGEST {

@@ -1,9 +1,10 @@
-//! What a backend is: five traits over bytes.
+//! The traits of a backend. They move bytes and know no message types.
 //!
-//! A backend and its ports stay on the thread that made them. A port that receives has a descriptor which
-//! becomes readable when something may be there; one waits for it, takes until nothing comes, calls `acknowledge`,
-//! takes once more until nothing comes, and waits again. (So nothing that came waits for the acknowledgement, which
-//! asks the kernel.) Waiting without a limit is nowhere possible.
+//! A backend and its ports stay on the thread that made them. Each receiving port has a descriptor,
+//! which becomes readable when a message may be there. The owner of a port waits for its
+//! descriptor, receives until nothing is left, calls `acknowledge`, receives once more until
+//! nothing is left, and waits again. So no message waits for `acknowledge`, which calls the kernel.
+//! Every wait has a limit.
 
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
 use crate::parameters::ParameterService;
@@ -12,38 +13,40 @@ use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What travels beside a body.
+/// What travels beside the body of a message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
-    /// Hash of the type of the body, see `rc_idsl::canonical`; 0 from a stranger.
+    /// Hash of the type of the body, see `rc_idsl::canonical`; 0 from another program.
     pub type_hash: u64,
-    /// Counts the messages of one sender, from 1; 0 where the sender does not count.
+    /// Sequence number among the messages of one sender, from 1; 0 where the sender does not count.
     pub sequence: u64,
-    /// When it was sent, in nanoseconds of the system's monotonic clock; 0 where the sender does not say.
+    /// Time of sending, in nanoseconds of the monotonic clock of the system; 0 where the sender
+    /// does not say.
     pub sent: u64,
-    /// How the body is to be read.
+    /// Encoding of the body.
     pub encoding: Encoding,
-    /// Who sent it: the backend of the receiver fills it in, with an id that no other sender of this connection has or
-    /// had; 0 where it cannot tell. It says nothing else, and never travels.
+    /// Identifies the sender; 0 where the backend cannot tell. The backend of the receiver fills it
+    /// in: no other sender of this connection has or had the same value. It does not travel.
     pub sender: u128,
 }
 
-/// How a body is to be read.
+/// Encoding of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
     /// CDR, see [`crate::cdr`].
     #[default]
     Cdr,
-    /// The memory image of a plain type, see [`crate::in_place`]; in an answer behind the envelope.
+    /// The memory image of a plain type, see [`crate::in_place`]. In a reply it follows the
+    /// envelope.
     Image,
 }
 
-/// The types of a connection: a name for people and a hash of every operation for certainty.
+/// The types of a connection: a name for people, and a hash that two endpoints compare.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TypeIdentity {
     /// `RoboCompLaser::Laser`, for a topic `RoboCompLaserPub::LaserPub/pushLaserData`.
     pub name: String,
-    /// Hash over its operations in their order of declaration.
+    /// Hash over the operations, in their order of declaration.
     pub hash: u64,
 }
 
@@ -53,93 +56,99 @@ impl std::fmt::Display for TypeIdentity {
     }
 }
 
-/// How the body of a call stands behind its envelope, see [`crate::rpc`].
+/// How the body of a call follows its envelope, see [`crate::rpc`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Profile {
-    /// OMG DDS-RPC: the envelope travels with the body, and an answer is a result or one exception.
+    /// OMG DDS-RPC: the envelope travels with the body. A reply holds a result or one exception.
     #[default]
     Rpc,
-    /// A service of ROS 2: only the body travels, which begins at a multiple of 8 bytes; where an operation throws, its
-    /// answer is a code, every exception and the result.
+    /// A service of ROS 2: only the body travels; it begins at a multiple of 8 bytes. Where an
+    /// operation throws, its reply holds a code, every exception and the result.
     Ros,
 }
 
-/// An operation in the words of a middleware that has types of its own.
+/// The type of an operation in a middleware that has types of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExternalType {
-    /// The slot that it is of.
+    /// The slot of the operation.
     pub slot: String,
-    /// Its name in the IDSL.
+    /// The name of the operation in the IDSL.
     pub operation: String,
-    /// Its number in the envelope of a call.
+    /// The discriminator of the operation in the envelope of a call.
     pub id: i32,
-    /// Its type, such as `geometry_msgs/msg/Pose`.
+    /// The name of the type, such as `geometry_msgs/msg/Pose`.
     pub type_name: String,
 }
 
-/// One end of a connection that is to be opened.
+/// Describes one side of a connection, which a backend opens.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Endpoint {
-    /// Where the ends meet.
+    /// The address of the connection.
     pub address: Address,
-    /// What they say to each other.
+    /// The types of the connection.
     pub types: TypeIdentity,
-    /// How.
+    /// Its quality of service.
     pub qos: Qos,
-    /// Its operations, where the component was generated for a middleware that has types of its own; else empty.
+    /// Types of the operations, where the component was generated for a middleware with types of
+    /// its own; else empty.
     pub external_types: Vec<ExternalType>,
 }
 
 /// Opens ports on one middleware, for one component.
 pub trait Backend {
-    /// The word of the languages and command lines: `iceoryx2`, `local` …
+    /// The name of the middleware in the languages and on command lines: `iceoryx2`, `local` …
     fn name(&self) -> &'static str;
 
-    /// One end that sends to all subscribers of a topic.
+    /// Opens a publisher of a topic.
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError>;
 
-    /// One end that receives from all publishers of a topic.
+    /// Opens a subscriber of a topic.
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError>;
 
-    /// One end that sends commands and queries.
+    /// Opens a client, which sends commands and queries.
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError>;
 
-    /// The one end that answers them; a second live one is refused and told who the first is.
+    /// Opens the server. While another server of this address is alive, this fails and names that
+    /// server.
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError>;
 
-    /// Shows the parameters of the component, where the middleware has a way to show them.
+    /// Offers the parameters of the component to nodes of the middleware, where the middleware has
+    /// parameters.
     fn parameters(&self, service: Arc<dyn ParameterService>) -> Result<(), OpenError> {
         drop(service);
         Ok(())
     }
 
-    /// Ends that were found since the last look and do not fit to those of this component, a text for people each.
+    /// Takes the reports about endpoints that do not match those of this component: one text each,
+    /// since the last call.
     fn mismatches(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Why this middleware works no more in this process, so that only a new one helps; `None` as long as it does.
+    /// The reason why the middleware has failed for good in this process, which then has to end;
+    /// `None` while it works.
     fn lost(&self) -> Option<String> {
         None
     }
 
-    /// Waits until what was sent has reached those who are there, at most `limit`; called before the ports of
-    /// a component that ends are closed.
+    /// Waits until all sent messages have arrived, at most `limit`. The runtime calls it before it
+    /// closes the ports of a component that ends.
     fn linger(&self, limit: Duration);
 }
 
-/// The sending end of a topic.
+/// A publisher of a topic.
 pub trait Publisher {
-    /// Sends to all who subscribe now. A slow subscriber loses old values and delays nobody.
+    /// Sends a sample to all subscribers that are there. A slow subscriber loses old samples and
+    /// delays nobody.
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError>;
 
-    /// Whether values can be written in place here.
+    /// Whether [`Publisher::loan`] lends memory.
     fn can_loan(&self) -> bool {
         false
     }
 
-    /// Memory of `length` bytes, aligned to 16, in which a value is written before it is sent. Its content is what
-    /// was in it. Fails where nothing is lent.
+    /// Lends memory of `length` bytes, aligned to 16, for a sample that is written in place. Its
+    /// content is undefined. It fails where [`Publisher::can_loan`] is false.
     fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
         let reason = format!("this middleware lends no memory; {length} bytes were wanted");
         Err(SendError::Backend {
@@ -148,52 +157,54 @@ pub trait Publisher {
         })
     }
 
-    /// How many subscribers there are.
+    /// The number of subscribers.
     fn peers(&self) -> usize;
 }
 
-/// Memory that a publisher has lent.
+/// Memory of a sample that a publisher has lent.
 pub trait LoanedSample {
     /// The memory.
     fn memory(&self) -> &[u8];
 
-    /// The memory, to be written.
+    /// The memory, for writing.
     fn memory_mut(&mut self) -> &mut [u8];
 
-    /// Sends what is in it, as [`Publisher::publish`] does.
+    /// Sends the sample, as [`Publisher::publish`] does.
     fn send(self: Box<Self>, header: Header) -> Result<(), SendError>;
 }
 
-/// The receiving end of a topic.
+/// A subscriber of a topic.
 pub trait Subscriber {
     /// Readable when something may be there.
     fn descriptor(&self) -> BorrowedFd<'_>;
 
-    /// Takes the wake-ups back; what they announced is received before or afterwards. `woken`: whether the descriptor
-    /// was readable; where it was not, a backend may have to look more thoroughly.
+    /// Clears readiness. Drain with `receive` before and after. `woken`: whether the descriptor was
+    /// readable. If it was not, a backend may have lost a wake-up and looks for messages itself.
     fn acknowledge(&mut self, woken: bool);
 
-    /// Hands one value to `take`, where one is there; says whether one was.
+    /// Hands the next sample to `take`; says whether there was one.
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError>;
 
-    /// How many publishers there are.
+    /// The number of publishers.
     fn peers(&self) -> usize;
 }
 
-/// The calling end of a connection. Commands and queries share one queue and keep their order.
+/// A client. Commands and queries share one queue and keep their order.
 pub trait Client {
-    /// Identifies this client in the envelope of its calls.
+    /// Identifies this client in the envelopes of its calls.
     fn guid(&self) -> [u8; 16];
 
-    /// How its calls are written.
+    /// How this client writes its calls.
     fn profile(&self) -> Profile {
         Profile::Rpc
     }
 
-    /// Puts a command into the queue of a live server, or fails; also where this component is stopping.
+    /// Puts a command into the queue of a live server, or fails. A component that stops can still
+    /// send commands.
     fn send(&mut self, header: Header, request: &[u8]) -> Result<(), CallError>;
 
-    /// Sends a request and waits for its answer, at most `limit`. `take` gets the answer, once, where `Ok` comes back.
+    /// Sends a request and waits for its reply, at most `limit`. If the result is `Ok`, `take` got
+    /// the reply, once.
     fn call(
         &mut self,
         header: Header,
@@ -202,48 +213,46 @@ pub trait Client {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError>;
 
-    /// How many servers there are: none or one.
+    /// The number of servers, 0 or 1.
     fn peers(&self) -> usize;
 }
 
-/// The answering end of a connection.
+/// A server.
 pub trait Server {
     /// Readable when something may be there.
     fn descriptor(&self) -> BorrowedFd<'_>;
 
-    /// Takes the wake-ups back; what they announced is served before or afterwards. `woken`: whether the descriptor
-    /// was readable; where it was not, a backend may have to look more thoroughly.
+    /// Clears readiness. Drain with `serve` before and after. `woken`: as for a subscriber.
     fn acknowledge(&mut self, woken: bool);
 
-    /// Hands one request to `answer`, where one is there, with a place for the reply. Says whether a request was
-    /// there.
+    /// Hands the next request to `answer`, with a place for its reply; says whether there was one.
     fn serve(
         &mut self,
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError>;
 
-    /// How many clients there are.
+    /// The number of clients.
     fn peers(&self) -> usize;
 }
 
-/// Where the answer to a request goes.
+/// Takes the reply to a request.
 pub trait Reply {
-    /// What is in it in the end is the reply, and nothing is none; empty at first.
+    /// Reply buffer, initially empty. If it is empty after the call, no reply is sent.
     fn body(&mut self) -> &mut Vec<u8>;
 
-    /// How the request is to be read and the reply to be written.
+    /// How the request was written, and the reply has to be.
     fn profile(&self) -> Profile {
         Profile::Rpc
     }
 
-    /// Memory of `length` bytes, aligned to 16, in which the reply is written instead; none where this middleware
-    /// lends none, or has none left.
+    /// Lends memory of `length` bytes, aligned to 16, for a reply that is written in place; `None`
+    /// where the middleware lends none, or has none left.
     fn loan(&mut self, length: usize) -> Option<&mut [u8]> {
         let _ = length;
         None
     }
 
-    /// The memory that was lent becomes the reply, as the memory image of a plain type behind its envelope.
+    /// Sends the lent memory as the reply: the memory image of a plain type behind its envelope.
     fn send_loan(&mut self) {}
 }
 
@@ -253,7 +262,7 @@ impl Reply for Vec<u8> {
     }
 }
 
-/// The time that goes into [`Header::sent`].
+/// The current time for [`Header::sent`].
 pub fn now() -> u64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64

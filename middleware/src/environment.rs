@@ -1,34 +1,36 @@
-//! The network that a process belongs to, and the folder where its processes find each other.
+//! The network of a process, and the folder in which the processes of a network find each other.
 
 use crate::{Settings, WakeEvent};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-/// What a backend has to know of the process that it is in.
+/// What a backend has to know of its process.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    /// The network, `default` where nobody says otherwise.
+    /// The name of the network; `default` if nothing else is configured.
     pub network: String,
     /// The name of this component in its network.
     pub instance: String,
     /// The folder of the network's sockets and service files.
     pub directory: RunDirectory,
-    /// Ends waiting calls when the component stops.
+    /// Ends calls that wait when the component stops.
     pub wake_event: WakeEvent,
-    /// What its configuration and its network say of the middlewares.
+    /// The settings of the middlewares.
     pub settings: Settings,
 }
 
-/// The run directory of one network: private to its user, in memory where the system has such a place.
+/// The run directory of one network: private to its user, in memory where the system has such a
+/// place.
 ///
-/// It is `robocomp/NETWORK` in `$XDG_RUNTIME_DIR`, else `robocomp-UID/NETWORK` in `/dev/shm`, else in the
-/// folder for temporary files.
+/// It is `robocomp/NETWORK` in `$XDG_RUNTIME_DIR`, else `robocomp-UID/NETWORK` in `/dev/shm`, else
+/// in the folder for temporary files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunDirectory(PathBuf);
 
 impl RunDirectory {
-    /// The directory of `network`, made if it does not exist. A folder that others may write to is refused.
+    /// Opens the directory of `network`, and creates it if necessary. It fails where other users
+    /// may write to the parent folder.
     pub fn open(network: &str) -> io::Result<Self> {
         let base = base();
         let path = base.join(network);
@@ -48,12 +50,12 @@ impl RunDirectory {
         Ok(Self(path))
     }
 
-    /// The directory that `open` would give, whether it exists or not.
+    /// The directory that `open` would open.
     pub fn of(network: &str) -> Self {
         Self::below(&base(), network)
     }
 
-    /// The directory of `network` where `base` takes the place of the folder that `open` chooses.
+    /// The directory of `network` in `base`, instead of the folder that `open` chooses.
     pub fn below(base: &Path, network: &str) -> Self {
         Self(base.join(network))
     }
@@ -83,7 +85,7 @@ impl RunDirectory {
         self.0.join(name)
     }
 
-    /// Removes the directory and all that is in it; one that is gone already is no error.
+    /// Removes the directory with its content. It is no error if it does not exist.
     pub fn remove(&self) -> io::Result<()> {
         match std::fs::remove_dir_all(&self.0) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),

@@ -1,81 +1,81 @@
-//! The ways in which communication fails. A peer that is not there is an error value, never a hang.
+//! Errors of communication. A missing peer is an error value, never a hang.
 
 use crate::cdr::{DecodeError, EncodeError};
 use std::time::Duration;
 
-/// A call that did not bring its answer, or a command that is in no server's queue.
+/// A call failed, or a command was not queued at a server.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CallError {
-    /// Nobody serves the address.
+    /// No server of the address is alive.
     #[error("no server at `{0}`; is the component that implements it running?")]
     NoServer(String),
-    /// The answer did not come in time.
+    /// The reply did not arrive in time.
     #[error("no answer from `{address}` within {limit:?}")]
     Deadline {
-        /// Whom was called.
+        /// The address of the server.
         address: String,
-        /// How long was waited.
+        /// The limit of the call.
         limit: Duration,
     },
-    /// The server ended while it held the request.
+    /// The server ended before it replied.
     #[error("the server at `{0}` died while it held the call")]
     ServerDied(String),
-    /// The server has not taken the earlier requests yet.
+    /// The server has not taken enough of the earlier requests.
     #[error(
         "the queue of the server at `{0}` is full; it takes requests more slowly than they are sent"
     )]
     QueueFull(String),
-    /// The server did not accept the request.
+    /// The server refused the request, for this reason.
     #[error("the server refused: {0}")]
     Refused(String),
-    /// This component is stopping: it asks for no more answers. Commands are still sent.
+    /// This component is stopping: it makes no more calls. It can still send commands.
     #[error("this component is stopping")]
     Stopping,
-    /// An argument cannot be sent.
+    /// An argument cannot be encoded.
     #[error("the argument cannot be sent: {0}")]
     Invalid(#[from] EncodeError),
-    /// The answer cannot be read.
+    /// The reply cannot be decoded.
     #[error("the answer cannot be read: {0}")]
     Malformed(#[from] DecodeError),
     /// The middleware failed.
     #[error("the middleware failed at `{address}`: {reason}")]
     Backend {
-        /// Whom was called.
+        /// The address of the server.
         address: String,
-        /// What the middleware says.
+        /// The reason that the middleware gives.
         reason: String,
     },
 }
 
-/// A value that was not published.
+/// A sample was not published.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SendError {
-    /// The value cannot be sent.
+    /// The sample cannot be encoded.
     #[error("the value cannot be sent: {0}")]
     Invalid(#[from] EncodeError),
     /// The middleware failed.
     #[error("the middleware failed at `{address}`: {reason}")]
     Backend {
-        /// The topic.
+        /// The address of the topic.
         address: String,
-        /// What the middleware says.
+        /// The reason that the middleware gives.
         reason: String,
     },
 }
 
-/// Something that arrived and could not be taken.
+/// A message arrived and could not be received.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("the middleware failed at `{address}`: {reason}")]
 pub struct ReceiveError {
-    /// The topic or service.
+    /// The address of the topic or of the server.
     pub address: String,
-    /// What the middleware says.
+    /// The reason that the middleware gives.
     pub reason: String,
 }
 
-/// A connection that could not be opened.
+/// A port could not be opened.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OpenError {
@@ -86,12 +86,12 @@ pub enum OpenError {
     AddressTaken {
         /// The address.
         address: String,
-        /// Who serves it.
+        /// The process that serves it.
         holder: String,
     },
-    /// The ends of a connection have different types.
+    /// Two endpoints of a connection have different types.
     #[error(
-        "the ends of `{address}` differ in type: this one has {ours}, the other one {theirs}; regenerate and rebuild both from the same .idsl"
+        "the endpoints of `{address}` differ in type: this one has {ours}, the other one {theirs}; regenerate and rebuild both from the same .idsl"
     )]
     TypeMismatch {
         /// The address.
@@ -106,7 +106,7 @@ pub enum OpenError {
     Backend {
         /// The address.
         address: String,
-        /// What the middleware says, and what helps.
+        /// The reason that the middleware gives, and the remedy.
         reason: String,
     },
 }

@@ -1,29 +1,40 @@
-//! How many values a receiver of a topic never saw, found out by the numbers that senders give them.
+//! Counts the samples of a topic that a receiver lost, by the sequence numbers of their senders.
 
 use crate::Header;
 
-/// Senders that are remembered at a time: twice as many as publish on one topic, so that those that come in the place
-/// of others find room.
+/// Number of senders that are remembered: twice as many as publish on one topic, so that there is
+/// room for their successors.
 const SENDERS: usize = 2 * crate::qos::MAX_PUBLISHERS;
 
 /// Counts the gaps in the sequences of the senders of one topic.
 ///
-/// The first value of a sender is no gap, whatever its number: who comes late has lost nothing, and a sender that was
-/// started again is another one. Of many senders the one that was silent the longest is forgotten. Requests need no
-/// such count: their queue refuses what it cannot hold, and whoever calls is told.
+/// The first sample of a sender is no gap, whatever its number: a late subscriber has lost nothing,
+/// and a sender that was started again is another one. Of many senders, the one that was silent the
+/// longest is forgotten. Requests need no such count: their queue refuses what it cannot hold, and
+/// the client gets an error.
+///
+/// ```
+/// use rc_middleware::{Gaps, Header};
+///
+/// let mut gaps = Gaps::default();
+/// let sample = |sequence| Header { sender: 1, sequence, ..Header::default() };
+/// assert_eq!(gaps.note(&sample(4)), 0);
+/// assert_eq!(gaps.note(&sample(7)), 2); // 5 and 6 are lost
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Gaps {
-    /// Who was heard, and the number of its last value; who was heard last comes first.
+    /// Senders, each with the number of its last sample; the most recent sender comes first.
     heard: Vec<(u128, u64)>,
 }
 
 impl Gaps {
-    /// Notes a value that came; says how many of its sender were lost right before it.
+    /// Notes a received sample; gives the number of samples of its sender that were lost right
+    /// before it.
     pub fn note(&mut self, header: &Header) -> u64 {
         let Header {
             sender, sequence, ..
         } = *header;
-        // Where the backend cannot tell senders apart, or a sender does not count, there is nothing to say.
+        // The backend cannot tell senders apart, or the sender does not count.
         if sender == 0 || sequence == 0 {
             return 0;
         }
@@ -35,22 +46,23 @@ impl Gaps {
         };
         let last = std::mem::replace(&mut self.heard[at].1, sequence);
         self.heard[..=at].rotate_right(1);
-        // A number that does not grow is that of a sender which has begun anew.
+        // The sender has begun anew if its number does not grow.
         sequence.saturating_sub(last).saturating_sub(1)
     }
 }
 
-/// The values of a topic that came and could not be read, which a backend tells as errors.
+/// Counts the samples that arrived and could not be read. A backend returns an error for each.
 ///
-/// They have numbers, too: without them, those behind them would count what was told already as lost as well.
+/// Unreadable samples have sequence numbers, too. Without this count, the next sample would report
+/// them as lost again.
 #[derive(Clone, Debug, Default)]
 pub struct Unread {
-    /// Senders and how many it were; the one that began last comes last.
+    /// Senders, each with its count; the newest sender comes last.
     counts: Vec<(u128, u64)>,
 }
 
 impl Unread {
-    /// Counts one value more of `sender`.
+    /// Counts one unreadable sample of `sender`.
     pub fn note(&mut self, sender: u128) {
         if let Some((_, count)) = self.counts.iter_mut().find(|(known, _)| *known == sender) {
             *count += 1;
@@ -62,7 +74,7 @@ impl Unread {
         self.counts.push((sender, 1));
     }
 
-    /// Gives a value that could be read its number among those that could.
+    /// Gives a readable sample its sequence number among the readable ones.
     pub fn renumber(&self, header: &mut Header) {
         let unread = self
             .counts

@@ -1,17 +1,17 @@
-//! The three patterns of communication, as every backend offers them and every component uses them.
+//! Communication of components: topics, commands and queries, over exchangeable backends.
 //!
 //! - [`backend`]: the traits of a backend. Backends move bytes and know no type.
 //! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
-//! - [`in_place`]: values that are written and read where they are.
-//! - [`counter`]: how many values an end has sent.
+//! - [`in_place`]: samples that are written and read in shared memory.
+//! - [`counter`]: the number of sent messages.
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
-//! - [`typed`]: the layer between both, which generated code uses.
-//! - [`gaps`]: what a receiver never saw.
-//! - [`environment`]: the network that a process belongs to, and its run directory.
-//! - [`parameters`]: those of a component, for a middleware that shows them.
-//! - [`settings`]: what a configuration says of a middleware.
+//! - [`typed`]: typed publishers and clients, which generated code uses.
+//! - [`gaps`]: the samples that a receiver lost.
+//! - [`environment`]: the network of a process, and its run directory.
+//! - [`parameters`]: the parameters of a component, for a middleware with parameters.
+//! - [`settings`]: the settings of middlewares.
 //!
-//! No backend is named here.
+//! This crate names no backend.
 
 pub mod address;
 pub mod backend;

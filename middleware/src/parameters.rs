@@ -1,66 +1,69 @@
-//! The parameters of a component, for a backend whose middleware has a way of its own to them.
+//! The parameters of a component, for a backend whose middleware has parameters of its own.
 
-/// What a parameter is.
+/// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParameterValue {
-    /// Nothing.
+    /// No value.
     None,
     /// `true` or `false`
     Bool(bool),
-    /// A whole number.
+    /// An integer.
     Int(i64),
-    /// Any other number.
+    /// A number with a fraction.
     Float(f64),
-    /// A text, a path, or a time with its unit.
+    /// A text, a path, or a duration with its unit.
     Text(String),
-    /// An array of choices.
+    /// An array of booleans.
     Bools(Vec<bool>),
-    /// An array of whole numbers.
+    /// An array of integers.
     Ints(Vec<i64>),
-    /// An array of other numbers.
+    /// An array of numbers with a fraction.
     Floats(Vec<f64>),
     /// An array of texts.
     Texts(Vec<String>),
 }
 
-/// One parameter. What is secret is none.
+/// One parameter. Secret parameters are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its path, `motors[2].max`.
+    /// Its path, as in `motors[2].max`.
     pub path: String,
-    /// What it is.
+    /// Its value.
     pub value: ParameterValue,
     /// Its documentation.
     pub doc: String,
-    /// Its type and limits in words.
+    /// Its type and its limits, in words.
     pub allowed: String,
-    /// Whether it may be changed.
+    /// Whether a running component accepts changes of it.
     pub editable: bool,
-    /// Its smallest and its largest value, of a number.
+    /// The smallest and the largest value of a number.
     pub range: Option<(ParameterValue, ParameterValue)>,
 }
 
-/// What has become of parameters at one time. What is secret is told of never.
+/// A change of parameters. Secret parameters are left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterEvent {
-    /// What there is from now on: all, when the component begins.
+    /// Parameters that exist from now on: all of them, when the component starts.
     pub new: Vec<Parameter>,
-    /// What has another value now.
+    /// Parameters that have another value now.
     pub changed: Vec<Parameter>,
 }
 
-/// Hears of parameters. It is called on a thread that has other things to do, and returns at once.
+/// Called with each change of parameters. It must return at once: it runs on a thread that has
+/// other tasks.
 pub type ParameterListener = Box<dyn Fn(ParameterEvent) + Send>;
 
-/// The parameters of one component. It is asked from any thread but that of the worker, and answers within a few seconds.
+/// The parameters of one component. Any thread but that of the worker may call it; it returns
+/// within a few seconds.
 pub trait ParameterService: Send + Sync {
-    /// All of them, in the order of the `.pdsl`; an error is a component that ends or does not answer.
+    /// All parameters, in the order of the `.pdsl`. It fails when the component ends or does not
+    /// respond.
     fn list(&self) -> Result<Vec<Parameter>, String>;
 
-    /// Changes all of these, or none; an error says why nothing has changed.
+    /// Changes all of these parameters or none. The error says why nothing has changed.
     fn set(&self, changes: &[(String, ParameterValue)]) -> Result<(), String>;
 
-    /// Tells `listener` of all parameters, and from then on of every change that was accepted, whoever asked for it; changes that
-    /// were asked for together are told together.
+    /// Calls `listener` with all parameters, and from then on with every accepted change, whoever
+    /// requested it. Changes of one request are one call.
     fn watch(&self, listener: ParameterListener);
 }

@@ -1,49 +1,49 @@
-//! Quality of service, with the defaults in this one place.
+//! Quality of service, with its defaults.
 
 use std::time::Duration;
 
-/// Whether a publisher keeps what a subscriber has not read yet.
+/// Whether a publisher keeps samples that a subscriber has not received yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reliability {
-    /// Newer values replace older ones.
+    /// Newer samples replace older ones.
     BestEffort,
-    /// What was sent arrives, within the depth.
+    /// Samples arrive, within the depth.
     Reliable,
 }
 
-/// Whether late subscribers get what was sent before.
+/// Whether late subscribers get earlier samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Durability {
-    /// They do not.
+    /// They get none.
     Volatile,
-    /// They get the last values, up to the depth.
+    /// They get the last samples, up to the depth.
     TransientLocal,
 }
 
-/// The quality of service that one end offers or asks for.
+/// The quality of service that an endpoint offers or requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
-    /// Kept or replaced.
+    /// Whether unread samples are kept or replaced.
     pub reliability: Reliability,
-    /// For late subscribers.
+    /// What late subscribers get.
     pub durability: Durability,
-    /// How many values are kept.
+    /// Number of samples that are kept.
     pub depth: u32,
-    /// The longest time between two values; without, there is none.
+    /// Longest time between two samples; `None` for no limit.
     pub deadline: Option<Duration>,
-    /// How long a value is worth anything after it was sent; without, for ever.
+    /// Time after which a sample expires; `None` for never.
     pub lifespan: Option<Duration>,
-    /// After how long of silence a publisher counts as dead; without, silence alone says nothing.
+    /// Silence after which a publisher counts as dead; `None` for no limit.
     pub liveliness: Option<Duration>,
-    /// How long a call may take.
+    /// Longest time of a call.
     pub timeout: Duration,
-    /// How long one who waits stays awake before it sleeps: a client for its answer, a server and a subscriber after a
-    /// message for the next one. Zero: not at all.
+    /// How long a thread polls before it sleeps: a client until its reply arrives, a server or a
+    /// subscriber until the next message. Zero: it does not poll.
     pub spin: Duration,
 }
 
 impl Qos {
-    /// What a publisher offers: reliable, volatile, keep last 10.
+    /// The default of a publisher: reliable, volatile, keep last 10.
     pub const PUBLISHER: Self = Self {
         reliability: Reliability::Reliable,
         durability: Durability::Volatile,
@@ -54,12 +54,12 @@ impl Qos {
         timeout: Duration::from_secs(1),
         spin: Duration::ZERO,
     };
-    /// What a subscriber asks for: best effort, volatile, keep last 10.
+    /// The default of a subscriber: best effort, volatile, keep last 10.
     pub const SUBSCRIBER: Self = Self {
         reliability: Reliability::BestEffort,
         ..Self::PUBLISHER
     };
-    /// What calls use: reliable, one second.
+    /// The default of calls: reliable, one second.
     pub const CALL: Self = Self::PUBLISHER;
 }
 
@@ -69,5 +69,5 @@ pub const MAX_READERS: usize = 64;
 pub const MAX_PUBLISHERS: usize = 16;
 /// Most processes of one service.
 pub const MAX_NODES: usize = 128;
-/// Requests of one client that may wait at a server.
+/// Most requests of one client that wait at a server.
 pub const REQUEST_QUEUE: usize = 16;

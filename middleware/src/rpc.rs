@@ -1,25 +1,25 @@
 //! The envelope of a call.
 //!
-//! It is the basic service mapping of OMG DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1): a request is
-//! `{ RequestHeader, union switch (int32 operation) { case HASH: In } }`, a reply is
-//! `{ ReplyHeader, union switch (int32 operation) { case HASH: union switch (int32) { case 0: Out; case HASH: exception } } }`.
-//! The hash of a name is the first four bytes of its MD5 sum, as a little-endian int32. `In` holds the
-//! parameters that go in, `Out` those that come out and then the return value; one that would be empty holds
-//! one octet. Where the header of a reply says that nothing was executed, a text with the reason follows the
-//! (unknown) branch of the union.
+//! It is the basic service mapping of OMG DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1): a request is `{
+//! RequestHeader, union switch (int32 operation) { case HASH: In } }`, a reply is `{ ReplyHeader,
+//! union switch (int32 operation) { case HASH: union switch (int32) { case 0: Out; case HASH:
+//! exception } } }`. The hash of a name is the first four bytes of its MD5 sum, as a little-endian
+//! int32. `In` holds the input parameters. `Out` holds the output parameters and then the return
+//! value. An empty structure holds one octet. If the header of a reply says that nothing was
+//! executed, a text with the reason follows the (unknown) branch of the union.
 //!
-//! Over ROS 2 ([`Profile::Ros`]) no envelope travels: a backend puts it around the body of a request or a reply, with
-//! a body that begins at [`ENVELOPE`], and takes it off.
+//! Over ROS 2 ([`Profile::Ros`]) no envelope travels: the backend adds it to a received body, which
+//! then begins at [`ENVELOPE`], and removes it before it sends.
 
 use crate::backend::Profile;
 use crate::cdr::{DecodeError, Reader, Writer};
 
-/// Identifies one request: who asks, and the how manyth request of this client it is.
+/// Identifies a request by client GUID and sequence number, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RequestId {
     /// The client.
     pub writer: [u8; 16],
-    /// Its request, from 1.
+    /// The sequence number, from 1.
     pub sequence: u64,
 }
 
@@ -28,56 +28,56 @@ pub struct RequestId {
 pub enum Outcome {
     /// Executed; the reply holds a result or an exception of the interface.
     Ok = 0,
-    /// The server does not do that.
+    /// The server does not support the operation.
     Unsupported = 1,
-    /// An argument is not acceptable.
+    /// The server does not accept an argument.
     InvalidArgument = 2,
-    /// The server cannot do it now.
+    /// The server lacks resources for it now.
     OutOfResources = 3,
-    /// The interface of the server has no such operation.
+    /// The interface of the server does not have the operation.
     UnknownOperation = 4,
-    /// The server failed in a way that its interface does not name.
+    /// The server failed with an error that its interface does not declare.
     UnknownException = 5,
 }
 
-/// Where the body of a call begins in [`Profile::Ros`]: a multiple of all alignments, so that its bytes are the same
-/// without what is before it.
+/// Offset of the body of a call in [`Profile::Ros`]: a multiple of all alignments, so that the
+/// bytes of the body do not depend on the envelope.
 pub const ENVELOPE: usize = 40;
 
-/// Leaves the room between an envelope and its body that `profile` asks for.
+/// Writes the padding between an envelope and its body in `profile`.
 pub fn begin_body(writer: &mut Writer, profile: Profile) {
     if profile == Profile::Ros {
         writer.align(8);
     }
 }
 
-/// Goes to the body behind an envelope that was read.
+/// Skips the padding behind an envelope that was read.
 pub fn open_body(reader: &mut Reader<'_>, profile: Profile) {
     if profile == Profile::Ros {
         reader.align(8);
     }
 }
 
-/// Begins a request.
+/// Writes the envelope of a request.
 pub fn begin_request(writer: &mut Writer, id: RequestId, operation: i32) {
     identity(writer, id);
     crate::cdr::text("", writer);
     writer.put(&operation);
 }
 
-/// Reads the beginning of a request: who asks, and for what.
+/// Reads the envelope of a request: its identity and its operation.
 pub fn open_request(reader: &mut Reader<'_>) -> Result<(RequestId, i32), DecodeError> {
     let id = open_identity(reader)?;
     let _instance: String = reader.get()?;
     Ok((id, reader.get()?))
 }
 
-/// What a request or a reply is or answers, without the rest of its envelope; none where the bytes are too few.
+/// The identity of a request, or of the request that a reply belongs to; `None` for too few bytes.
 pub fn request_id(envelope: &[u8]) -> Option<RequestId> {
     open_identity(&mut Reader::new(envelope)).ok()
 }
 
-/// Begins a reply; `case` is 0 for a result, else the hash of an exception.
+/// Writes the envelope of a reply. `case` is A result (0), or the exception with this hash.
 pub fn begin_reply(writer: &mut Writer, id: RequestId, operation: i32, case: i32) {
     identity(writer, id);
     writer.put(&(Outcome::Ok as i32));
@@ -85,7 +85,7 @@ pub fn begin_reply(writer: &mut Writer, id: RequestId, operation: i32, case: i32
     writer.put(&case);
 }
 
-/// A whole reply that says that, and why, nothing was executed.
+/// Writes a whole reply which says that nothing was executed, and why.
 pub fn refuse(writer: &mut Writer, id: RequestId, outcome: Outcome, reason: &str) {
     identity(writer, id);
     writer.put(&(outcome as i32));
@@ -94,16 +94,16 @@ pub fn refuse(writer: &mut Writer, id: RequestId, outcome: Outcome, reason: &str
     crate::cdr::text(&reason.replace('\0', " "), writer);
 }
 
-/// The beginning of a reply.
+/// What a reply holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReplyKind {
     /// 0 for a result, else the hash of an exception.
     Case(i32),
-    /// Nothing was executed, for this reason.
+    /// Nothing was executed; the reason.
     Refused(String),
 }
 
-/// Reads the beginning of the reply to `operation`.
+/// Reads the envelope of the reply to `operation`.
 pub fn open_reply(
     reader: &mut Reader<'_>,
     operation: i32,

@@ -4,8 +4,8 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
-/// Waits until one of `descriptors` (at most 32) is readable or `limit` has passed; a signal ends it early. Bit i of
-/// the result: descriptor i is readable.
+/// Waits until one of `descriptors` (at most 32) is readable, at most `limit`. A signal ends the
+/// wait early. Bit i of the result is set if descriptor i is readable.
 pub fn wait(descriptors: &[BorrowedFd<'_>], limit: Duration) -> u32 {
     let mut polled: Vec<PollFd<'_>> = descriptors
         .iter()

@@ -1,4 +1,4 @@
-//! What wakes a waiting component: a stop, or a wish of its management.
+//! Wakes a component that waits: to stop, or to run a command of its management.
 
 use rustix::event::{EventfdFlags, eventfd};
 use std::io;
@@ -6,20 +6,32 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A descriptor that becomes readable, and whether the component is to stop. Clones are the same interrupt.
+/// A descriptor that becomes readable, and a request to stop. Clones share one event.
+///
+/// ```
+/// use rc_middleware::{WakeEvent, wait};
+/// use std::{os::fd::AsFd, time::Duration};
+///
+/// let event = WakeEvent::new().expect("a descriptor");
+/// event.wake();
+/// assert_eq!(wait(&[event.as_fd()], Duration::from_secs(1)), 1);
+/// event.clear();
+/// assert_eq!(wait(&[event.as_fd()], Duration::ZERO), 0);
+/// ```
 #[derive(Clone, Debug)]
 pub struct WakeEvent(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
     event: OwnedFd,
-    /// Whether the descriptor is readable, or about to be: what is so already is not asked of the kernel again.
+    /// Whether the descriptor is readable, or about to be. It saves a call of the kernel for each
+    /// further wake-up.
     awake: AtomicBool,
     stopping: AtomicBool,
 }
 
 impl WakeEvent {
-    /// An interrupt at rest.
+    /// A new event, not readable. It fails where no descriptor is left.
     pub fn new() -> io::Result<Self> {
         let event = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
         Ok(Self(Arc::new(Inner {
@@ -29,13 +41,13 @@ impl WakeEvent {
         })))
     }
 
-    /// Asks to stop: every waiting call ends with `Stopping`.
+    /// Requests a stop: every call that waits ends with `Stopping`.
     pub fn stop(&self) {
         self.0.stopping.store(true, Ordering::SeqCst);
         self.wake();
     }
 
-    /// Whether a stop was asked for.
+    /// Whether a stop was requested.
     pub fn is_stopping(&self) -> bool {
         self.0.stopping.load(Ordering::SeqCst)
     }
@@ -43,17 +55,18 @@ impl WakeEvent {
     /// Makes the descriptor readable.
     pub fn wake(&self) {
         if !self.0.awake.swap(true, Ordering::SeqCst) {
-            // The only failure is a counter that is full, and then the descriptor is readable already.
+            // It fails only where the counter is full, and then the descriptor is readable already.
             let _ = rustix::io::write(&self.0.event, &1_u64.to_ne_bytes());
         }
     }
 
-    /// Takes a wake-up back, unless it is a stop, which stays. What was announced before is looked for afterwards.
+    /// Clears readiness, unless a stop was requested. Look for the reason of the wake-up
+    /// afterwards.
     pub fn clear(&self) {
         if self.is_stopping() || !self.0.awake.load(Ordering::SeqCst) {
             return;
         }
-        // Where nothing can be read yet, who wakes is just about to write.
+        // If nothing can be read yet, another thread is about to write in `wake`.
         if rustix::io::read(&self.0.event, &mut [0_u8; 8]).is_ok() {
             self.0.awake.swap(false, Ordering::SeqCst);
             if self.is_stopping() {

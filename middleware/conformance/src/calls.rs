@@ -1,4 +1,4 @@
-//! Commands and queries that succeed, and who may serve.
+//! Commands and queries that succeed; the rule of one server an address.
 
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, header, serve, until};
@@ -6,13 +6,13 @@ use crate::topics::pattern;
 use rc_middleware::{CallError, Client, Header, OpenError, TypeIdentity};
 use std::sync::mpsc::channel;
 
-/// Answers with the request and one byte more; the request `-` is a command.
+/// Replies with the request and one byte more. The request `-` is a command.
 pub(crate) fn echo(_: Header, request: &[u8], reply: &mut Vec<u8>) {
     reply.extend_from_slice(request);
     reply.push(b'!');
 }
 
-/// The answer to `request`, which has to come.
+/// The reply to `request`, which must arrive.
 pub(crate) fn ask(client: &mut dyn Client, request: &[u8]) -> Vec<u8> {
     let mut reply = b"what was there before".to_vec();
     client
@@ -78,7 +78,7 @@ pub fn each_client_gets_its_own_answers(subject: &dyn Subject) {
     });
 }
 
-/// The client is there first.
+/// The client opens before its server.
 pub fn a_late_server_is_found(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -91,7 +91,7 @@ pub fn a_late_server_is_found(subject: &dyn Subject) {
     });
 }
 
-/// Three servers, one after the other, and one client that goes on.
+/// Three servers, one after the other, and one client that stays.
 pub fn a_server_comes_back(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -107,7 +107,7 @@ pub fn a_server_comes_back(subject: &dyn Subject) {
     }
 }
 
-/// Three clients, one after the other, and one server that goes on.
+/// Three clients, one after the other, and one server that stays.
 pub fn a_client_comes_back(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -120,7 +120,7 @@ pub fn a_client_comes_back(subject: &dyn Subject) {
     });
 }
 
-/// A client that sends much does not keep another one waiting.
+/// A client that sends many requests does not delay another client.
 pub fn clients_are_served_in_turn(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -141,7 +141,7 @@ pub fn clients_are_served_in_turn(subject: &dyn Subject) {
     );
 }
 
-/// 8 MiB there, 8 MiB and a byte back; then small again.
+/// A request of 8 MiB, a reply of 8 MiB and a byte; then small ones again.
 pub fn requests_and_answers_may_be_large(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Map");
@@ -158,7 +158,7 @@ pub fn requests_and_answers_may_be_large(subject: &dyn Subject) {
     });
 }
 
-/// Both sides see how many there are of the other.
+/// Client and server count each other.
 pub fn sides_are_counted(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -175,7 +175,8 @@ pub fn sides_are_counted(subject: &dyn Subject) {
     until("the server has left", || first.peers() == 0);
 }
 
-/// The second is told who the first is, and takes over when that one has left.
+/// The error of the second server names the first one. The second one succeeds after the first has
+/// left.
 pub fn a_second_server_is_refused(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -191,7 +192,7 @@ pub fn a_second_server_is_refused(subject: &dyn Subject) {
     assert!(other.server(&address).is_ok());
 }
 
-/// Both names are told, whichever side comes first.
+/// The error has both types, whichever side opens first.
 pub fn calls_of_different_types_refuse_each_other(subject: &dyn Subject) {
     let network = Network::new(subject);
     let (one, other) = (network.join("one"), network.join("other"));
@@ -215,7 +216,7 @@ pub fn calls_of_different_types_refuse_each_other(subject: &dyn Subject) {
     assert_eq!(refused, Some(mismatch(&theirs.types, &ours.types)));
 }
 
-/// The same address in two networks is two addresses.
+/// The same address in two networks is not connected.
 pub fn networks_are_apart(subject: &dyn Subject) {
     let (network, elsewhere) = (Network::new(subject), Network::new(subject));
     let address = endpoint("default/Motor");

@@ -1,5 +1,5 @@
-//! Messages of any bytes, for tests that care for no envelope: it is put around calls here. Where a backend pads what it
-//! sends, a length goes before each body.
+//! Messages of any bytes, for tests without envelopes: this backend adds the envelopes of calls.
+//! Where the backend under test pads bodies, a length precedes each body.
 
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
 use rc_middleware::{
@@ -15,18 +15,18 @@ const OPERATION: i32 = 5;
 /// A backend whose messages carry any bytes.
 pub(crate) struct Enveloping {
     pub(crate) backend: Box<dyn Backend>,
-    /// Whether lengths go before bodies.
+    /// Whether a length precedes each body.
     pub(crate) pads: bool,
 }
 
-/// `body` with its length before it, where lengths go.
+/// `body` with its length before it, where lengths are used.
 fn sized(pads: bool, body: &[u8]) -> Vec<u8> {
     let length = u32::try_from(body.len()).expect("a length").to_le_bytes();
     let length = length.iter().filter(|_| pads);
     length.chain(body).copied().collect()
 }
 
-/// The other way round.
+/// Removes the length.
 fn unsized_body(pads: bool, body: &[u8]) -> &[u8] {
     if !pads {
         return body;

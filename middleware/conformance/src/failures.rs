@@ -1,4 +1,4 @@
-//! Calls that fail, and how soon.
+//! Calls that fail, and the time until they do.
 
 use crate::Subject;
 use crate::calls::{ask, echo};
@@ -11,10 +11,10 @@ use std::sync::Mutex;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// A deadline that is meant to pass.
+/// A limit that the test lets expire.
 const SHORT: Duration = Duration::from_millis(60);
 
-/// Neither a command nor a query waits for a server to come.
+/// Neither a command nor a query waits for a server.
 pub fn without_a_server_a_call_fails_at_once(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -32,7 +32,7 @@ pub fn without_a_server_a_call_fails_at_once(subject: &dyn Subject) {
     assert!(start.elapsed() < LIMIT / 10, "{:?}", start.elapsed());
 }
 
-/// The server does not serve; later it does, and each new call has its own answer.
+/// The server does not serve at first. When it does, each new call gets its own reply.
 pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -73,7 +73,8 @@ pub fn a_deadline_leaves_nothing_behind(subject: &dyn Subject) {
     });
 }
 
-/// The server is at the first request when its caller gives up, and answers it while the second call waits.
+/// The server replies to the first request after its client has given up, while the second call
+/// waits.
 pub fn a_late_answer_is_not_taken_for_the_next(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -100,7 +101,8 @@ pub fn a_late_answer_is_not_taken_for_the_next(subject: &dyn Subject) {
     });
 }
 
-/// A server that does not take its requests: the sender is told, never blocked; what was accepted is served.
+/// The server takes no requests: the client gets an error and is never blocked. Accepted requests
+/// are served.
 pub fn a_full_queue_is_told(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -130,7 +132,8 @@ pub fn a_full_queue_is_told(subject: &dyn Subject) {
     }
 }
 
-/// A component that stops does not wait for its answers. It still sends its last commands, such as that its motors stop.
+/// A component that stops does not wait for replies. It can still send commands, for example to
+/// stop its motors.
 pub fn a_stop_ends_a_call(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -158,7 +161,7 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
         });
         let start = Instant::now();
         serve(&mut *server, 1, &|_, _, _| {
-            // The call waits now, and its answer does not come before it has ended.
+            // The call waits now, and its reply arrives only after it has ended.
             environment.wake_event.stop();
             let result = end.recv_timeout(LIMIT).expect("a result");
             assert_eq!(result, Err(CallError::Stopping));
@@ -176,7 +179,8 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
     });
 }
 
-/// The management wakes the event loop, and a call of it waits: the call goes on, and the wake-up is not lost.
+/// Management wakes the event loop while a call waits: the call continues, and the wake-up is not
+/// lost.
 pub fn a_wake_up_ends_no_call_and_stays(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -196,7 +200,7 @@ pub fn a_wake_up_ends_no_call_and_stays(subject: &dyn Subject) {
     assert_eq!(readable, 1, "the wake-up is still there");
 }
 
-/// A server ends with a request in its queue: the caller learns it long before its deadline.
+/// A server ends with a request in its queue: the call fails long before its limit.
 pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -226,7 +230,7 @@ pub fn a_server_that_leaves_ends_the_call(subject: &dyn Subject) {
     });
 }
 
-/// The same when it has taken the request and not yet come to it.
+/// The same after the server has taken the request and before it handles it.
 pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Motor");
@@ -259,7 +263,7 @@ pub fn a_server_that_leaves_ends_the_calls_it_holds(subject: &dyn Subject) {
     });
 }
 
-/// A client that stays awake for some time gets its answers, and sleeps when they take longer.
+/// A client that polls for some time gets its replies, and sleeps when they take longer.
 pub fn a_call_that_stays_awake_sleeps_in_the_end(subject: &dyn Subject) {
     const LONG: Duration = Duration::from_millis(200);
     let network = Network::new(subject);
@@ -284,7 +288,7 @@ pub fn a_call_that_stays_awake_sleeps_in_the_end(subject: &dyn Subject) {
     });
 }
 
-/// What this thread has used of a processor.
+/// The processor time of this thread.
 fn processor_time() -> Duration {
     let used = clock_gettime(ClockId::ThreadCPUTime);
     Duration::new(used.tv_sec as u64, used.tv_nsec as u32)

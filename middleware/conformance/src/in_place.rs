@@ -1,4 +1,4 @@
-//! Values that are written and read where they are, and what becomes of them on a backend that lends no memory.
+//! Samples that are written and read in place, also on a backend that lends no memory.
 
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
@@ -76,7 +76,7 @@ const SCAN: Operation = Operation {
     ],
 };
 
-/// Takes one value, however it was sent.
+/// Receives one sample, in either encoding.
 fn take(subscriber: &mut dyn Subscriber) -> Vec<i16> {
     let end = Instant::now() + LIMIT;
     let mut value = None;
@@ -95,7 +95,8 @@ fn take(subscriber: &mut dyn Subscriber) -> Vec<i16> {
     value.unwrap_or_default()
 }
 
-/// One that was written in place and one that was not reach three, who may read both in either way.
+/// A sample that was written in place and one that was not reach three subscribers, which read both
+/// in either way.
 pub fn topics_carry_values_in_place(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser/scan");
@@ -120,7 +121,7 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
             assert_eq!(take(&mut **subscriber), beams);
         }
     }
-    // One that is dropped is not sent; nor is one that is not as its type wants it, and nobody misses it.
+    // A dropped loan is not sent, nor is an invalid value. Neither counts as lost.
     drop(topic.loan::<ScanInPlace>().expect("a loan"));
     let mut scan = topic.loan::<ScanInPlace>().expect("a loan");
     assert!(scan.resize_beams(1_000_001).is_err());
@@ -141,11 +142,12 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
     );
 }
 
-/// Answers in place and answers in CDR, read in place and copied; and the two ways to fail.
+/// Replies in place and in CDR, read in place and copied, and both kinds of failure.
 pub fn answers_may_be_in_place(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser");
-    // What is asked for: how many beams, and whether in place. Minus one is an exception, more than fit an error.
+    // A request: the number of beams, and whether to reply in place. -1 raises an exception, too
+    // many beams an error.
     let answer = |header: Header, body: &[u8], reply: &mut dyn rc_middleware::Reply| {
         let mut request = Request::open(header, body, reply).expect("an envelope");
         let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<bool>()?));

@@ -1,4 +1,4 @@
-//! What every backend has to do, as one suite of tests.
+//! The requirements of backends, as one suite of tests.
 //!
 //! A backend implements [`Subject`] and instantiates the suite in a file of its `tests/`:
 //!
@@ -12,8 +12,8 @@
 //! rc_conformance::suite!(Local);
 //! ```
 //!
-//! Each test has a network of its own. Peers run in threads, each joined to the network by itself. Tests wait for
-//! events, with a generous limit, and never for a time.
+//! Each test has a network of its own. Peers run in threads, and each joins the network by itself.
+//! Tests wait for events, with a generous limit; they never sleep for a fixed time.
 #![expect(
     clippy::missing_panics_doc,
     reason = "every function is a test, and a test that fails panics"
@@ -37,51 +37,54 @@ pub trait Subject: Sync {
     /// Joins the network of `environment`.
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError>;
 
-    /// What the network has left on the system although all its ends were closed; this fails a test.
+    /// What the network has left on the system although all endpoints were closed. Anything left
+    /// fails the test.
     fn leftovers(&self, _directory: &RunDirectory) -> Vec<PathBuf> {
         Vec::new()
     }
 
-    /// Whether the hash of its types travels with every message, or is compared once for a connection.
+    /// Whether the type hash travels with every message; else it is compared once for a connection.
     fn compares_each_message(&self) -> bool {
         true
     }
 
-    /// Whether a subscriber that asks for kept values hears no publisher that keeps none.
+    /// Whether a subscriber that requests kept samples receives nothing from a publisher that keeps
+    /// none.
     fn keeps_or_refuses(&self) -> bool {
         false
     }
 
-    /// Whether more values than asked for may be kept for a while.
+    /// Whether more samples than requested may be kept for a while.
     fn keeps_more(&self) -> bool {
         false
     }
 
-    /// How many clients, each a component, ask one server at once.
+    /// Number of clients, each a component, that call one server at once.
     fn clients(&self) -> usize {
         MAX_READERS
     }
 
-    /// How large a value is, at most, that does not depend on what the receiver's computer does meanwhile.
+    /// Size of the largest sample that arrives whatever load the receiving machine has.
     fn largest(&self) -> usize {
         usize::MAX
     }
 
-    /// Whether a descriptor may also be readable for something else than a value.
+    /// Whether a descriptor may become readable without a sample.
     fn rings_for_less(&self) -> bool {
         false
     }
 
-    /// Whether zeros may come behind a body that was sent without them.
+    /// Whether zeros may follow a body that was sent without them.
     fn pads(&self) -> bool {
         false
     }
 
-    /// Removes what the network may leave.
+    /// Removes the files that the network may leave.
     fn wipe(&self, _directory: &RunDirectory) {}
 }
 
-/// One `#[test]` for each requirement, on the [`Subject`] that the expression gives.
+/// Defines one `#[test]` for each requirement. The argument is an expression that gives a
+/// [`Subject`].
 #[macro_export]
 macro_rules! suite {
     ($subject:expr) => {

@@ -1,4 +1,4 @@
-//! As many ends as are promised.
+//! The maximum number of endpoints.
 
 use crate::Subject;
 use crate::calls::{ask, echo};
@@ -35,9 +35,9 @@ pub fn sixty_four_clients_are_served(subject: &dyn Subject) {
     });
 }
 
-/// Sixty-four clients, each with its queue full: fifteen commands and a call that waits for its answer. More than a
-/// thousand requests are under way before the first one is taken; each call is answered with its own request and the
-/// number of commands of its client that came before it.
+/// Sixty-four clients, each with a full queue: fifteen commands and a call that waits for its
+/// reply. More than a thousand requests wait before the server takes the first one. Each reply
+/// holds its own request and the number of commands that the client sent before.
 pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
     const ROUNDS: u8 = 3;
     const COMMANDS: u8 = REQUEST_QUEUE as u8 - 1;
@@ -90,7 +90,7 @@ pub fn a_thousand_requests_get_their_own_answers(subject: &dyn Subject) {
     });
 }
 
-/// Each value reaches each subscriber.
+/// Each sample reaches each subscriber.
 pub fn sixteen_publishers_reach_sixty_four_subscribers(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = keep_last(MAX_PUBLISHERS as u32, &endpoint("default/Laser/scan"));

@@ -1,4 +1,4 @@
-//! A network for one test, its components, and waiting for what happens in it.
+//! A network for one test, its components, and functions that wait for events in it.
 
 use crate::Subject;
 use crate::envelope::Enveloping;
@@ -11,17 +11,17 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// No test waits longer for anything.
+/// Longest wait for an event.
 pub const LIMIT: Duration = Duration::from_secs(30);
-/// After this a waiting end looks into its queue all the same, as the runtime does.
+/// Longest wait for a descriptor before a test looks into the queue, as the runtime does.
 pub(crate) const CYCLE: Duration = Duration::from_millis(50);
 
-/// How a server under test answers: header, request, reply.
+/// The handler of a server under test: header, request, reply.
 pub type Answer<'a> = dyn Fn(Header, &[u8], &mut Vec<u8>) + 'a;
 
 static NETWORKS: AtomicU32 = AtomicU32::new(0);
 
-/// A network that nobody else is in. When it goes it must have left nothing behind.
+/// A network of its own. Dropping it fails the test if it has left anything behind.
 pub struct Network<'a> {
     subject: &'a dyn Subject,
     name: String,
@@ -41,7 +41,7 @@ impl<'a> Network<'a> {
         }
     }
 
-    /// What a component called `instance` knows of itself.
+    /// The environment of a component called `instance`.
     pub fn environment(&self, instance: &str) -> Environment {
         Environment {
             network: self.name.clone(),
@@ -52,25 +52,27 @@ impl<'a> Network<'a> {
         }
     }
 
-    /// A component called `instance`, for the calling thread; requests and replies may be any bytes.
+    /// Connects a component called `instance` for the calling thread. Requests and replies may be
+    /// any bytes.
     pub fn join(&self, instance: &str) -> Box<dyn Backend> {
         self.join_as(&self.environment(instance))
     }
 
-    /// The component of `environment`, for the calling thread.
+    /// Connects the component of `environment` for the calling thread.
     pub fn join_as(&self, environment: &Environment) -> Box<dyn Backend> {
         let backend = self.subject.connect(environment).expect("the network");
         let pads = self.subject.pads();
         Box::new(Enveloping { backend, pads })
     }
 
-    /// The same without help: requests and replies have their envelopes.
+    /// The same, with requests and replies in envelopes.
     pub fn join_bare(&self, instance: &str) -> Box<dyn Backend> {
         let environment = self.environment(instance);
         self.subject.connect(&environment).expect("the network")
     }
 
-    /// Runs `body` while a component called `server` serves `endpoint` with `answer`, of any bytes.
+    /// Runs `body` while a component called `server` serves `endpoint` with `answer`. Messages may
+    /// be any bytes.
     pub fn serving<R>(
         &self,
         endpoint: &Endpoint,
@@ -83,7 +85,7 @@ impl<'a> Network<'a> {
         serving_on(&|| self.join("server"), endpoint, answer, body)
     }
 
-    /// The same without help: requests and replies have their envelopes.
+    /// The same, with requests and replies in envelopes.
     pub fn serving_bare<R>(
         &self,
         endpoint: &Endpoint,
@@ -129,7 +131,7 @@ impl Drop for Network<'_> {
     }
 }
 
-/// Stops what waits for an interrupt, also when a test fails.
+/// Stops what waits for a wake event, also when a test fails.
 pub struct StopOnDrop<'a>(pub &'a WakeEvent);
 
 impl Drop for StopOnDrop<'_> {
@@ -138,7 +140,7 @@ impl Drop for StopOnDrop<'_> {
     }
 }
 
-/// The operations of these tests, each with its number.
+/// The operations of these tests, each with its discriminator.
 const OPERATIONS: [(&str, i32); 4] = [("any", 5), ("divide", 11), ("note", 12), ("scan", 21)];
 
 fn external((operation, id): (&str, i32)) -> ExternalType {
@@ -150,7 +152,7 @@ fn external((operation, id): (&str, i32)) -> ExternalType {
     }
 }
 
-/// One end with the defaults of publishers and calls.
+/// An endpoint with the defaults of publishers and calls.
 pub fn endpoint(address: &str) -> Endpoint {
     Endpoint {
         address: Address::parse(address).expect("an address"),
@@ -180,7 +182,7 @@ pub fn header(sequence: u64) -> Header {
     }
 }
 
-/// Serves until `stop` stops, and then what is still there.
+/// Serves until `stop` stops, and then the requests that are left.
 pub fn serve_until(server: &mut dyn Server, stop: &WakeEvent, answer: &Answer<'_>) {
     serve_replies_until(server, stop, &|header, request, reply| {
         answer(header, request, reply.body());
@@ -231,7 +233,7 @@ pub fn serve(server: &mut dyn Server, count: usize, answer: &Answer<'_>) -> Vec<
     bodies
 }
 
-/// Receives `count` values.
+/// Receives `count` samples.
 pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Vec<u8>)> {
     let mut values = Vec::new();
     let end = Instant::now() + LIMIT;
@@ -249,7 +251,7 @@ pub fn receive(subscriber: &mut dyn Subscriber, count: usize) -> Vec<(Header, Ve
     values
 }
 
-/// Receives what is there now.
+/// Receives the samples that are there.
 pub fn receive_all(subscriber: &mut dyn Subscriber) -> Vec<(Header, Vec<u8>)> {
     let mut values = Vec::new();
     subscriber.acknowledge(false);
@@ -263,7 +265,7 @@ fn take(subscriber: &mut dyn Subscriber, values: &mut Vec<(Header, Vec<u8>)>) ->
         .expect("values")
 }
 
-/// The sequence numbers of values.
+/// The sequence numbers of samples.
 pub fn sequences(values: &[(Header, Vec<u8>)]) -> Vec<u64> {
     values.iter().map(|(header, _)| header.sequence).collect()
 }

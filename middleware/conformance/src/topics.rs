@@ -1,4 +1,4 @@
-//! Publish and subscribe.
+//! Topics.
 
 use crate::Subject;
 use crate::network::{
@@ -9,7 +9,7 @@ use rc_middleware::{Durability, Endpoint, Gaps, Header, OpenError, Qos, TypeIden
 use std::sync::mpsc::channel;
 use std::time::Instant;
 
-/// Sizes that are special to somebody, and 8 MiB.
+/// Sizes at the limits of some middleware, and 8 MiB.
 const SIZES: [usize; 15] = [
     0,
     1,
@@ -28,7 +28,7 @@ const SIZES: [usize; 15] = [
     8 << 20,
 ];
 
-/// Bytes that differ from place to place.
+/// Bytes that depend on their offset.
 pub(crate) fn pattern(length: usize) -> Vec<u8> {
     (0..length)
         .map(|at| (at ^ (at >> 8) ^ (at >> 16)) as u8)
@@ -80,7 +80,7 @@ pub fn a_value_reaches_every_subscriber(subject: &dyn Subject) {
             assert_ne!(sender, 0, "the backend says who sent it");
             for ((came, body), header) in values.iter().zip(&headers) {
                 assert_eq!(body, b"beam");
-                // A middleware that stamps by another clock says the time by ours.
+                // A backend converts time stamps of another clock.
                 assert!((begin..=now()).contains(&came.sent), "{came:?}");
                 let sent = came.sent;
                 let expected = Header {
@@ -94,7 +94,7 @@ pub fn a_value_reaches_every_subscriber(subject: &dyn Subject) {
     });
 }
 
-/// Four publishers in four components; what one sends stays in order.
+/// Four publishers in four components. The samples of each one keep their order.
 pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
     const EACH: u64 = 25;
     let network = Network::new(subject);
@@ -114,7 +114,8 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
                         .publish(header(sequence), &[number])
                         .expect("to publish");
                 }
-                // Stays until the receiver has all: it ends when the sender of this channel is dropped.
+                // The publisher stays until the receiver has all: the receiver drops the sender of
+                // this channel.
                 let _ = all_done.lock().map(|all_done| all_done.recv());
             });
         }
@@ -135,7 +136,7 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
     });
 }
 
-/// From nothing to 8 MiB, up and down.
+/// From no bytes to 8 MiB, up and down.
 pub fn every_size_travels(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Camera/image");
@@ -153,7 +154,7 @@ pub fn every_size_travels(subject: &dyn Subject) {
     }
 }
 
-/// Publishing into the void.
+/// Publishing without a subscriber.
 pub fn no_subscriber_is_no_error(subject: &dyn Subject) {
     let network = Network::new(subject);
     let backend = network.join("publisher");
@@ -168,7 +169,7 @@ pub fn no_subscriber_is_no_error(subject: &dyn Subject) {
     }
 }
 
-/// Volatile: only what is sent from now on.
+/// Volatile: a late subscriber gets only new samples.
 pub fn a_late_subscriber_gets_nothing_old(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -181,7 +182,8 @@ pub fn a_late_subscriber_gets_nothing_old(subject: &dyn Subject) {
     assert!(receive_all(&mut *subscriber).is_empty());
 }
 
-/// Transient local: the last values, up to the depth of the publisher, although it sends no more.
+/// Transient local: a late subscriber gets the last samples, up to the depth of the publisher,
+/// although it sends no more.
 pub fn a_late_subscriber_gets_what_was_kept(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Map/map");
@@ -205,7 +207,7 @@ pub fn a_late_subscriber_gets_what_was_kept(subject: &dyn Subject) {
     let mut shallow = backend
         .subscriber(&keeping(&keep_last(1, &topic)))
         .expect("a subscriber");
-    // Over a network they come one after the other, and it may be read in between.
+    // Over a network they arrive one after the other, and the test may read in between.
     let mut newest = 0;
     while newest != 5 {
         let next = sequences(&receive(&mut *shallow, 1))[0];
@@ -221,7 +223,8 @@ pub fn a_late_subscriber_gets_what_was_kept(subject: &dyn Subject) {
     }
 }
 
-/// Who is there already gets all, whether it asked for old values or not, and beside an ordinary publisher.
+/// A subscriber that is there gets all samples, whether it requested kept ones or not, also beside
+/// a volatile publisher.
 pub fn a_publisher_that_keeps_values_reaches_all(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Map/map");
@@ -252,7 +255,7 @@ pub fn a_publisher_that_keeps_values_reaches_all(subject: &dyn Subject) {
     }
 }
 
-/// Depth 4 keeps 4 of 100; a quicker one beside it gets all.
+/// A slow subscriber of depth 4 keeps 4 of 100 samples; a fast one beside it gets all.
 pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -272,7 +275,7 @@ pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subjec
     }
     assert!(start.elapsed() < LIMIT / 2, "{:?}", start.elapsed());
     assert_eq!(got, (1..=100).collect::<Vec<_>>());
-    // The last value may come to it a moment after it came to the other one.
+    // The last sample may reach it a moment after the other subscriber.
     let mut kept = sequences(&receive_all(&mut *slow));
     while kept.last() != Some(&100) {
         kept.extend(sequences(&receive(&mut *slow, 1)));
@@ -283,8 +286,8 @@ pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subjec
     );
 }
 
-/// What was lost between two values is seen, sender by sender. A late subscriber has lost nothing, and a publisher that
-/// comes back begins anew.
+/// A receiver counts lost samples for each sender. A late subscriber has lost nothing, and a
+/// publisher that comes back begins anew.
 pub fn what_was_lost_is_counted(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -310,7 +313,7 @@ pub fn what_was_lost_is_counted(subject: &dyn Subject) {
             let none = lost(&mut counts[0], &values);
             assert_eq!(none, 0, "value {sequence} of round {round}");
         }
-        // The other one reads what is left after each round, up to its last value.
+        // The other subscriber reads the rest after each round, up to the last sample.
         let mut values = receive_all(&mut *subscribers[1]);
         let last = 20 * round + 21;
         let is_last =
@@ -324,13 +327,13 @@ pub fn what_was_lost_is_counted(subject: &dyn Subject) {
             (1..20).contains(&kept),
             "{kept} of the steady one were kept"
         );
-        // The brief ones were never heard before, and the steady one was not before the first round.
+        // The brief publishers are new in each round, the steady one in the first round.
         let expected = if round == 0 { 0 } else { 20 - kept };
         assert_eq!(late, expected, "round {round}");
     }
 }
 
-/// A subscriber outlives its publishers, and what they sent before they left arrives.
+/// A subscriber outlives its publishers, and receives the samples that they sent before they left.
 pub fn publishers_come_and_go(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -352,7 +355,7 @@ pub fn publishers_come_and_go(subject: &dyn Subject) {
     }
 }
 
-/// Both ends see how many there are of the other.
+/// Publishers and subscribers count each other.
 pub fn ends_are_counted(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -368,7 +371,7 @@ pub fn ends_are_counted(subject: &dyn Subject) {
     until("the publisher has left", || second.peers() == 0);
 }
 
-/// The descriptor is quiet, then readable, then quiet again.
+/// The descriptor is not readable, then readable, then not readable again.
 pub fn a_value_wakes(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -396,7 +399,7 @@ pub fn a_value_wakes(subject: &dyn Subject) {
     });
 }
 
-/// Both names are told, whichever end comes first.
+/// The error has both types, whichever side opens first.
 pub fn topics_of_different_types_refuse_each_other(subject: &dyn Subject) {
     let network = Network::new(subject);
     let (one, other) = (network.join("one"), network.join("other"));

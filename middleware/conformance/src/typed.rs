@@ -1,4 +1,4 @@
-//! The typed layer on the backend: envelopes, results, exceptions, refusals.
+//! The typed layer over the backend: envelopes, results, exceptions, refusals.
 
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
@@ -29,7 +29,7 @@ const NOTE: Operation = Operation {
 /// The hash of the exception.
 const BY_ZERO: i32 = 13;
 
-/// What is published is what is received.
+/// A subscriber receives the published values.
 pub fn topics_carry_values(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser/scan");
@@ -49,7 +49,7 @@ pub fn topics_carry_values(subject: &dyn Subject) {
     }
 }
 
-/// All that can come back from a query, and a command before it.
+/// All kinds of replies to a query, and a command before it.
 pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Calculator");

@@ -11,29 +11,29 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Longest wait before a stop is looked for: the wake-up of an interrupt can be meant for somebody else.
+/// Longest wait before a client looks for a stop: somebody else may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
 
-/// Where clients and their server meet.
+/// The clients and the server of an address.
 #[derive(Default)]
 pub(crate) struct State {
     server: Option<Registration>,
-    /// In the order in which they are served next.
+    /// In the order in which the server serves them.
     queues: VecDeque<Queue>,
 }
 
-/// The server that is there.
+/// The server that is open.
 struct Registration {
     port: u64,
     holder: String,
     signal: WakeEvent,
 }
 
-/// What one client has sent and the server has not taken yet.
+/// The requests of one client that the server has not taken yet.
 struct Queue {
     client: u64,
     requests: VecDeque<Request>,
-    /// Whether the client is still there; what it has sent is served even if not.
+    /// Whether the client is still open. The server also serves the requests of a closed client.
     open: bool,
 }
 
@@ -43,7 +43,7 @@ struct Request {
     ticket: Option<Ticket>,
 }
 
-/// The server's side of a call that waits. A ticket that is dropped without an answer says so.
+/// The server's side of a call that waits. Dropping it without a reply ends the call.
 struct Ticket {
     slot: Arc<Mutex<Answer>>,
     signal: WakeEvent,
@@ -73,7 +73,7 @@ impl Drop for Ticket {
     }
 }
 
-/// Opens the calling end of a connection.
+/// Opens a client.
 pub(crate) fn client(
     environment: &Environment,
     endpoint: &Endpoint,
@@ -95,7 +95,7 @@ pub(crate) fn client(
     })
 }
 
-/// Opens the answering end of a connection.
+/// Opens a server.
 pub(crate) fn server(
     environment: &Environment,
     endpoint: &Endpoint,
@@ -119,7 +119,7 @@ pub(crate) fn server(
     Ok(LocalServer { state, signal })
 }
 
-/// The calling end of a connection.
+/// A client.
 pub(crate) struct LocalClient {
     address: String,
     wake_event: WakeEvent,
@@ -129,7 +129,7 @@ pub(crate) struct LocalClient {
 }
 
 impl LocalClient {
-    /// Puts a request into the queue; says which server is to answer it.
+    /// Puts a request into the queue; gives the server that will reply.
     fn submit(&self, request: Request) -> Result<u64, CallError> {
         let mut state = lock(&self.state);
         let State { server, queues } = &mut *state;
@@ -154,7 +154,7 @@ impl LocalClient {
         }
     }
 
-    /// Why a server that was asked never answered.
+    /// Why a server did not reply.
     fn silence(&self, asked: u64) -> CallError {
         let state = lock(&self.state);
         if state.server.as_ref().map(|server| server.port) == Some(asked) {
@@ -226,7 +226,7 @@ impl Client for LocalClient {
                     limit,
                 });
             }
-            // The wake-up of somebody else stays where it is, and is not waited for again.
+            // The wake event stays readable for its owner: this call does not wait for it twice.
             let descriptors = [self.signal.as_fd(), self.wake_event.as_fd()];
             let waited = if interrupted { 1 } else { 2 };
             interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
@@ -248,14 +248,14 @@ impl Drop for LocalClient {
     }
 }
 
-/// The answering end of a connection.
+/// A server.
 pub(crate) struct LocalServer {
     state: Arc<Mutex<State>>,
     signal: WakeEvent,
 }
 
 impl State {
-    /// Takes the next request; who was served waits until all others were.
+    /// Takes the next request. Clients take turns.
     fn next(&mut self) -> Option<Request> {
         let at = self.queues.iter().position(|q| !q.requests.is_empty())?;
         let mut queue = self.queues.remove(at)?;
@@ -265,7 +265,7 @@ impl State {
         request
     }
 
-    /// Drops what clients that are gone have no use for.
+    /// Drops the empty queues of closed clients.
     fn forget(&mut self) {
         self.queues
             .retain(|queue| queue.open || !queue.requests.is_empty());
@@ -317,7 +317,7 @@ impl Drop for LocalServer {
             .collect();
         state.forget();
         drop(state);
-        // Only now, outside the lock, the clients that wait are told.
+        // Waiting clients are woken only now, outside the lock.
         drop(abandoned);
     }
 }

@@ -1,4 +1,4 @@
-//! The table in which the ends of this process find each other.
+//! The table in which the endpoints of this process find each other.
 
 use crate::{calls, topic};
 use rc_middleware::{Address, Endpoint, Environment, OpenError, TypeIdentity, WakeEvent};
@@ -6,19 +6,19 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
 
-/// One kind of meeting points. Each lives as long as one of its ends.
+/// One kind of entries. An entry lives as long as one of its endpoints.
 type Table<T> = HashMap<(String, Address), (TypeIdentity, Weak<Mutex<T>>)>;
 
 static TOPICS: LazyLock<Mutex<Table<topic::State>>> = LazyLock::new(Mutex::default);
 static CALLS: LazyLock<Mutex<Table<calls::State>>> = LazyLock::new(Mutex::default);
 
-/// An end that no other end of this process is or was.
+/// A number that no other endpoint of this process has or had.
 pub(crate) fn number() -> u64 {
     static ENDS: AtomicU64 = AtomicU64::new(1);
     ENDS.fetch_add(1, Ordering::Relaxed)
 }
 
-/// Where the ends of a topic meet.
+/// The publishers and subscribers of a topic.
 pub(crate) fn topic(
     environment: &Environment,
     endpoint: &Endpoint,
@@ -26,7 +26,7 @@ pub(crate) fn topic(
     meet(&TOPICS, environment, endpoint)
 }
 
-/// Where clients and their server meet.
+/// The clients and the server of an address.
 pub(crate) fn calls(
     environment: &Environment,
     endpoint: &Endpoint,
@@ -59,12 +59,12 @@ fn meet<T: Default>(
     Ok(state)
 }
 
-/// Locks; what is guarded here is whole even after a panic.
+/// Locks a mutex, also after a panic: the state of this crate is never left half written.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A descriptor to wake an end with.
+/// Opens the wake event of an endpoint.
 pub(crate) fn signal(endpoint: &Endpoint) -> Result<WakeEvent, OpenError> {
     WakeEvent::new().map_err(|error| OpenError::Backend {
         address: endpoint.address.to_string(),

@@ -1,7 +1,7 @@
-//! The three patterns inside one process, between its threads: what tests use, and the plainest example of what a
-//! backend has to do. It passes the whole suite of `rc-conformance`.
+//! The backend between threads of one process. Tests use it, and it is the simplest example of a
+//! backend. It passes the suite of `rc-conformance`.
 //!
-//! Ends meet by the name of their network and their address, in one table of the process.
+//! Endpoints find each other by network and address, in one table of the process.
 
 mod calls;
 mod hub;
@@ -47,6 +47,6 @@ impl Backend for Local {
         Ok(Box::new(calls::server(&self.environment, endpoint)?))
     }
 
-    /// What was sent is in the queues of the receivers already.
+    /// Sent messages are in the queues of their receivers already.
     fn linger(&self, _limit: Duration) {}
 }

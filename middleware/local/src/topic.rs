@@ -1,4 +1,4 @@
-//! Publish and subscribe.
+//! Topics: publishers and subscribers.
 
 use crate::hub::{self, lock};
 use rc_middleware::{
@@ -9,14 +9,15 @@ use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::{Arc, Mutex};
 
-/// Where the ends of a topic meet.
+/// The publishers and subscribers of a topic.
 #[derive(Default)]
 pub(crate) struct State {
     publishers: Vec<Arc<Queue>>,
     subscribers: Vec<Arc<Queue>>,
 }
 
-/// The last values, up to a depth: what a subscriber has not read, or what a publisher keeps for late ones.
+/// The last samples, up to a depth: those that a subscriber has not received, or that a publisher
+/// keeps for late subscribers.
 struct Queue {
     values: Mutex<VecDeque<Value>>,
     depth: usize,
@@ -56,7 +57,7 @@ fn is_late(endpoint: &Endpoint) -> bool {
     endpoint.qos.durability == Durability::TransientLocal
 }
 
-/// Opens the sending end of a topic.
+/// Opens a publisher.
 pub(crate) fn publisher(
     environment: &Environment,
     endpoint: &Endpoint,
@@ -77,7 +78,7 @@ pub(crate) fn publisher(
     })
 }
 
-/// Opens the receiving end of a topic.
+/// Opens a subscriber.
 pub(crate) fn subscriber(
     environment: &Environment,
     endpoint: &Endpoint,
@@ -97,7 +98,7 @@ pub(crate) fn subscriber(
     Ok(LocalSubscriber { state, queue })
 }
 
-/// The sending end of a topic.
+/// A publisher.
 pub(crate) struct LocalPublisher {
     state: Arc<Mutex<State>>,
     kept: Arc<Queue>,
@@ -108,7 +109,7 @@ impl Publisher for LocalPublisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
         let sender = self.sender;
         let value: Value = (Header { sender, ..header }, Arc::from(body));
-        // One lock over all, so that a late subscriber gets each value once.
+        // One lock for both steps: a late subscriber gets each sample once.
         let state = lock(&self.state);
         self.kept.push(value.clone());
         for subscriber in &state.subscribers {
@@ -130,7 +131,7 @@ impl Drop for LocalPublisher {
     }
 }
 
-/// The receiving end of a topic.
+/// A subscriber.
 pub(crate) struct LocalSubscriber {
     state: Arc<Mutex<State>>,
     queue: Arc<Queue>,
