@@ -1,28 +1,29 @@
-//! The settings of `[middleware.dds]` as Cyclone's configuration.
+//! The configuration of Cyclone DDS, from the settings of `[middleware.dds]`.
 
 use rc_middleware::{Environment, OpenError};
 
-/// How large a packet may be, and a fragment in it: the largest of UDP. Samples of a megabyte take half the time that
-/// they take with the library's own 14,720 and 1,344.
+/// Sizes of a packet and of a fragment in it: the largest of UDP. Samples of a megabyte take half
+/// the time that they take with the library's defaults, 14,720 and 1,344.
 const PACKET: &str = "65500B";
 const FRAGMENT: &str = "65000B";
-/// How much a writer of calls may have sent that is not confirmed. At half of it the library asks its readers, who do not
-/// confirm by themselves as long as more comes; at all of it, it waits for them.
+/// Most unconfirmed bytes of a writer of calls. At half of this the library asks its readers to
+/// confirm, which they do not do by themselves while samples arrive; at all of this it waits for
+/// them.
 const UNCONFIRMED: &str = "1MiB";
-/// A sample that is larger is refused on both sides.
+/// Size of the largest sample; both sides refuse larger ones.
 const LARGEST: &str = "128MiB";
 
-/// How often a process announces itself within its lease. Multicast loses some announcements, and a process may have to
-/// wait for a processor.
+/// How often a process announces itself within its lease. Multicast loses some announcements, and a
+/// process may have to wait for a processor.
 const ANNOUNCEMENTS: u32 = 4;
 
-/// What the backend has to know beside the XML.
+/// What the backend reads from the settings.
 pub(crate) struct Config {
     pub(crate) domain: u32,
     pub(crate) xml: String,
 }
 
-/// Reads the settings. A wrong interface is told with the ones that there are.
+/// Reads the settings. The error about an unknown network interface lists the existing ones.
 pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
     let settings = &environment.settings;
     let domain = settings.int(crate::NAME, "domain").unwrap_or_default();
@@ -51,14 +52,15 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
         Some(false) => "<AllowMulticast>false</AllowMulticast>",
         _ => "",
     };
-    // A machine that is off for long is still asked for when it comes back.
+    // The library keeps looking for a machine that is off.
     let peer = |peer: &String| {
         let address = escaped(peer);
         format!("<Peer Address=\"{address}\" PruneDelay=\"inf\"/>")
     };
     let peers = settings.texts(crate::NAME, "peers");
     let peers: String = peers.iter().map(peer).collect();
-    // Who is asked for by address has to listen where it is asked; with multicast, the library chooses any port.
+    // Other processes look for this one by address at known ports. With multicast, the library
+    // chooses any port.
     let index = match peers.as_str() {
         "" => "default",
         _ => "auto",
@@ -78,7 +80,7 @@ pub(crate) fn of(environment: &Environment) -> Result<Config, OpenError> {
          <WhcHighInit>{UNCONFIRMED}</WhcHighInit><WhcHigh>{UNCONFIRMED}</WhcHigh></Watermarks>\
          <MaxSampleSize>{LARGEST}</MaxSampleSize></Internal></Domain></CycloneDDS>"
     );
-    // What somebody sets for a single start wins.
+    // A variable that is set for a single start comes last and wins.
     let xml = match std::env::var("CYCLONEDDS_URI") {
         Ok(uri) if !uri.trim().is_empty() => format!("{xml},{uri}"),
         _ => xml,

@@ -27,13 +27,13 @@ use std::time::Duration;
 /// The name of this middleware in the languages and on command lines.
 pub const NAME: &str = "dds";
 
-/// Joins the network of `environment`: its domain, by the settings of `[middleware.dds]`.
+/// Joins the network of `environment`: the domain of the settings of `[middleware.dds]`.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     Ok(Box::new(Dds(Rc::new(Session::open(environment)?))))
 }
 
-/// The configuration of Cyclone DDS that `connect` makes of the settings: XML, and what
-/// `CYCLONEDDS_URI` says.
+/// The configuration of Cyclone DDS that `connect` makes from the settings: XML, and the content of
+/// `CYCLONEDDS_URI`.
 pub fn configuration(environment: &Environment) -> Result<String, OpenError> {
     config::of(environment).map(|config| config.xml)
 }

@@ -1,19 +1,19 @@
-//! The ports of a domain, of which another program may have one.
+//! The UDP ports of a domain, which another program may occupy.
 
 use rustix::net::{AddressFamily, SocketType, bind, socket, sockopt};
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::ops::Range;
 
-/// Domains with ports from 32,768 to 60,999 (RTPS 2.5, 9.6.2.3), from which Linux takes those that
-/// nobody has asked for.
+/// Domains with ports from 32,768 to 60,999 (RTPS 2.5, 9.6.2.3), which Linux assigns to any
+/// program.
 const SHARED: Range<u32> = 102..215;
-/// The first port of domain 0, how many each domain has, and which of them all its participants
-/// share: those to which discovery and data come by multicast.
+/// The first port of domain 0, the number of ports of a domain, and those that all participants
+/// share: the multicast ports of discovery and of data.
 const BASE: u32 = 7400;
 const EACH: u32 = 250;
 const COMMON: Range<u32> = 0..2;
 
-/// What to do about a domain that cannot be joined.
+/// The remedy for a domain that cannot be joined.
 pub(crate) fn advice(domain: u32) -> String {
     let first = BASE + EACH * domain;
     let mut common = COMMON.filter_map(|offset| u16::try_from(first + offset).ok());
@@ -32,7 +32,7 @@ pub(crate) fn advice(domain: u32) -> String {
     )
 }
 
-/// Whether somebody has this port for himself: participants of a domain share it.
+/// Whether a program occupies this port alone: participants of a domain share it.
 fn is_taken(port: u16) -> bool {
     let Ok(socket) = socket(AddressFamily::INET, SocketType::DGRAM, None) else {
         return false;

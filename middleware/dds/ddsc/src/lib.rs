@@ -1,9 +1,8 @@
-//! Cyclone DDS, built by a C compiler alone, and what the DDS backend needs of it, behind safe
-//! types.
+//! Safe types over the parts of Cyclone DDS that the DDS backend needs. A C compiler builds the
+//! library.
 //!
-//! A topic carries bytes here, see `shim.c`: a type is a name. This is the one place where the
-//! backend is `unsafe`; what C is given lives at least as long as C may use it, which is what each
-//! block argues.
+//! A topic carries bytes, see `shim.c`: a type is only a name. This crate holds all `unsafe` code
+//! of the backend. Each block argues that what C gets lives at least as long as C uses it.
 
 mod raw;
 
@@ -13,20 +12,20 @@ use std::fmt;
 use std::ops::Deref;
 use std::time::Duration;
 
-/// What the library refused: its code and its words for it.
+/// An error of the library: its code and its text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error(i32);
 
 impl Error {
-    /// An argument is none that the library could use (`DDS_RETCODE_BAD_PARAMETER`).
+    /// An invalid argument (`DDS_RETCODE_BAD_PARAMETER`).
     pub const BAD_PARAMETER: Self = Self(-3);
 
-    /// A limit of time was reached (`DDS_RETCODE_TIMEOUT`).
+    /// Whether a limit of time was reached (`DDS_RETCODE_TIMEOUT`).
     pub fn is_timeout(self) -> bool {
         self.0 == -10
     }
 
-    /// What was wanted is there already (`DDS_RETCODE_PRECONDITION_NOT_MET`).
+    /// Whether the entity exists already (`DDS_RETCODE_PRECONDITION_NOT_MET`).
     pub fn is_precondition(self) -> bool {
         self.0 == -4
     }
@@ -53,7 +52,7 @@ fn c_string(text: &str) -> Result<CString, Error> {
 /// The global identity of an entity (RTPS 2.5, 8.2.4): 12 bytes of its participant, 4 of its own.
 pub type Guid = [u8; 16];
 
-/// An entity of the library, deleted when it goes, with all that was made in it.
+/// An entity of the library. Dropping it deletes it with all entities in it.
 #[derive(Debug)]
 struct Entity(i32);
 
@@ -82,7 +81,7 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// The domain of this process called `id`, which there must not be yet. `config`: fragments of
+    /// Creates the domain `id` of this process; fails where it exists. `config`: fragments of
     /// Cyclone's XML and addresses of such files, separated by commas; later ones win.
     pub fn new(id: u32, config: &str) -> Result<Self, Error> {
         let config = c_string(config)?;
@@ -103,7 +102,7 @@ impl Domain {
     }
 }
 
-/// One member of a domain.
+/// A participant of a domain.
 #[derive(Debug)]
 pub struct Participant(Entity);
 
@@ -113,7 +112,7 @@ impl Participant {
         self.0.guid()
     }
 
-    /// A topic of bytes, with the name of its type.
+    /// Creates a topic of bytes with the name of its type.
     pub fn topic(&self, name: &str, type_name: &str) -> Result<Topic, Error> {
         let (name, type_name) = (c_string(name)?, c_string(type_name)?);
         // SAFETY: both are C strings, which are copied.
@@ -122,7 +121,7 @@ impl Participant {
         Ok(Topic(Entity(entity)))
     }
 
-    /// The sending end of a topic.
+    /// Creates a writer of a topic.
     pub fn writer(
         &self,
         topic: &Topic,
@@ -138,7 +137,7 @@ impl Participant {
         .map(Writer)
     }
 
-    /// The receiving end of a topic.
+    /// Creates a reader of a topic.
     pub fn reader(
         &self,
         topic: &Topic,
@@ -153,7 +152,7 @@ impl Participant {
         .map(|attached| Reader(attached, qos.reliable))
     }
 
-    /// What there is in the domain: all writers, or all readers.
+    /// Discovers the endpoints of the domain: all writers, or all readers.
     pub fn discovery(
         &self,
         writers: bool,
@@ -171,50 +170,51 @@ impl Participant {
 #[derive(Debug)]
 pub struct Topic(Entity);
 
-/// What an end offers or asks for.
+/// The quality of service that an endpoint offers or requests.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Qos<'a> {
-    /// Reliable, or best effort.
+    /// Reliable; else best effort.
     pub reliable: bool,
-    /// Late readers get what was kept, or nothing.
+    /// Late readers get kept samples; else none.
     pub transient_local: bool,
-    /// How many samples are kept; 0: all.
+    /// Number of samples that are kept; 0 for all.
     pub depth: i32,
     /// Longest time between two samples.
     pub deadline: Option<Duration>,
-    /// How long a sample is worth anything.
+    /// Time after which a sample expires.
     pub lifespan: Option<Duration>,
-    /// After how long a silence a writer counts as dead.
+    /// Silence after which a writer counts as dead.
     pub liveliness: Option<Duration>,
-    /// What the other end is told.
+    /// Data that peers receive by discovery.
     pub user_data: &'a [u8],
 }
 
-/// Hears what happens to an end, on a thread of the library; it must not block, and not delete the
-/// end.
+/// Gets the events of an endpoint, on a thread of the library. It must neither block nor delete the
+/// endpoint.
 pub trait Listener: Send + Sync {
-    /// Something happened.
+    /// Handles an event.
     fn event(&self, event: Event);
 }
 
-/// What happened to an end.
+/// An event of an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// Something can be taken.
+    /// Samples can be taken.
     Data,
-    /// An other end was found; its handle.
+    /// The peer with this handle was found.
     Matched(u64),
-    /// It has gone.
+    /// The peer with this handle has gone.
     Unmatched(u64),
-    /// An other end does not fit: the number of a policy (DDS 1.4, 2.3.3).
+    /// The quality of service of an endpoint does not match: the number of a policy (DDS 1.4,
+    /// 2.3.3).
     Incompatible(i32),
-    /// No sample came in time, so many times.
+    /// No sample arrived within the deadline, this many times.
     Deadline(u32),
-    /// A writer that was found is alive or not any more.
+    /// The writer with this handle is alive, or no longer alive.
     Alive(u64, bool),
 }
 
-/// An end and its listener, which is given up after the end.
+/// An endpoint and its listener, which is dropped after the endpoint.
 struct Attached {
     entity: Option<Entity>,
     listener: *mut CListener,
@@ -258,7 +258,7 @@ impl Attached {
         Entity::guid(self.entity.as_ref().ok_or(Error::BAD_PARAMETER)?)
     }
 
-    /// What is known of the other end with this handle, while it is there.
+    /// What the library knows of the peer with this handle, while it is there.
     fn matched(&self, handle: u64, kind: i32) -> Option<End> {
         let mut found = None;
         let mut take = |end: Option<End>, _: Guid| found = end;
@@ -272,9 +272,9 @@ impl Attached {
 
 impl Drop for Attached {
     fn drop(&mut self) {
-        // When this returns the library calls the listener no more.
+        // After this the library no longer calls the listener.
         drop(self.entity.take());
-        // SAFETY: both come from `Box::into_raw` in `new`, and nobody has them any more.
+        // SAFETY: both come from `Box::into_raw` in `new`, and nothing else refers to them.
         unsafe {
             let listener = Box::from_raw(self.listener);
             drop(Box::from_raw(listener.argument.cast::<Box<dyn Listener>>()));
@@ -297,7 +297,7 @@ extern "C" fn heard(argument: *mut c_void, event: i32, handle: u64, number: i32)
     });
 }
 
-/// The sending end of a topic.
+/// A writer of a topic.
 #[derive(Debug)]
 pub struct Writer(Attached);
 
@@ -307,14 +307,13 @@ impl Writer {
         self.0.guid()
     }
 
-    /// Sends a body of CDR, little endian. `sequence`: its number, from 1, for readers in this
-    /// process; others count the samples of this writer. `stamp`: nanoseconds since 1970.
+    /// Sends a body in CDR, little endian. `sequence`: its number, from 1, for readers in this
+    /// process; other readers count the samples of this writer. `stamp`: nanoseconds since 1970.
     pub fn write(&self, sequence: u64, stamp: i64, body: &[u8]) -> Result<(), Error> {
         self.send(sequence, stamp, body, false)
     }
 
-    /// Sends these very bytes, in which the encapsulation comes first: for tests that send what is
-    /// wrong.
+    /// Sends these bytes, which begin with the encapsulation: for tests that send invalid samples.
     pub fn write_raw(&self, sequence: u64, stamp: i64, bytes: &[u8]) -> Result<(), Error> {
         self.send(sequence, stamp, bytes, true)
     }
@@ -326,7 +325,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Waits until every reliable reader has what was sent, at most `limit`.
+    /// Waits until every reliable reader has all samples, at most `limit`.
     pub fn wait_for_acks(&self, limit: Duration) -> Result<(), Error> {
         let limit = i64::try_from(limit.as_nanos()).unwrap_or(i64::MAX);
         // SAFETY: takes numbers.
@@ -334,13 +333,13 @@ impl Writer {
         Ok(())
     }
 
-    /// What is known of the reader with this handle, while it is there.
+    /// What the library knows of the reader with this handle, while it is there.
     pub fn matched(&self, handle: u64) -> Option<End> {
         self.0.matched(handle, raw::WRITER)
     }
 }
 
-/// The receiving end of a topic, and whether it is reliable.
+/// A reader of a topic, and whether it is reliable.
 #[derive(Debug)]
 pub struct Reader(Attached, bool);
 
@@ -377,7 +376,7 @@ impl Reader {
         })
     }
 
-    /// What is known of the writer with this handle, while it is there.
+    /// What the library knows of the writer with this handle, while it is there.
     pub fn matched(&self, handle: u64) -> Option<End> {
         let reliable = self.1;
         self.0.matched(
@@ -400,7 +399,8 @@ pub struct Batch {
     pub more: bool,
 }
 
-/// What came, encapsulation included; where it is the library's memory, until it is dropped.
+/// A received sample with its encapsulation. It may be memory of the library, which gets it back
+/// when the sample is dropped.
 pub struct Sample(CSample);
 
 // SAFETY: the memory is counted atomically by the library and never written after the sample was
@@ -408,7 +408,7 @@ pub struct Sample(CSample);
 unsafe impl Send for Sample {}
 
 impl Sample {
-    /// Counts the samples of its writer from 1.
+    /// Its number among the samples of its writer, from 1.
     pub fn sequence(&self) -> u64 {
         self.0.sequence
     }
@@ -418,7 +418,7 @@ impl Sample {
         self.0.writer
     }
 
-    /// When it was sent, in nanoseconds since 1970.
+    /// Time of sending, in nanoseconds since 1970.
     pub fn stamp(&self) -> i64 {
         self.0.stamp
     }
@@ -441,17 +441,18 @@ impl fmt::Debug for Sample {
 
 impl Drop for Sample {
     fn drop(&mut self) {
-        // SAFETY: `rc_take` gave this reference to us alone, and it is given back once.
+        // SAFETY: `rc_take` gave this reference to this sample alone, which returns it once.
         unsafe { raw::rc_release(self.0.data) };
     }
 }
 
-/// Hears of the ends in the domain.
+/// Discovers endpoints of the domain.
 #[derive(Debug)]
 pub struct Discovery(Attached);
 
 impl Discovery {
-    /// Tells what has changed: an end as it is now, or that the one with this identity has gone.
+    /// Calls `each` for each change: with an endpoint as it is now, or with the identity of an
+    /// endpoint that has gone.
     pub fn take(&self, mut each: impl FnMut(Option<End>, Guid)) -> Result<(), Error> {
         let (call, argument) = trampoline(&mut each);
         // SAFETY: the callback is called before the function returns, with the closure that it was
@@ -461,34 +462,34 @@ impl Discovery {
     }
 }
 
-/// What is known of an end somewhere in the domain.
+/// An endpoint somewhere in the domain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
     /// Its identity.
     pub guid: Guid,
-    /// The participant that it is of.
+    /// The identity of its participant.
     pub participant: Guid,
     /// Its topic.
     pub topic: String,
     /// The name of its type.
     pub type_name: String,
-    /// Reliable, or best effort.
+    /// Reliable; else best effort.
     pub reliable: bool,
-    /// Transient local or more, or volatile.
+    /// Transient local or more; else volatile.
     pub transient_local: bool,
     /// Longest time between two samples.
     pub deadline: Option<Duration>,
-    /// How long a sample is worth anything.
+    /// Time after which a sample expires.
     pub lifespan: Option<Duration>,
-    /// After how long a silence a writer counts as dead.
+    /// Silence after which a writer counts as dead.
     pub liveliness: Option<Duration>,
-    /// What it tells of itself.
+    /// Its user data.
     pub user_data: Vec<u8>,
 }
 
 type EndFunction = extern "C" fn(*mut c_void, *const raw::CEnd, i32);
 
-/// A C function that calls `each`, and its argument.
+/// Gives a C function that calls `each`, and its argument.
 fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c_void) {
     extern "C" fn call<F: FnMut(Option<End>, Guid)>(
         argument: *mut c_void,
@@ -503,7 +504,7 @@ fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c
     (call::<F>, (&raw mut *each).cast())
 }
 
-/// This machine's network interfaces: their names, and their addresses (IPv4).
+/// The network interfaces of this machine: names and IPv4 addresses.
 pub fn interfaces() -> Vec<(String, String)> {
     type Found = Vec<(String, String)>;
     extern "C" fn push(argument: *mut c_void, name: *const c_char, address: *const c_char) {
@@ -524,8 +525,8 @@ pub fn interfaces() -> Vec<(String, String)> {
     found
 }
 
-/// Hands what the library has to say to `log`, instead of writing it to standard error; of the
-/// whole process. `true`: an error, else a warning.
+/// Hands the messages of the library to `log` instead of standard error, for the whole process.
+/// `true` stands for an error, `false` for a warning.
 pub fn set_log(log: fn(bool, &str)) {
     static LOG: std::sync::OnceLock<fn(bool, &str)> = std::sync::OnceLock::new();
     extern "C" fn hear(priority: i32, message: *const c_char, size: usize) {
