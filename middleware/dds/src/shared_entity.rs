@@ -70,7 +70,7 @@ impl<E> SharedEntity<E> {
     /// Uses the endpoint, if it is open.
     pub(crate) fn with<R>(&self, using: impl FnOnce(&E) -> R) -> Option<R> {
         let entity = lock(&self.state).borrow()?;
-        self.lend(entity, using)
+        Some(self.lend(entity, using))
     }
 
     /// Uses the endpoint, and waits until it is open.
@@ -83,16 +83,16 @@ impl<E> SharedEntity<E> {
         let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
         let entity = state.borrow()?;
         drop(state);
-        self.lend(entity, using)
+        Some(self.lend(entity, using))
     }
 
-    fn lend<R>(&self, entity: Arc<E>, using: impl FnOnce(&E) -> R) -> Option<R> {
+    fn lend<R>(&self, entity: Arc<E>, using: impl FnOnce(&E) -> R) -> R {
         let result = using(&entity);
         // Before the count falls: whoever closes the endpoint has the last reference then.
         drop(entity);
         lock(&self.state).users -= 1;
         self.changed.notify_all();
-        Some(result)
+        result
     }
 }
 

@@ -41,7 +41,7 @@ const MOST_EARLY: usize = 1024;
 const LISTEN: Duration = Duration::from_millis(250);
 /// After so much silence nothing is known of a component any more. The library forgets it after 50 s; if it is back, it tells all
 /// again.
-const FORGOTTEN: Duration = Duration::from_secs(300);
+const FORGOTTEN: Duration = Duration::from_mins(5);
 /// How often a component says in one lease that it lives.
 const BEATS: u32 = 4;
 
