@@ -123,13 +123,13 @@ fn whole_files() {
     check(
         "",
         &expect![[r#"
-            m.smdsl:1:1: error[empty-file]: expected `NAME { … };`, then a `:STATE { … };` for each state with substates, found an empty file
+            m.smdsl:1:1: error[empty-file]: expected `NAME { … };` with optional `:STATE { … };` blocks, found an empty file
         "#]],
     );
     check(
         "// nothing\n",
         &expect![[r#"
-            m.smdsl:1:1: error[empty-file]: expected `NAME { … };`, then a `:STATE { … };` for each state with substates, found an empty file
+            m.smdsl:1:1: error[empty-file]: expected `NAME { … };` with optional `:STATE { … };` blocks, found an empty file
         "#]],
     );
     check(
@@ -141,13 +141,13 @@ fn whole_files() {
     check(
         "m { initial_state a; };\nn { initial_state b; };",
         &expect![[r#"
-            m.smdsl:2:1: error[text-after-end]: unexpected text: a file contains one `NAME { … };`, then a `:STATE { … };` for each state with substates
+            m.smdsl:2:1: error[text-after-end]: unexpected text: a file contains one `NAME { … };` with optional `:STATE { … };` blocks
         "#]],
     );
     check(
         "m { initial_state a; }; }",
         &expect![[r#"
-            m.smdsl:1:25: error[text-after-end]: unexpected text: a file contains one `NAME { … };`, then a `:STATE { … };` for each state with substates
+            m.smdsl:1:25: error[text-after-end]: unexpected text: a file contains one `NAME { … };` with optional `:STATE { … };` blocks
         "#]],
     );
     check(
