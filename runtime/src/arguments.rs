@@ -1,29 +1,17 @@
-//! The command line of every generated binary.
+//! The arguments of a component, as its command line gives them.
 
-use crate::component::Description;
-use crate::ros_arguments;
-use crate::settings::RosOverride;
-use lexopt::prelude::{Long, Short, ValueExt};
+use crate::description::Description;
+use rc_management::component::Role;
 use rc_middleware::{Address, Settings};
+use rc_settings::qos::Policy;
 use rc_settings::ros::Remapping;
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::path::PathBuf;
-use std::time::Duration;
 
-/// The longest time that `--wait` takes.
-const LONGEST_WAIT: u64 = 24 * 60 * 60;
+/// The middleware of the command line of ROS 2.
+pub(crate) const ROS2: &str = "ros2";
 
-/// What the command line asks for.
-#[derive(Debug, PartialEq)]
-pub(crate) enum Task {
-    Run(Arguments),
-    Check(Arguments),
-    /// Asks the component of this name in this network, and waits so long for it to be ready.
-    Probe(Arguments, Duration),
-    Print(String),
-}
-
+/// What a component runs with.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Arguments {
     pub(crate) network: String,
@@ -32,138 +20,25 @@ pub(crate) struct Arguments {
     pub(crate) bindings: BTreeMap<String, Address>,
     pub(crate) log: Option<String>,
     pub(crate) settings: Settings,
-    /// Rules for names in ROS 2 that come before those of the settings.
+    /// Rules for names in ROS 2, which precede those of the settings.
     pub(crate) remap: Vec<Remapping>,
-    /// The same for the quality of service of topics of ROS 2.
+    /// The quality of service of topics of ROS 2, which precedes that of the settings.
     pub(crate) qos: Vec<RosOverride>,
-    /// Parameters that have another value in this run, each with what was written.
+    /// Parameters of this run, each with its text.
     pub(crate) parameters: Vec<(String, String)>,
 }
 
-/// Reads the command line; an error says what is allowed.
-pub(crate) fn parse(
-    description: &Description,
-    args: impl IntoIterator<Item = OsString>,
-) -> Result<Task, lexopt::Error> {
-    let (args, ros) = ros_arguments::split(args);
-    let mut parser = lexopt::Parser::from_args(args);
-    let mut check = false;
-    let mut probe = false;
-    let mut wait = None;
-    let mut out = Arguments {
-        network: "default".to_owned(),
-        name: description.name.to_owned(),
-        config: None,
-        bindings: BTreeMap::new(),
-        log: None,
-        settings: Settings::default(),
-        remap: Vec::new(),
-        qos: Vec::new(),
-        parameters: Vec::new(),
-    };
-    while let Some(arg) = parser.next()? {
-        match arg {
-            Long("network") => out.network = one_name("--network", &parser.value()?.string()?)?,
-            Long("name") => out.name = one_name("--name", &parser.value()?.string()?)?,
-            Long("config") => out.config = Some(parser.value()?.into()),
-            Long("log") => out.log = Some(parser.value()?.string()?),
-            Long("bind") => {
-                let (slot, address) = binding(description, &parser.value()?.string()?)?;
-                out.bindings.insert(slot, address);
-            }
-            Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
-            Long("check") => check = true,
-            Long("probe") => probe = true,
-            Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
-            Long("help") | Short('h') => return Ok(Task::Print(help(description))),
-            Long("version") | Short('V') => return Ok(Task::Print(version(description))),
-            other => return Err(format!("{}; see --help", other.unexpected()).into()),
-        }
-    }
-    if let Some(ros) = ros {
-        ros_arguments::read(description, ros, &mut out)?;
-    }
-    if wait.is_some() && !probe {
-        return Err("--wait goes with --probe".into());
-    }
-    Ok(if probe {
-        Task::Probe(out, wait.unwrap_or_default())
-    } else if check {
-        Task::Check(out)
-    } else {
-        Task::Run(out)
-    })
+/// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.
+#[derive(Debug, PartialEq)]
+pub(crate) struct RosOverride {
+    /// `/scan`
+    pub(crate) topic: String,
+    /// The end that it is for.
+    pub(crate) role: Role,
+    pub(crate) policy: Policy,
 }
 
-fn seconds(text: &str) -> Result<Duration, lexopt::Error> {
-    let seconds = text.parse().ok().filter(|s| *s <= LONGEST_WAIT);
-    let wrong = || format!("--wait takes whole seconds, at most {LONGEST_WAIT}, not `{text}`");
-    Ok(Duration::from_secs(seconds.ok_or_else(wrong)?))
-}
-
-fn one_name(option: &str, text: &str) -> Result<String, lexopt::Error> {
-    match Address::parse(text) {
-        Ok(address) if !address.as_str().contains('/') => Ok(text.to_owned()),
-        _ => {
-            Err(format!("{option}: `{text}` is not a name of letters, digits, `_` and `-`").into())
-        }
-    }
-}
-
-fn binding(description: &Description, text: &str) -> Result<(String, Address), lexopt::Error> {
-    let Some((slot, address)) = text.split_once('=') else {
-        return Err(format!(
-            "--bind takes SLOT=ADDRESS, as in `--bind Laser=default/Laser`, not `{text}`"
-        )
-        .into());
-    };
-    let slot = check_slot(description, slot)?;
-    Ok((slot, Address::parse(address)?))
-}
-
-/// Reads `dds.domain=7`; of a key that is given twice the last one counts.
-fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
-    let parts = text
-        .split_once('=')
-        .and_then(|(path, value)| Some((path.split_once('.')?, value)));
-    let Some(((middleware, name), value)) = parts else {
-        return Err(format!(
-            "--set-middleware takes MIDDLEWARE.KEY=VALUE, as in `--set-middleware dds.domain=7`, not `{text}`"
-        )
-        .into());
-    };
-    if rc_settings::keys(middleware).is_none() {
-        let names = rc_settings::MIDDLEWARES.map(|(name, _)| name);
-        let hint = match rc_diagnostics::nearest(middleware, names) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", names.join(", ")),
-        };
-        return Err(format!("--set-middleware: `{middleware}` is not a middleware; {hint}").into());
-    }
-    let Some(key) = rc_settings::key(middleware, name) else {
-        return Err(format!(
-            "--set-middleware: `{name}` cannot be set of {middleware}; {}",
-            rc_settings::unknown_key_help(middleware, name)
-        )
-        .into());
-    };
-    let value = key.kind.parse(value).map_err(|_| {
-        let each = if key.kind.is_list() { ", each " } else { "" };
-        let list = if key.kind.is_list() {
-            "a list with commas"
-        } else {
-            ""
-        };
-        format!(
-            "--set-middleware: {middleware}.{name} cannot be `{value}`; allowed is {list}{each}{}",
-            key.kind.allowed()
-        )
-    })?;
-    settings.set(middleware, name, value);
-    Ok(())
-}
-
-/// The slot of that name, or which ones there are.
+/// Checks that the component has a slot of this name. The error lists the slots.
 pub(crate) fn check_slot(description: &Description, slot: &str) -> Result<String, String> {
     if description.slots.iter().any(|s| s.name == slot) {
         return Ok(slot.to_owned());
@@ -178,72 +53,4 @@ pub(crate) fn check_slot(description: &Description, slot: &str) -> Result<String
         "`{slot}` is not a slot of {}; {hint}",
         description.name
     ))
-}
-
-fn version(description: &Description) -> String {
-    let Description {
-        name,
-        model_hash,
-        middleware,
-        ..
-    } = description;
-    format!("{name} (model {model_hash:016x}, {middleware})\n")
-}
-
-fn help(description: &Description) -> String {
-    let name = description.name;
-    let mut out = format!(
-        "{name}, a component\n\nUsage: {name} [OPTIONS]\n\nOptions:\n  \
-         --config FILE         configuration (default: etc/config.toml here or in the component's folder)\n  \
-         --network NAME        the network it belongs to (default: default)\n  \
-         --name NAME           its name in the network (default: {name})\n  \
-         --bind SLOT=ADDRESS   where a slot meets its other end (default: NETWORK/Interface)\n  \
-         --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
-         a setting of [middleware.MIDDLEWARE], as in dds.domain=7; a list has commas\n  \
-         --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
-         --check               checks the configuration and ends\n  \
-         --probe               asks the component of this --network and --name, which runs already: exit code 0 where it\n                        \
-         is ready, 1 where it is there and starts, stops, hangs or does not answer in 2 s, 3 where it is not there\n  \
-         --wait SECONDS        with --probe: waits so long for it to be ready\n  \
-         --help, --version\n\nExit codes: 0 done, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
-    );
-    if description
-        .backends
-        .iter()
-        .any(|(name, _)| *name == ros_arguments::ROS2)
-    {
-        out.push_str(
-            "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \
-             -r FROM:=TO           another name; FROM is a slot, SLOT/operation, a name in full, __node or __ns\n  \
-             -p NAME:=VALUE        a parameter, for this run\n  \
-             --log-level LEVEL     debug, info, warn, error or fatal\n",
-        );
-    }
-    if !description.slots.is_empty() {
-        out.push_str("\nSlots:\n");
-    }
-    for slot in description.slots {
-        out.push_str(&format!(
-            "  {:<24} {} {} ({})\n",
-            slot.name,
-            slot.role.word(),
-            slot.type_name,
-            slot.backend
-        ));
-    }
-    let backends = description.backends.iter().map(|(name, _)| *name);
-    let settings = backends.flat_map(|name| {
-        let keys = rc_settings::keys(name).unwrap_or_default();
-        keys.iter()
-            .map(move |key| (format!("{name}.{}", key.name), key))
-    });
-    for (at, (path, key)) in settings.enumerate() {
-        if at == 0 {
-            out.push_str("\nSettings:\n");
-        }
-        let default = key.default.as_ref();
-        let default = default.map_or(String::new(), |d| format!(" (default: {d})"));
-        out.push_str(&format!("  {path:<24} {}{default}\n", key.doc));
-    }
-    out
 }

@@ -1,11 +1,11 @@
-//! What a worker can ask of its runtime; generated contexts dereference to it.
+//! The part of a worker's context that is the same in all components. Generated contexts dereference to it.
 
-use crate::State;
 use crate::status::Shared;
+use rc_management::component::State;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The running component, seen by its worker.
+/// The running component, as its worker sees it.
 #[derive(Debug)]
 pub struct Core {
     name: String,
@@ -29,34 +29,48 @@ impl Core {
         &self.name
     }
 
-    /// The network that it belongs to.
+    /// The network's name.
     pub fn network(&self) -> &str {
         &self.network
     }
 
-    /// Where it is in its life.
+    /// The state of this component.
     pub fn state(&self) -> State {
         self.shared.status().state
     }
 
-    /// How often `compute()` runs.
+    /// The period of `compute()`.
     pub fn period(&self) -> Duration {
         self.new_period
             .unwrap_or_else(|| self.shared.status().period)
     }
 
-    /// Sets how often `compute()` runs, from its next run on.
+    /// Sets the period of `compute()`, from its next run on; at least 100 µs.
+    ///
+    /// ```no_run
+    /// # fn initialize(core: &mut rc_runtime::Core) {
+    /// core.set_period(std::time::Duration::from_millis(20));
+    /// # }
+    /// ```
     pub fn set_period(&mut self, period: Duration) {
         self.new_period = Some(period);
     }
 
-    /// Asks this component to end in order: the present call returns, then `finalize` runs.
+    /// Ends this component in order: the present call returns, then `finalize` runs. The log gets the reason.
+    ///
+    /// ```no_run
+    /// # fn compute(core: &mut rc_runtime::Core, samples: u32) {
+    /// if samples == 100 {
+    ///     core.stop("all samples are there");
+    /// }
+    /// # }
+    /// ```
     pub fn stop(&mut self, reason: &str) {
         tracing::info!("stopping: {reason}");
         self.shared.wake_event.stop();
     }
 
-    /// Whether a stop was asked for; long work in a handler may look at it.
+    /// Whether the component is to end. Long work in a handler or in `compute()` should look at it.
     pub fn is_stopping(&self) -> bool {
         self.shared.wake_event.is_stopping()
     }

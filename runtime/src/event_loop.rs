@@ -3,9 +3,12 @@
 //! Handlers that are ready run boundedly, then a `compute()` that is due runs. A `compute()` or handler that
 //! takes longer than the period is counted and reported; what was missed is never made up for.
 
-use crate::component::{Component, Description, WorkerError};
+use crate::commands::{Command, CommandQueue};
+use crate::component::{Component, WorkerError};
+use crate::description::Description;
 use crate::ports::{Ports, Receiver};
-use crate::status::{Activity, Command, Shared, State};
+use crate::status::{Activity, Shared};
+use rc_management::component::State;
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Reader, Reply};
 use rustix::event::{Timespec, epoll};
@@ -35,6 +38,7 @@ pub(crate) struct EventLoop<'a> {
     component: &'a mut dyn Component,
     description: &'static Description,
     shared: Arc<Shared>,
+    commands: Arc<CommandQueue>,
     connections: &'a Ports,
     ports: Vec<Port>,
     epoll: OwnedFd,
@@ -97,6 +101,7 @@ impl<'a> EventLoop<'a> {
         description: &'static Description,
         connections: &'a Ports,
         receivers: Vec<(usize, Receiver)>,
+        commands: Arc<CommandQueue>,
     ) -> io::Result<Self> {
         let shared = component.core().shared.clone();
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
@@ -145,6 +150,7 @@ impl<'a> EventLoop<'a> {
             component,
             description,
             shared,
+            commands,
             connections,
             ports,
             epoll,
@@ -170,7 +176,7 @@ impl<'a> EventLoop<'a> {
             let now = Instant::now();
             self.sweep(now);
             self.shared.turned(now);
-            self.commands();
+            self.execute_commands();
             self.handlers(now);
             self.listen();
             if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
@@ -265,8 +271,8 @@ impl<'a> EventLoop<'a> {
         true
     }
 
-    fn commands(&mut self) {
-        for command in self.shared.take_commands() {
+    fn execute_commands(&mut self) {
+        for command in self.commands.take() {
             match command {
                 Command::Period(period) => self.component.core().new_period = Some(period),
                 Command::Parameters(proposal) => {

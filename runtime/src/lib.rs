@@ -1,33 +1,46 @@
-//! What is the same in every component: its start, its one loop, its life cycle, its configuration, its
-//! management endpoint and its log.
+//! The runtime of a component: its start, its event loop, its life cycle, its configuration, its management and its
+//! log.
 //!
-//! Generated code hands a [`Description`] and a [`Component`] to [`run`]; everything else happens here. One
-//! thread runs the worker: `compute()` on its period and every handler between two computes. A second thread
-//! answers management, takes signals and sends the heartbeat, so that a worker that hangs is seen.
+//! Generated code passes a [`Description`] and a function that creates a [`Component`] to [`run`]. One thread runs the
+//! worker: `compute()` on its period, and handlers between two runs of it. A second thread answers management
+//! requests, takes signals and sends heartbeats, so that rcdeploy notices a worker that hangs.
 
+mod addresses;
 mod arguments;
-pub mod component;
+mod command_line;
+mod commands;
+mod component;
+mod component_info;
+mod configuration;
 mod context;
+mod description;
+mod error;
 mod event_loop;
 mod link;
+mod log;
 mod management;
 mod name_lock;
 mod notify;
+mod parameter_server;
 mod parameter_service;
-mod parameters;
+mod parameter_values;
 mod ports;
 mod probe;
 mod process;
+mod proposal;
 mod ros_arguments;
 mod settings;
 mod status;
+mod waker;
 
-pub use component::{Component, Connect, Description, Role, Slot, WorkerError};
+pub use component::{Component, WorkerError};
 pub use context::Core;
+pub use description::{Connect, Description, Slot};
+pub use error::StartError;
 pub use ports::Ports;
-pub use process::{Embedded, StartError, embed, run};
+pub use process::{Embedded, embed, run};
 pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};
+pub use rc_management::component::{Role, State};
 pub use rc_middleware as middleware;
-pub use status::State;
 pub use tracing;

@@ -1,35 +1,40 @@
-//! The socket between a component and the supervisor that has started it: JSON-RPC 2.0 notifications, one a line.
+//! The socket between a component and the supervisor that started it.
 
 use rc_configuration::ParamChange;
-use serde_json::{Map, Value, json};
-use std::io::{self, Read, Write};
+use rc_management::lines::{LIMIT, Line, Lines, Overlong};
+use rc_management::link::{ComponentMessage, SupervisorMessage, UnsavedParameters};
+use rc_management::rpc;
+use serde_json::{Map, Value};
+use std::io::{self, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
-/// A longer line is not notified, and not taken.
-const LONGEST_LINE: usize = 64 * 1024;
-/// How many paths are notified of what is too long to be kept.
+/// How many paths are listed of values that are too long for a line.
 const LISTED: usize = 16;
+/// How often the link is read at once.
+const READS: usize = 8;
+/// Room for the rest of a line with parameters, in bytes.
+const MARGIN: usize = 1024;
 
 /// The component's end.
 pub(crate) struct Link {
     stream: UnixStream,
-    read: Vec<u8>,
-    /// The changes that were notified last.
-    notified: Value,
+    lines: Lines,
+    /// The unsaved parameters that the supervisor knows.
+    sent: UnsavedParameters,
 }
 
 /// What has come from the supervisor.
 #[derive(Debug, Default)]
 pub(crate) struct LinkInput {
-    /// It is closed.
+    /// The supervisor has ended.
     pub(crate) closed: bool,
-    /// What is to be set before the component is ready: changes that an earlier run had not saved.
+    /// Parameters that an earlier run had not saved, to be set before the component is ready.
     pub(crate) restore: Option<Map<String, Value>>,
 }
 
 impl Link {
-    /// The link of a process that a supervisor has started; its standard input.
+    /// The link at standard input, if a supervisor has started this process.
     pub(crate) fn inherited() -> io::Result<Option<Self>> {
         if std::env::var_os("RC_SUPERVISED").is_none() {
             return Ok(None);
@@ -38,85 +43,75 @@ impl Link {
         stream.set_nonblocking(true)?;
         Ok(Some(Self {
             stream,
-            read: Vec::new(),
-            notified: changes(&[]),
+            lines: Lines::new(Overlong::Skip),
+            sent: UnsavedParameters::default(),
         }))
     }
 
-    pub(crate) fn descriptor(&self) -> BorrowedFd<'_> {
-        self.stream.as_fd()
+    /// Sends a message. A supervisor that does not read loses messages; it never holds up its component.
+    pub(crate) fn send(&self, message: &ComponentMessage) {
+        let _ = (&self.stream).write_all(&rpc::notification(message));
     }
 
-    /// Tells something.
-    pub(crate) fn notify(&self, method: &str, params: &Value) {
-        let line = json!({ "jsonrpc": "2.0", "method": method, "params": params });
-        // A supervisor that does not read loses heartbeats, not its component.
-        let _ = (&self.stream).write_all(format!("{line}\n").as_bytes());
-    }
-
-    /// Tells which values are not in the configuration file, where these are others than before.
-    pub(crate) fn notify_changes(&mut self, unsaved: &[ParamChange]) {
-        let now = changes(unsaved);
-        if now != self.notified {
-            self.notify("parameters", &now);
-            self.notified = now;
+    /// Sends the unsaved parameters, if they are others than before.
+    pub(crate) fn send_unsaved(&mut self, changes: &[ParamChange]) {
+        let unsaved = unsaved(changes);
+        if unsaved != self.sent {
+            self.send(&ComponentMessage::Parameters(unsaved.clone()));
+            self.sent = unsaved;
         }
     }
 
-    /// Takes what has come.
+    /// Reads what has come: a line of [`LIMIT`] bytes takes several reads.
     pub(crate) fn receive(&mut self) -> LinkInput {
         let mut input = LinkInput::default();
-        let mut bytes = [0; 4096];
-        loop {
-            match self.stream.read(&mut bytes) {
-                Ok(0) => input.closed = true,
-                Ok(count) => {
-                    self.read.extend_from_slice(&bytes[..count]);
-                    if self.read.len() <= 2 * LONGEST_LINE {
-                        continue;
-                    }
-                    self.read.clear();
+        for _ in 0..READS {
+            let (lines, closed) = self.lines.read(&self.stream);
+            for line in lines.iter().filter_map(Line::bytes) {
+                if let Some(SupervisorMessage::Restore { changes }) =
+                    SupervisorMessage::decode(line)
+                {
+                    input.restore = Some(changes);
                 }
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                Err(error) => input.closed = error.kind() != io::ErrorKind::WouldBlock,
             }
-            break;
-        }
-        while let Some(end) = self.read.iter().position(|byte| *byte == b'\n') {
-            let line: Vec<u8> = self.read.drain(..=end).collect();
-            // What a supervisor of another version says is none of ours.
-            let Ok(mut message) = serde_json::from_slice::<Value>(&line) else {
-                continue;
-            };
-            if message["method"] == "restore"
-                && let Value::Object(changes) = message["params"]["changes"].take()
-            {
-                input.restore = Some(changes);
+            if closed {
+                input.closed = true;
+                break;
             }
         }
         input
     }
 }
 
-/// `{"changed": {PATH: VALUE}, "unkept": [PATH]}`: a secret stays in its process, and what is too long for a line is not notified.
-fn changes(unsaved: &[ParamChange]) -> Value {
-    let (secret, open): (Vec<_>, Vec<_>) = unsaved.iter().partition(|change| change.secret);
-    let paths = |of: &[&ParamChange]| -> Vec<String> {
-        of.iter()
+impl AsFd for Link {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.stream.as_fd()
+    }
+}
+
+/// Secrets stay in this process. If the values are too long for a line, only paths are sent.
+fn unsaved(changes: &[ParamChange]) -> UnsavedParameters {
+    let paths = |changes: &mut dyn Iterator<Item = &ParamChange>| -> Vec<String> {
+        changes
             .take(LISTED)
             .map(|change| change.path.clone())
             .collect()
     };
-    let changed: Map<String, Value> = open
-        .iter()
-        .map(|change| (change.path.clone(), change.new.to_json()))
-        .collect();
-    let notified = json!({ "changed": changed, "unkept": paths(&secret) });
-    // The rest of the line is short.
-    if notified.to_string().len() + 1024 > LONGEST_LINE {
-        return json!({ "changed": {}, "unkept": paths(&Vec::from_iter(unsaved)) });
+    let open = changes.iter().filter(|change| !change.secret);
+    let unsaved = UnsavedParameters {
+        changed: open
+            .map(|change| (change.path.clone(), change.new.to_json()))
+            .collect(),
+        unkept: paths(&mut changes.iter().filter(|change| change.secret)),
+    };
+    let line = rpc::notification(&ComponentMessage::Parameters(unsaved.clone()));
+    if line.len() + MARGIN > LIMIT {
+        return UnsavedParameters {
+            changed: Map::new(),
+            unkept: paths(&mut changes.iter()),
+        };
     }
-    notified
+    unsaved
 }
 
 #[cfg(test)]
@@ -136,20 +131,21 @@ mod tests {
     #[test]
     fn a_secret_does_not_leave_the_process() {
         let text = |text: &str| Parameter::Text(text.to_owned());
-        let notified = changes(&[
+        let sent = unsaved(&[
             change("token", text("hush"), true),
             change("name", text("left"), false),
         ]);
-        assert_eq!(
-            notified,
-            json!({ "changed": { "name": "left" }, "unkept": ["token"] })
-        );
+        let changed = Map::from_iter([("name".to_owned(), "left".into())]);
+        let unkept = vec!["token".to_owned()];
+        assert_eq!(sent, UnsavedParameters { changed, unkept });
     }
 
     #[test]
-    fn what_fits_into_no_line_is_named() {
-        let text = Parameter::Text("x".repeat(LONGEST_LINE));
-        let notified = changes(&[change("long", text, false)]);
-        assert_eq!(notified, json!({ "changed": {}, "unkept": ["long"] }));
+    fn values_that_are_too_long_for_a_line_are_listed_by_path() {
+        let text = Parameter::Text("x".repeat(LIMIT));
+        let sent = unsaved(&[change("long", text, false)]);
+        let unkept = vec!["long".to_owned()];
+        let changed = Map::new();
+        assert_eq!(sent, UnsavedParameters { changed, unkept });
     }
 }

@@ -1,7 +1,7 @@
 //! The name of a component in its network: `NAME.lock` in the run directory, locked as long as the component lives.
 //! Its management socket lies beside it, `NAME.sock`.
 
-use crate::process::StartError;
+use crate::error::StartError;
 use rc_middleware::{Environment, RunDirectory};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;

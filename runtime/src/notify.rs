@@ -1,25 +1,24 @@
-//! Tells a service manager of the kind of systemd (`Type=notify`) how far a component is: `sd_notify(3)`.
+//! Reports the state of a component to a service manager such as systemd (`Type=notify`): `sd_notify(3)`.
 
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-/// How long it may take to make room for the word that a component is ready, without which it would be started in
-/// vain: ten messages fill the queue, and a hundred components may start at once.
+/// The limit for a place in the queue of the service manager. Ten messages fill that queue, and a hundred components may
+/// start at once; without this message, the service manager would stop the component again.
 const READY_LIMIT: Duration = Duration::from_secs(3);
 
-/// What there is to tell.
+/// The state of a service.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ServiceState {
-    /// It runs.
     Ready,
-    /// It ends, and does not wait to say so.
+    /// The component ends, and does not wait for the service manager.
     Stopping,
 }
 
-/// Tells it, where one listens; one that does not read is its own loss. A component that rcdeploy started has told
-/// rcdeploy, whose own service manager is not meant.
+/// Sends the state to `NOTIFY_SOCKET`, if there is one. A component that rcdeploy started has told rcdeploy; the
+/// variable is then meant for rcdeploy.
 pub(crate) fn notify(state: ServiceState) {
     let path = std::env::var_os("NOTIFY_SOCKET");
     let Some(path) = path.filter(|_| std::env::var_os("RC_SUPERVISED").is_none()) else {

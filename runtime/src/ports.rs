@@ -1,7 +1,9 @@
 //! The connections of a component, opened in the order of its description.
 
-use crate::component::{Description, Role, Slot};
-use crate::settings;
+use crate::addresses::address;
+use crate::description::{Description, Slot};
+use crate::settings::topic_qos;
+use rc_management::component::Role;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_middleware::{
@@ -181,7 +183,7 @@ impl Ports {
             operations,
             ..
         } = &self.description.slots[slot];
-        let qos = settings::topic(&self.description.slots[slot], operation, &self.settings);
+        let qos = topic_qos(&self.description.slots[slot], operation, &self.settings);
         let external = self.description.slots[slot].external_types().nth(operation);
         let operation = &operations[operation];
         let types = TypeIdentity {
@@ -208,25 +210,6 @@ impl Slot {
             type_name: (*type_name).to_owned(),
         })
     }
-}
-
-/// Where a slot meets its other ends: what `bindings` says, else `NETWORK/Interface`.
-pub(crate) fn address(
-    network: &str,
-    slot: &Slot,
-    bindings: &BTreeMap<String, Address>,
-) -> Result<Address, OpenError> {
-    let bound = bindings.get(slot.name).cloned();
-    bound.map_or_else(|| default_address(network, slot), Ok)
-}
-
-/// Where a slot meets its other end when nobody binds it.
-pub(crate) fn default_address(network: &str, slot: &Slot) -> Result<Address, OpenError> {
-    let text = format!("{network}/{}", slot.interface);
-    Address::parse(&text).map_err(|reason| OpenError::Backend {
-        address: text,
-        reason,
-    })
 }
 
 impl Receiver {

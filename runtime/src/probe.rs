@@ -1,35 +1,32 @@
-//! `--probe`: asks a component that runs how it does, for what watches programs by a command (systemd, Compose,
-//! Kubernetes, scripts).
+//! `--probe`: asks a running component whether it is ready, for systemd, Compose, Kubernetes and scripts.
 
+use rc_management::component::{Request, State, Status};
+use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
-use serde_json::Value;
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
-use std::os::unix::net::UnixStream;
+use std::io::ErrorKind;
 use std::path::Path;
-use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-/// How long a component may take to answer, connecting included.
+/// The limit for an answer, connecting included.
 const LIMIT: Duration = Duration::from_secs(2);
-/// A worker whose loop has not turned for so long hangs, as it does for rcdeploy.
+/// The age of the last turn of a loop that hangs, as for rcdeploy.
 const HUNG_MS: u64 = 2000;
-/// How long is waited between two questions.
+/// The pause between two questions.
 const RETRY_PAUSE: Duration = Duration::from_millis(50);
-/// A longer answer is none of a component.
-const LONGEST_ANSWER: u64 = 1 << 20;
 
-/// What was found, with the exit code that says it.
+/// The result of a probe.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum ProbeResult {
-    /// It is ready: 0.
+    /// The component is ready.
     Ready(String),
-    /// It is there, and not ready: 1.
+    /// The component is there and not ready.
     NotReady(String),
-    /// It is not there: 3.
+    /// The component is not there.
     NotFound,
 }
 
 impl ProbeResult {
+    /// The exit code.
     pub(crate) fn code(&self) -> u8 {
         match self {
             Self::Ready(_) => 0,
@@ -38,7 +35,7 @@ impl ProbeResult {
         }
     }
 
-    /// For people.
+    /// The result for people.
     pub(crate) fn text(&self) -> &str {
         match self {
             Self::Ready(text) | Self::NotReady(text) => text,
@@ -47,7 +44,7 @@ impl ProbeResult {
     }
 }
 
-/// Asks the component `name` of `network`, again and again until it is ready, for at most `wait` and one answer.
+/// Asks the component `name` of `network` until it is ready, for at most `wait` and one answer.
 pub(crate) fn probe(network: &str, name: &str, wait: Duration) -> ProbeResult {
     let socket = RunDirectory::of(network).socket(name);
     let end = Instant::now() + wait;
@@ -60,77 +57,63 @@ pub(crate) fn probe(network: &str, name: &str, wait: Duration) -> ProbeResult {
     }
 }
 
-/// Asks once. To connect has no limit of its own, where a stopped process has a full queue, so a thread does it; it is
-/// left behind with the process, which ends.
 fn probe_once(socket: &Path) -> ProbeResult {
-    let socket = socket.to_path_buf();
-    let (answer, answered) = mpsc::sync_channel(1);
-    let thread = std::thread::Builder::new().spawn(move || {
-        let _ = answer.send(status(&socket));
-    });
-    if let Err(error) = thread {
-        return ProbeResult::NotReady(format!("cannot be asked: {error}"));
-    }
-    match answered.recv_timeout(LIMIT) {
-        Ok(Ok(status)) => judge(&status),
-        Ok(Err(error)) => match error.kind() {
-            ErrorKind::NotFound | ErrorKind::ConnectionRefused => ProbeResult::NotFound,
-            _ => ProbeResult::NotReady(format!("does not answer: {error}")),
-        },
-        Err(_) => ProbeResult::NotReady(format!("has not answered within {LIMIT:?}")),
-    }
-}
-
-fn status(socket: &Path) -> io::Result<Value> {
-    let mut stream = UnixStream::connect(socket)?;
-    stream.set_read_timeout(Some(LIMIT))?;
-    stream.set_write_timeout(Some(LIMIT))?;
-    stream.write_all(b"{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"status\"}\n")?;
-    let mut line = String::new();
-    BufReader::new(stream)
-        .take(LONGEST_ANSWER)
-        .read_line(&mut line)?;
-    let mut answer: Value = serde_json::from_str(&line)?;
-    Ok(answer["result"].take())
-}
-
-/// What a status says. One in an emergency has been ready, and says so itself: it is there for others.
-fn judge(status: &Value) -> ProbeResult {
-    let state = status["state"].as_str().unwrap_or_default();
-    let age = status["age_ms"].as_u64().unwrap_or_default();
-    match state {
-        "running" | "emergency" if age > HUNG_MS => {
-            ProbeResult::NotReady(format!("hung: its loop has not turned for {age} ms"))
+    let end = Instant::now() + LIMIT;
+    let late = || ProbeResult::NotReady(format!("has not answered within {LIMIT:?}"));
+    let mut client = match Client::connect(socket, LIMIT) {
+        Ok(client) => client,
+        Err(error) => {
+            return match error.kind() {
+                ErrorKind::NotFound | ErrorKind::ConnectionRefused => ProbeResult::NotFound,
+                ErrorKind::WouldBlock => late(),
+                _ => ProbeResult::NotReady(format!("does not answer: {error}")),
+            };
         }
-        "running" | "emergency" => ProbeResult::Ready(state.to_owned()),
-        "starting" | "stopping" => ProbeResult::NotReady(state.to_owned()),
-        _ => ProbeResult::NotReady("answers, but not as a component".to_owned()),
+    };
+    let left = end.saturating_duration_since(Instant::now());
+    match client.call::<Status>(&Request::Status, left) {
+        Ok(status) => judge(status.state, status.age_ms),
+        Err(CallError::TimedOut(_)) => late(),
+        Err(CallError::Refused(_) | CallError::Unexpected(_)) => {
+            ProbeResult::NotReady("answers, but not as a component".to_owned())
+        }
+        Err(error) => ProbeResult::NotReady(format!("does not answer: {error}")),
+    }
+}
+
+/// A component in an emergency has been ready, and reports the emergency itself: it is there for others.
+fn judge(state: State, age_ms: u64) -> ProbeResult {
+    match state {
+        State::Running | State::Emergency if age_ms > HUNG_MS => {
+            ProbeResult::NotReady(format!("hung: its loop has not turned for {age_ms} ms"))
+        }
+        State::Running | State::Emergency => ProbeResult::Ready(state.to_string()),
+        State::Starting | State::Stopping => ProbeResult::NotReady(state.to_string()),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use std::io::Write;
     use std::os::unix::net::UnixListener;
 
     #[test]
     fn the_state_and_the_age_of_the_loop_decide() {
-        let code = |state: &str, age: u64| judge(&json!({ "state": state, "age_ms": age })).code();
-        assert_eq!([code("running", 9), code("emergency", 9)], [0, 0]);
+        let code = |state: State, age: u64| judge(state, age).code();
+        assert_eq!([code(State::Running, 9), code(State::Emergency, 9)], [0, 0]);
         assert_eq!(
             [
-                code("starting", 9),
-                code("stopping", 9),
-                code("running", 2001)
+                code(State::Starting, 9),
+                code(State::Stopping, 9),
+                code(State::Running, 2001)
             ],
             [1, 1, 1]
         );
-        assert_eq!(judge(&Value::Null).code(), 1);
     }
 
     #[test]
-    fn who_is_not_there_and_who_does_not_answer_are_told_apart() {
+    fn an_absent_component_differs_from_one_that_does_not_answer() {
         let folder = tempfile::tempdir().expect("a folder");
         let socket = folder.path().join("a.sock");
         assert_eq!(probe_once(&socket), ProbeResult::NotFound);
@@ -140,5 +123,20 @@ mod tests {
         assert!(start.elapsed() >= LIMIT);
         drop(listener);
         assert_eq!(probe_once(&socket), ProbeResult::NotFound);
+    }
+
+    #[test]
+    fn an_answer_that_is_not_a_status_is_not_one_of_a_component() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let socket = folder.path().join("a.sock");
+        let listener = UnixListener::bind(&socket).expect("a socket");
+        let server = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().expect("a client");
+            stream
+                .write_all(b"{\"id\":1,\"result\":null}\n")
+                .expect("answered");
+        });
+        assert_eq!(probe_once(&socket).code(), 1);
+        server.join().expect("the server");
     }
 }

@@ -1,78 +1,40 @@
 //! A component from its command line to its exit code.
 
-use crate::arguments::{self, Arguments, Task};
-use crate::component::{Component, Description, WorkerError};
+use crate::arguments::Arguments;
+use crate::command_line::{self, Task};
+use crate::commands::CommandQueue;
+use crate::component::Component;
+use crate::configuration;
 use crate::context::Core;
+use crate::description::Description;
+use crate::error::StartError;
 use crate::event_loop::EventLoop;
+use crate::log::{self, print, print_error};
 use crate::management::Management;
-use crate::notify;
-use crate::parameters::Refusal;
+use crate::notify::{self, ServiceState};
 use crate::ports::Ports;
 use crate::probe;
 use crate::settings::settings;
 use crate::status::Shared;
-use rc_configuration::model::Parameters;
-use rc_configuration::{Configuration, Live, Values};
-use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_middleware::{Address, Environment, OpenError, RunDirectory, WakeEvent};
-use std::collections::BTreeMap;
+use rc_configuration::Values;
+use rc_middleware::{Environment, RunDirectory, WakeEvent};
 use std::ffi::OsString;
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::mpsc::RecvTimeoutError;
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 
-/// How long a component that ends waits for what it sent last to arrive.
+/// How long a component that ends waits for its last messages to arrive.
 const LINGER: Duration = Duration::from_millis(100);
 
-/// Why a component did not start.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// The command line is wrong.
-    #[error("{0}")]
-    Usage(String),
-    /// The configuration is wrong; the text is one or more diagnostics.
-    #[error("{0}")]
-    Configuration(String),
-    /// A connection could not be opened.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// The worker's `initialize` failed.
-    #[error("initialize(): {0}")]
-    Worker(String),
-    /// The system refused.
-    #[error("{0}")]
-    System(String),
-}
-
-impl StartError {
-    fn code(&self) -> u8 {
-        match self {
-            Self::Configuration(_) => 1,
-            Self::Usage(_) => 2,
-            Self::Open(_) | Self::Worker(_) | Self::System(_) => 3,
-        }
-    }
-}
-
-impl From<WorkerError> for StartError {
-    fn from(error: WorkerError) -> Self {
-        let (WorkerError::Failed(reason)
-        | WorkerError::Emergency(reason)
-        | WorkerError::Fatal(reason)) = error;
-        Self::Worker(reason)
-    }
-}
-
-/// Makes the component: its sending ends, its context, its worker.
+/// Creates the component: its publishers and clients, its context, its worker.
 pub(crate) type Start<C> = fn(Core, &Ports, &Values) -> Result<C, StartError>;
 
-/// Runs a component with the command line of this process, until it ends.
+/// Runs a component with the command line of this process, until it ends. Returns the exit code.
+///
+/// The `main` of a component is a call of the generated `run`, which calls this function.
 pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> ExitCode {
-    let task = match arguments::parse(description, std::env::args_os().skip(1)) {
+    let task = match command_line::parse(description, std::env::args_os().skip(1)) {
         Ok(task) => task,
         Err(error) => return fail(description, &StartError::Usage(error.to_string())),
     };
@@ -83,16 +45,16 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
             print(&text);
             Ok(())
         }
-        Task::Check(arguments) => load(description, &arguments)
-            .and_then(|read| bindings(description, &arguments, &read.configuration))
+        Task::Check(arguments) => configuration::load(description, &arguments)
+            .and_then(|read| configuration::bindings(description, &arguments, &read.configuration))
             .map(|_| print(&format!("{}: ok\n", description.name))),
         Task::Probe(arguments, wait) => {
-            let found = probe::probe(&arguments.network, &arguments.name, wait);
-            print(&format!("{}: {}\n", arguments.name, found.text()));
-            return ExitCode::from(found.code());
+            let result = probe::probe(&arguments.network, &arguments.name, wait);
+            print(&format!("{}: {}\n", arguments.name, result.text()));
+            return ExitCode::from(result.code());
         }
         Task::Run(arguments) => WakeEvent::new()
-            .map_err(|e| system("an event", &e))
+            .map_err(|e| StartError::cannot_create("an event", &e))
             .and_then(|wake_event| {
                 let run = || {
                     run_component(
@@ -114,26 +76,12 @@ pub fn run<C: Component>(description: &'static Description, start: Start<C>) -> 
     }
 }
 
-/// Prints; a reader that has left is no failure.
-fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
-/// The same on standard error, which may be a log on a disk that is full: `eprintln!` would panic.
-pub(crate) fn print_error(text: &str) {
-    let _ = std::io::stderr().write_all(text.as_bytes());
-}
-
 fn fail(description: &Description, error: &StartError) -> ExitCode {
     match error {
         StartError::Configuration(text) => print_error(text),
         _ => print_error(&format!("{}: error: {error}\n", description.name)),
     }
-    ExitCode::from(error.code())
-}
-
-fn system(what: &str, error: &std::io::Error) -> StartError {
-    StartError::System(format!("{what} cannot be made: {error}"))
+    ExitCode::from(error.exit_code())
 }
 
 /// A component that runs on a thread of this process, for tests.
@@ -144,17 +92,17 @@ pub struct Embedded {
 }
 
 impl Embedded {
-    /// Asks it to end.
+    /// Requests the end of the component.
     pub fn stop(&self) {
         self.wake_event.stop();
     }
 
-    /// Whether it has ended.
+    /// Whether the component has ended.
     pub fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// Waits for its end, which `stop` or the component itself brings about.
+    /// Waits until the component ends. It ends after [`Embedded::stop`], or by itself.
     pub fn join(self) -> Result<(), StartError> {
         self.thread
             .join()
@@ -165,23 +113,35 @@ impl Embedded {
 /// How long an embedded component may take until it runs.
 const EMBEDDED_START_LIMIT: Duration = Duration::from_secs(10);
 
-/// Runs a component on a thread of this process, with a command line as for its binary and without signals.
-/// Returns when it runs; one that does not within ten seconds is stopped.
+/// Runs a component on a thread of this process, with the command line of its binary and without signals.
+///
+/// Returns when the component runs. If it does not within ten seconds, it is stopped, and the result is an error.
+///
+/// ```no_run
+/// # fn test<C: rc_runtime::Component + 'static>(
+/// #     description: &'static rc_runtime::Description,
+/// #     start: fn(rc_runtime::Core, &rc_runtime::Ports, &rc_runtime::Values) -> Result<C, rc_runtime::StartError>,
+/// # ) -> Result<(), rc_runtime::StartError> {
+/// let component = rc_runtime::embed(description, start, &["--network", "test", "--name", "lidar"])?;
+/// component.stop();
+/// component.join()
+/// # }
+/// ```
 pub fn embed<C: Component + 'static>(
     description: &'static Description,
     start: Start<C>,
     args: &[&str],
 ) -> Result<Embedded, StartError> {
-    let task = arguments::parse(description, args.iter().map(OsString::from))
+    let task = command_line::parse(description, args.iter().map(OsString::from))
         .map_err(|error| StartError::Usage(error.to_string()))?;
     let Task::Run(arguments) = task else {
         return Err(StartError::Usage(format!(
             "{args:?} is not the command line of a run"
         )));
     };
-    let wake_event = WakeEvent::new().map_err(|e| system("an event", &e))?;
+    let wake_event = WakeEvent::new().map_err(|e| StartError::cannot_create("an event", &e))?;
     let clone = wake_event.clone();
-    let (running, runs) = std::sync::mpsc::sync_channel(1);
+    let (running, runs) = sync_channel(1);
     let thread = std::thread::Builder::new().name(arguments.name.clone());
     let thread = thread
         .spawn(move || {
@@ -193,7 +153,7 @@ pub fn embed<C: Component + 'static>(
                 &Hosting::Thread(running),
             )
         })
-        .map_err(|e| system("a thread", &e))?;
+        .map_err(|e| StartError::cannot_create("a thread", &e))?;
     let embedded = Embedded { wake_event, thread };
     match runs.recv_timeout(EMBEDDED_START_LIMIT) {
         Ok(()) => Ok(embedded),
@@ -210,12 +170,12 @@ pub fn embed<C: Component + 'static>(
     }
 }
 
-/// Whether a component has its process for itself.
+/// What a component runs in.
 enum Hosting {
-    /// It has: signals and the supervisor are its own.
+    /// In a process of its own, which takes signals and has a link to the supervisor.
     Process,
-    /// It is a thread; who started it is told when it runs.
-    Thread(std::sync::mpsc::SyncSender<()>),
+    /// On a thread, which reports when the component runs.
+    Thread(SyncSender<()>),
 }
 
 fn run_component<C: Component>(
@@ -225,24 +185,25 @@ fn run_component<C: Component>(
     wake_event: WakeEvent,
     hosting: &Hosting,
 ) -> Result<(), StartError> {
-    let loaded = load(description, arguments)?;
+    let loaded = configuration::load(description, arguments)?;
     let configuration = &loaded.configuration;
     let level = arguments
         .log
         .as_deref()
         .or(configuration.log.as_deref())
         .unwrap_or("info");
-    start_log(level)?;
-    let bindings = bindings(description, arguments, configuration)?;
+    log::start(level)?;
+    let bindings = configuration::bindings(description, arguments, configuration)?;
     let settings = settings(description, arguments, configuration, &bindings)?;
     let period = configuration.period.unwrap_or(description.period);
     let directory = RunDirectory::open(&arguments.network)
-        .map_err(|e| StartError::System(format!("the run directory cannot be made: {e}")))?;
+        .map_err(|e| StartError::cannot_create("the run directory", &e))?;
     let shared = Arc::new(Shared::new(
         wake_event.clone(),
         period,
         description.slots.len(),
     ));
+    let commands = Arc::new(CommandQueue::new(wake_event.clone()));
     let environment = Environment {
         network: arguments.network.clone(),
         instance: arguments.name.clone(),
@@ -254,198 +215,42 @@ fn run_component<C: Component>(
         description,
         &environment,
         &shared,
+        &commands,
         &loaded,
         matches!(hosting, Hosting::Process),
     )?;
     let ports = Ports::new(description, &environment, &bindings)?;
-    management.addresses(ports.addresses());
+    management.set_addresses(ports.addresses());
     if loaded.parameters.is_some() {
         ports.parameters(&management.parameters())?;
     }
     let receivers = ports.receivers()?;
     let core = Core::new(&arguments.name, &arguments.network, shared.clone());
     let mut component = match start(core, &ports, &configuration.parameters) {
-        // A stop that came while the worker was being initialised is no failure of the worker.
+        // A stop during the initialisation is not a failure of the worker.
         Err(StartError::Worker(_)) if environment.wake_event.is_stopping() => return Ok(()),
         other => other?,
     };
     shared.status().sent = ports.sent();
     let ended = {
-        let mut event_loop = EventLoop::new(&mut component, description, &ports, receivers)
-            .map_err(|e| system("the event loop", &e))?;
+        let mut event_loop =
+            EventLoop::new(&mut component, description, &ports, receivers, commands)
+                .map_err(|e| StartError::cannot_create("the event loop", &e))?;
         management.ready();
         if let Hosting::Thread(running) = hosting {
-            // Who does not wait any more has stopped the component already.
+            // A starter that does not wait any more has stopped the component already.
             let _ = running.send(());
         } else {
-            notify::notify(notify::ServiceState::Ready);
+            notify::notify(ServiceState::Ready);
         }
         event_loop.run()
     };
     if matches!(hosting, Hosting::Process) {
-        notify::notify(notify::ServiceState::Stopping);
+        notify::notify(ServiceState::Stopping);
     }
     ports.linger(LINGER);
     drop(component);
     drop(ports);
     drop(management);
     ended.map_err(StartError::System)
-}
-
-/// What a component is told when it starts.
-pub(crate) struct LoadedConfiguration {
-    /// The model of its parameters; none where it has none.
-    pub(crate) parameters: Option<Parameters>,
-    pub(crate) configuration: Configuration,
-    /// The file that was read, with its whole path.
-    pub(crate) file: Option<PathBuf>,
-}
-
-/// Reads and checks the configuration, and what the command line says of parameters in its place.
-fn load(
-    description: &Description,
-    arguments: &Arguments,
-) -> Result<LoadedConfiguration, StartError> {
-    let mut loaded = read(description, arguments)?;
-    if arguments.parameters.is_empty() {
-        return Ok(loaded);
-    }
-    let Some(model) = &loaded.parameters else {
-        let message = format!("{} has no parameters, and -p names one", description.name);
-        return Err(StartError::Usage(message));
-    };
-    let live = Live::new(model.clone(), &loaded.configuration.parameters);
-    let given = arguments.parameters.iter();
-    let given: Vec<(&str, serde_json::Value)> = given
-        .map(|(path, text)| (path.as_str(), live.spelled(path, text)))
-        .collect();
-    let given = given.iter().map(|(path, value)| (*path, value));
-    let accepted = live.check_start(given).map_err(|found| {
-        let (name, reason) = (description.name, Refusal::found(&found).message);
-        StartError::Configuration(format!("{name}: error: -p: {reason}\n"))
-    })?;
-    loaded.configuration.parameters = accepted.values();
-    Ok(loaded)
-}
-
-fn read(
-    description: &Description,
-    arguments: &Arguments,
-) -> Result<LoadedConfiguration, StartError> {
-    let parameters = match description
-        .parameters
-        .map(Parameters::from_json)
-        .transpose()
-    {
-        Ok(parameters) => parameters,
-        Err(error) => {
-            return Err(StartError::System(format!(
-                "the generated parameters cannot be read: {error}"
-            )));
-        }
-    };
-    let Some(path) = config_file(description, arguments) else {
-        let configuration = rc_configuration::defaults(parameters.as_ref()).map_err(|missing| {
-            StartError::Configuration(format!(
-                "{}: error: there is no configuration file, and these parameters have no default: {}; name one with --config\n",
-                description.name,
-                missing.join(", ")
-            ))
-        })?;
-        return Ok(LoadedConfiguration {
-            parameters,
-            configuration,
-            file: None,
-        });
-    };
-    let text = rc_files::read(&path).map_err(|e| {
-        StartError::Configuration(format!(
-            "{}: error: {} cannot be read: {e}\n",
-            description.name,
-            path.display()
-        ))
-    })?;
-    let mut sources = SourceMap::new();
-    let source = sources.add(&path, text);
-    let (configuration, found) = rc_configuration::check(&sources, source, parameters.as_ref());
-    if found.has_errors() {
-        return Err(StartError::Configuration(render(
-            &sources,
-            &found,
-            Format::Human,
-        )));
-    }
-    warn(&sources, &found);
-    // The worker may change its working directory.
-    let file = std::path::absolute(&path).unwrap_or(path);
-    Ok(LoadedConfiguration {
-        parameters,
-        configuration,
-        file: Some(file),
-    })
-}
-
-fn warn(sources: &SourceMap, found: &Diagnostics) {
-    if !found.is_empty() {
-        print_error(&render(sources, found, Format::Human));
-    }
-}
-
-fn config_file(description: &Description, arguments: &Arguments) -> Option<PathBuf> {
-    if arguments.config.is_some() {
-        return arguments.config.clone();
-    }
-    let here = PathBuf::from("etc/config.toml");
-    let built = Path::new(description.folder).join("etc/config.toml");
-    // Another component's folder may be the current one; its configuration is not ours.
-    let ours = Path::new(&format!("{}.cdsl", description.name)).exists();
-    [here]
-        .into_iter()
-        .filter(|_| ours)
-        .chain([built])
-        .find(|path| path.exists())
-}
-
-fn bindings(
-    description: &Description,
-    arguments: &Arguments,
-    configuration: &Configuration,
-) -> Result<BTreeMap<String, Address>, StartError> {
-    let mut all = BTreeMap::new();
-    for (slot, address) in &configuration.bindings {
-        let bad = |reason: String| {
-            StartError::Configuration(format!(
-                "{}: error: [bindings]: {reason}\n",
-                description.name
-            ))
-        };
-        let slot = arguments::check_slot(description, slot).map_err(bad)?;
-        let bad = |reason: String| {
-            StartError::Configuration(format!(
-                "{}: error: [bindings]: {reason}\n",
-                description.name
-            ))
-        };
-        all.insert(slot, Address::parse(address).map_err(bad)?);
-    }
-    all.extend(arguments.bindings.clone());
-    Ok(all)
-}
-
-fn start_log(level: &str) -> Result<(), StartError> {
-    let level: tracing::Level = level.parse().map_err(|_| {
-        StartError::Usage(format!(
-            "`{level}` is not a log level; there are error, warn, info, debug and trace"
-        ))
-    })?;
-    // A second component of one process (a test) writes into the log of the first.
-    let _ = tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_target(false)
-        .with_ansi(false)
-        // A line that cannot be written is lost; to say so on the same stream would be a panic.
-        .log_internal_errors(false)
-        .with_writer(std::io::stderr)
-        .try_init();
-    Ok(())
 }

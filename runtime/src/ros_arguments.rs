@@ -1,14 +1,11 @@
 //! The command line of ROS 2: `--ros-args -r FROM:=TO -p NAME:=VALUE --log-level LEVEL … --`.
 
-use crate::arguments::Arguments;
-use crate::component::{Description, Role};
-use crate::settings::RosOverride;
+use crate::arguments::{Arguments, ROS2, RosOverride};
+use crate::description::Description;
+use rc_management::component::Role;
 use rc_settings::qos::Policy;
 use rc_settings::{Scalar, Value};
 use std::ffi::OsString;
-
-/// The middleware that it belongs to.
-pub(crate) const ROS2: &str = "ros2";
 
 /// Parts the command line into what is between `--ros-args` and the next `--` or the end, and the rest.
 pub(crate) fn split(
@@ -170,9 +167,10 @@ fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
             };
             // In ROS 2, 0 and the largest duration mean that there is no limit.
             let is_none = nanoseconds == 0 || nanoseconds >= i64::MAX as u64;
-            let limit = match is_none {
-                true => Scalar::Text("none"),
-                false => Scalar::Duration(nanoseconds),
+            let limit = if is_none {
+                Scalar::Text("none")
+            } else {
+                Scalar::Duration(nanoseconds)
             };
             Policy::convert(own, limit)
         }

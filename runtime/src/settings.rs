@@ -1,24 +1,14 @@
 //! What is set of middlewares: by the configuration, and by the command line in its place.
 
-use crate::arguments::Arguments;
-use crate::component::{Description, Role, Slot};
-use crate::ports;
-use crate::ros_arguments::ROS2;
+use crate::addresses::address;
+use crate::arguments::{Arguments, ROS2, RosOverride};
+use crate::description::{Description, Slot};
 use rc_configuration::Configuration;
+use rc_management::component::Role;
 use rc_middleware::{Address, Durability, OpenError, Qos, Reliability, Settings};
 use rc_settings::qos::{self, Policy};
 use rc_settings::{Value, ros};
 use std::collections::BTreeMap;
-
-/// A policy for a topic by its name in ROS 2: `qos_overrides./scan.publisher.depth:=1` of its command line.
-#[derive(Debug, PartialEq)]
-pub(crate) struct RosOverride {
-    /// `/scan`
-    pub(crate) topic: String,
-    /// Of which of its ends.
-    pub(crate) role: Role,
-    pub(crate) policy: Policy,
-}
 
 /// Everything that is set. What concerns nothing of the component is told in the log: a network may have it for another one.
 pub(crate) fn settings(
@@ -80,9 +70,9 @@ fn overrides(
     let remap: Vec<ros::ResolvedRemapping> = remap.collect();
     let mut named = Vec::new();
     for slot in topics(description, ROS2) {
-        let address = ports::address(network, slot, bindings)?;
+        let own_address = address(network, slot, bindings)?;
         for operation in slot.operations {
-            let own = address.join(operation.name);
+            let own = own_address.join(operation.name);
             let topic = ros::operation(own.as_str(), slot.name, operation.name, &remap);
             named.push((
                 topic,
@@ -147,7 +137,7 @@ fn warn(description: &Description, settings: &Settings) {
 }
 
 /// The quality of service of an operation of a slot that is a topic.
-pub(crate) fn topic(slot: &Slot, operation: usize, settings: &Settings) -> Qos {
+pub(crate) fn topic_qos(slot: &Slot, operation: usize, settings: &Settings) -> Qos {
     let mut qos = slot.qos;
     let rules = settings.qos(slot.backend, "qos");
     for policy in qos::policies(rules, slot.name, slot.operations[operation].name) {

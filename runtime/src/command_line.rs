@@ -1,0 +1,210 @@
+//! The command line of every generated binary.
+
+use crate::arguments::{Arguments, ROS2, check_slot};
+use crate::description::Description;
+use crate::ros_arguments;
+use lexopt::prelude::{Long, Short, ValueExt};
+use rc_middleware::{Address, Settings};
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::time::Duration;
+
+/// The longest time that `--wait` takes, in seconds.
+const LONGEST_WAIT: u64 = 24 * 60 * 60;
+
+/// What the command line asks for.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Task {
+    Run(Arguments),
+    Check(Arguments),
+    /// Ask a running component, for at most this time until it is ready.
+    Probe(Arguments, Duration),
+    Print(String),
+}
+
+/// Parses the command line. An error says what is allowed.
+pub(crate) fn parse(
+    description: &Description,
+    args: impl IntoIterator<Item = OsString>,
+) -> Result<Task, lexopt::Error> {
+    let (args, ros) = ros_arguments::split(args);
+    let mut parser = lexopt::Parser::from_args(args);
+    let mut check = false;
+    let mut probe = false;
+    let mut wait = None;
+    let mut out = Arguments {
+        network: "default".to_owned(),
+        name: description.name.to_owned(),
+        config: None,
+        bindings: BTreeMap::new(),
+        log: None,
+        settings: Settings::default(),
+        remap: Vec::new(),
+        qos: Vec::new(),
+        parameters: Vec::new(),
+    };
+    while let Some(arg) = parser.next()? {
+        match arg {
+            Long("network") => out.network = parse_name("--network", &parser.value()?.string()?)?,
+            Long("name") => out.name = parse_name("--name", &parser.value()?.string()?)?,
+            Long("config") => out.config = Some(parser.value()?.into()),
+            Long("log") => out.log = Some(parser.value()?.string()?),
+            Long("bind") => {
+                let (slot, address) = binding(description, &parser.value()?.string()?)?;
+                out.bindings.insert(slot, address);
+            }
+            Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
+            Long("check") => check = true,
+            Long("probe") => probe = true,
+            Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
+            Long("help") | Short('h') => return Ok(Task::Print(help(description))),
+            Long("version") | Short('V') => return Ok(Task::Print(version(description))),
+            other => return Err(format!("{}; see --help", other.unexpected()).into()),
+        }
+    }
+    if let Some(ros) = ros {
+        ros_arguments::read(description, ros, &mut out)?;
+    }
+    if wait.is_some() && !probe {
+        return Err("--wait goes with --probe".into());
+    }
+    Ok(if probe {
+        Task::Probe(out, wait.unwrap_or_default())
+    } else if check {
+        Task::Check(out)
+    } else {
+        Task::Run(out)
+    })
+}
+
+fn seconds(text: &str) -> Result<Duration, lexopt::Error> {
+    let seconds = text.parse().ok().filter(|s| *s <= LONGEST_WAIT);
+    let wrong = || format!("--wait takes whole seconds, at most {LONGEST_WAIT}, not `{text}`");
+    Ok(Duration::from_secs(seconds.ok_or_else(wrong)?))
+}
+
+fn parse_name(option: &str, text: &str) -> Result<String, lexopt::Error> {
+    match Address::parse(text) {
+        Ok(address) if !address.as_str().contains('/') => Ok(text.to_owned()),
+        _ => {
+            Err(format!("{option}: `{text}` is not a name of letters, digits, `_` and `-`").into())
+        }
+    }
+}
+
+fn binding(description: &Description, text: &str) -> Result<(String, Address), lexopt::Error> {
+    let Some((slot, address)) = text.split_once('=') else {
+        return Err(format!(
+            "--bind takes SLOT=ADDRESS, as in `--bind Laser=default/Laser`, not `{text}`"
+        )
+        .into());
+    };
+    let slot = check_slot(description, slot)?;
+    Ok((slot, Address::parse(address)?))
+}
+
+/// Parses `dds.domain=7`. The last value of a key counts.
+fn setting(text: &str, settings: &mut Settings) -> Result<(), lexopt::Error> {
+    let parts = text
+        .split_once('=')
+        .and_then(|(path, value)| Some((path.split_once('.')?, value)));
+    let Some(((middleware, name), value)) = parts else {
+        return Err(format!(
+            "--set-middleware takes MIDDLEWARE.KEY=VALUE, as in `--set-middleware dds.domain=7`, not `{text}`"
+        )
+        .into());
+    };
+    if rc_settings::keys(middleware).is_none() {
+        let names = rc_settings::MIDDLEWARES.map(|(name, _)| name);
+        let hint = match rc_diagnostics::nearest(middleware, names) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", names.join(", ")),
+        };
+        return Err(format!("--set-middleware: `{middleware}` is not a middleware; {hint}").into());
+    }
+    let Some(key) = rc_settings::key(middleware, name) else {
+        return Err(format!(
+            "--set-middleware: `{name}` cannot be set of {middleware}; {}",
+            rc_settings::unknown_key_help(middleware, name)
+        )
+        .into());
+    };
+    let value = key.kind.parse(value).map_err(|_| {
+        let each = if key.kind.is_list() { ", each " } else { "" };
+        let list = if key.kind.is_list() {
+            "a list with commas"
+        } else {
+            ""
+        };
+        format!(
+            "--set-middleware: {middleware}.{name} cannot be `{value}`; allowed is {list}{each}{}",
+            key.kind.allowed()
+        )
+    })?;
+    settings.set(middleware, name, value);
+    Ok(())
+}
+
+fn version(description: &Description) -> String {
+    let Description {
+        name,
+        model_hash,
+        middleware,
+        ..
+    } = description;
+    format!("{name} (model {model_hash:016x}, {middleware})\n")
+}
+
+fn help(description: &Description) -> String {
+    let name = description.name;
+    let mut out = format!(
+        "{name}, a component\n\nUsage: {name} [OPTIONS]\n\nOptions:\n  \
+         --config FILE         configuration (default: etc/config.toml here or in the component's folder)\n  \
+         --network NAME        the network it belongs to (default: default)\n  \
+         --name NAME           its name in the network (default: {name})\n  \
+         --bind SLOT=ADDRESS   where a slot meets its other end (default: NETWORK/Interface)\n  \
+         --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
+         a setting of [middleware.MIDDLEWARE], as in dds.domain=7; a list has commas\n  \
+         --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
+         --check               checks the configuration and ends\n  \
+         --probe               asks the component of this --network and --name, which runs already: exit code 0 where it\n                        \
+         is ready, 1 where it is there and starts, stops, hangs or does not answer in 2 s, 3 where it is not there\n  \
+         --wait SECONDS        with --probe: waits so long for it to be ready\n  \
+         --help, --version\n\nExit codes: 0 done, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
+    );
+    if description.backends.iter().any(|(name, _)| *name == ROS2) {
+        out.push_str(
+            "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \
+             -r FROM:=TO           another name; FROM is a slot, SLOT/operation, a name in full, __node or __ns\n  \
+             -p NAME:=VALUE        a parameter, for this run\n  \
+             --log-level LEVEL     debug, info, warn, error or fatal\n",
+        );
+    }
+    if !description.slots.is_empty() {
+        out.push_str("\nSlots:\n");
+    }
+    for slot in description.slots {
+        out.push_str(&format!(
+            "  {:<24} {} {} ({})\n",
+            slot.name,
+            slot.role.word(),
+            slot.type_name,
+            slot.backend
+        ));
+    }
+    let backends = description.backends.iter().map(|(name, _)| *name);
+    let settings = backends.flat_map(|name| {
+        let keys = rc_settings::keys(name).unwrap_or_default();
+        keys.iter()
+            .map(move |key| (format!("{name}.{}", key.name), key))
+    });
+    for (at, (path, key)) in settings.enumerate() {
+        if at == 0 {
+            out.push_str("\nSettings:\n");
+        }
+        let default = key.default.as_ref();
+        let default = default.map_or(String::new(), |d| format!(" (default: {d})"));
+        out.push_str(&format!("  {path:<24} {}{default}\n", key.doc));
+    }
+    out
+}

@@ -1,0 +1,55 @@
+//! What is known of a component when it is generated.
+
+use rc_management::component::Role;
+use rc_middleware::typed::Operation;
+use rc_middleware::{Backend, Environment, OpenError, Qos};
+use std::time::Duration;
+
+/// Opens a backend. Generated code names the functions of the backends that it was generated for.
+pub type Connect = fn(&Environment) -> Result<Box<dyn Backend>, OpenError>;
+
+/// A component, as its generated code describes it.
+#[derive(Debug)]
+pub struct Description {
+    /// The name after `Component` in the `.cdsl`.
+    pub name: &'static str,
+    /// Hash of the description files.
+    pub model_hash: u64,
+    /// The middleware of all connections that do not choose one.
+    pub middleware: &'static str,
+    /// The period of `compute()`, unless the configuration sets another one.
+    pub period: Duration,
+    /// The parameters as the JSON form of `rc_configuration::model::Parameters`.
+    pub parameters: Option<&'static str>,
+    /// The folder of the component at build time. Its `etc/config.toml` is the default configuration.
+    pub folder: &'static str,
+    /// The connections.
+    pub slots: &'static [Slot],
+    /// The middlewares of the connections.
+    pub backends: &'static [(&'static str, Connect)],
+    /// What tools find in the executable, see `rc_codegen::note`.
+    pub note: &'static [u8],
+}
+
+/// One end of a connection.
+#[derive(Debug)]
+pub struct Slot {
+    /// The slot's name, unique in the component.
+    pub name: &'static str,
+    /// Which end of the connection it is.
+    pub role: Role,
+    /// The interface's name, `Laser`. With the network's name, it is the address of a component started by hand.
+    pub interface: &'static str,
+    /// The interface's name with its module, `RoboCompLaser::Laser`.
+    pub type_name: &'static str,
+    /// Hash over the types of all operations.
+    pub type_hash: u64,
+    /// The middleware of the connection.
+    pub backend: &'static str,
+    /// The quality of service.
+    pub qos: Qos,
+    /// The operations, in the order of the IDSL.
+    pub operations: &'static [Operation],
+    /// The types of the operations for a middleware that has types of its own; else empty.
+    pub external_types: &'static [&'static str],
+}

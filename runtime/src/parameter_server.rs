@@ -1,0 +1,340 @@
+//! The parameters of the running component: what they are, how they change, how they are saved.
+//!
+//! A change is checked on the management thread. The worker then accepts or refuses it on its own thread, between two
+//! runs of `compute()` or handlers. The requester gets the result, within a limit. One change is with the worker at a
+//! time; others wait.
+
+use crate::commands::{Command, CommandQueue};
+use crate::error::refused;
+use crate::parameter_values::{change, shown, status};
+use crate::proposal::{CHANGE_LIMIT, Proposal};
+use crate::status::Shared;
+use crate::waker::Waker;
+use rc_configuration::{Accepted, Live, ParamChange, ParameterStatus, Parameters, Unsaved, Values};
+use rc_diagnostics::{Format, render};
+use rc_management::component::{self, Changed, Saved, State};
+use rc_management::rpc::{self, Error};
+use rc_middleware::parameters::{ParameterEvent, ParameterListener};
+use serde_json::{Map, Value};
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Where the result of a change goes.
+pub(crate) enum Requester {
+    /// The supervisor, which restores the parameters of an earlier run.
+    Supervisor,
+    /// A backend, by the number of its request.
+    Backend(u64),
+    /// A client of the socket, by its number; a notification has no identifier and gets no answer.
+    Client { number: u64, id: Option<Value> },
+}
+
+/// A result that is due now.
+pub(crate) type Answer = (Requester, Result<Value, Error>);
+
+struct Request {
+    requester: Requester,
+    operation: Operation,
+    until: Instant,
+}
+
+enum Operation {
+    Change(Map<String, Value>),
+    Save,
+}
+
+/// A change that is with the worker.
+struct InFlight {
+    requester: Requester,
+    until: Instant,
+    proposal: Arc<Proposal>,
+    accepted: Accepted,
+}
+
+/// The parameters of one component, on the management thread.
+pub(crate) struct ParameterServer {
+    live: Live,
+    /// The values that the worker has.
+    values: Arc<Values>,
+    /// The configuration file.
+    file: Option<PathBuf>,
+    commands: Arc<CommandQueue>,
+    management: Waker,
+    queue: VecDeque<Request>,
+    in_flight: Option<InFlight>,
+    listeners: Vec<ParameterListener>,
+}
+
+impl ParameterServer {
+    pub(crate) fn new(
+        model: Parameters,
+        values: &Values,
+        file: Option<PathBuf>,
+        commands: Arc<CommandQueue>,
+        management: Waker,
+    ) -> Self {
+        Self {
+            live: Live::new(model, values),
+            values: Arc::new(values.clone()),
+            file,
+            commands,
+            management,
+            queue: VecDeque::new(),
+            in_flight: None,
+            listeners: Vec::new(),
+        }
+    }
+
+    /// The parameters with these paths; all if there are none.
+    pub(crate) fn list(&self, paths: &[String]) -> Result<component::Parameters, Error> {
+        let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
+        let parameters = self.live.list(&paths).map_err(|found| refused(&found))?;
+        Ok(component::Parameters {
+            file: self.file.clone(),
+            parameters: parameters.into_iter().map(status).collect(),
+        })
+    }
+
+    /// All parameters.
+    pub(crate) fn all(&self) -> Vec<ParameterStatus> {
+        self.live.list(&[]).unwrap_or_default()
+    }
+
+    /// Tells a listener of all parameters, and from now on of every change.
+    pub(crate) fn subscribe(&mut self, listener: ParameterListener) {
+        let new = shown(&self.all());
+        if !new.is_empty() {
+            listener(ParameterEvent {
+                new,
+                ..ParameterEvent::default()
+            });
+        }
+        self.listeners.push(listener);
+    }
+
+    /// Requests a change. [`ParameterServer::turn`] returns the result.
+    pub(crate) fn change(&mut self, requester: Requester, changes: Map<String, Value>) {
+        self.enqueue(requester, Operation::Change(changes));
+    }
+
+    /// Requests that changed values are saved, after the changes that were requested before.
+    /// [`ParameterServer::turn`] returns the result.
+    pub(crate) fn save(&mut self, requester: Requester) {
+        self.enqueue(requester, Operation::Save);
+    }
+
+    fn enqueue(&mut self, requester: Requester, operation: Operation) {
+        self.queue.push_back(Request {
+            requester,
+            operation,
+            until: Instant::now() + CHANGE_LIMIT,
+        });
+    }
+
+    /// Takes the decision of the worker, and gives it the next change. Returns the results that are due.
+    pub(crate) fn turn(&mut self, shared: &Shared) -> Vec<Answer> {
+        let mut answers = Vec::new();
+        loop {
+            if let Some(in_flight) = self.in_flight.take() {
+                let Some(decision) = in_flight.decision(shared) else {
+                    self.in_flight = Some(in_flight);
+                    return answers;
+                };
+                answers.push(self.decided(in_flight, decision));
+            }
+            let Some(request) = self.queue.pop_front() else {
+                return answers;
+            };
+            answers.extend(match request.operation {
+                Operation::Change(changes) => {
+                    self.propose(request.requester, &changes, request.until)
+                }
+                Operation::Save => Some((request.requester, self.write())),
+            });
+        }
+    }
+
+    /// Checks a change, and gives it to the worker.
+    fn propose(
+        &mut self,
+        requester: Requester,
+        changes: &Map<String, Value>,
+        until: Instant,
+    ) -> Option<Answer> {
+        let changes = changes.iter();
+        let accepted = match self
+            .live
+            .check(changes.map(|(path, value)| (path.as_str(), value)))
+        {
+            Ok(accepted) => accepted,
+            Err(found) => return Some((requester, Err(refused(&found)))),
+        };
+        if accepted.changes.is_empty() {
+            return Some((requester, self.accept(accepted)));
+        }
+        let proposal = Arc::new(Proposal::new(
+            self.values.clone(),
+            accepted.values(),
+            accepted.changes.clone(),
+            self.management.clone(),
+        ));
+        self.commands.push(Command::Parameters(proposal.clone()));
+        self.in_flight = Some(InFlight {
+            requester,
+            until,
+            proposal,
+            accepted,
+        });
+        None
+    }
+
+    fn decided(&mut self, in_flight: InFlight, decision: Result<(), Error>) -> Answer {
+        let InFlight {
+            requester,
+            proposal,
+            accepted,
+            ..
+        } = in_flight;
+        let answer = decision.and_then(|()| {
+            self.values = proposal.new_values();
+            self.accept(accepted)
+        });
+        (requester, answer)
+    }
+
+    fn accept(&mut self, accepted: Accepted) -> Result<Value, Error> {
+        for change in &accepted.changes {
+            tracing::info!("parameter {change}");
+        }
+        for change in &accepted.pending {
+            tracing::info!("parameter {change}, at the next start");
+        }
+        let changed = Changed {
+            changed: accepted.changes.iter().map(change).collect(),
+            pending: accepted.pending.iter().map(change).collect(),
+        };
+        if self.listeners.is_empty() {
+            self.live.accept(accepted);
+        } else {
+            let before = self.all();
+            self.live.accept(accepted);
+            self.notify(&before);
+        }
+        rpc::result(&changed)
+    }
+
+    /// Tells the listeners which parameters have changed since `before`: whole parameters, even if only an element
+    /// has changed.
+    fn notify(&self, before: &[ParameterStatus]) {
+        // No parameter comes or goes.
+        let pairs = self.all().into_iter().zip(before);
+        let changed = pairs.filter(|(now, before)| now.value != before.value);
+        let changed: Vec<ParameterStatus> = changed.map(|(now, _)| now).collect();
+        let changed = shown(&changed);
+        if changed.is_empty() {
+            return;
+        }
+        let event = ParameterEvent {
+            changed,
+            ..ParameterEvent::default()
+        };
+        for listener in &self.listeners {
+            listener(event.clone());
+        }
+    }
+
+    /// The time until the limit of the change that is with the worker.
+    pub(crate) fn time_left(&self) -> Option<Duration> {
+        let in_flight = self.in_flight.as_ref()?;
+        Some(in_flight.until.saturating_duration_since(Instant::now()))
+    }
+
+    /// Withdraws all changes: the component ends.
+    pub(crate) fn end(&mut self) -> Vec<Answer> {
+        let mut answers = Vec::new();
+        let ends = "the component ends; nothing has changed";
+        if let Some(in_flight) = self.in_flight.take() {
+            let decision = in_flight.proposal.conclude(|_| ends.to_owned());
+            answers.push(self.decided(in_flight, decision));
+        }
+        answers.extend(self.queue.drain(..).map(|request| {
+            let ends = match request.operation {
+                Operation::Change(_) => ends,
+                Operation::Save => "the component ends; nothing was saved",
+            };
+            let error = Error::new(Error::WORKER_TIMEOUT, ends);
+            (request.requester, Err(error))
+        }));
+        answers
+    }
+
+    /// The values of the next start that no file has.
+    pub(crate) fn unsaved(&self) -> Vec<ParamChange> {
+        self.live.unsaved()
+    }
+
+    fn write(&mut self) -> Result<Value, Error> {
+        let Some(file) = &self.file else {
+            let message = "the component has read no configuration file; start it with --config FILE, a file that may be empty";
+            return Err(Error::new(Error::FILE, message));
+        };
+        let unsaved = self.live.unsaved();
+        if !unsaved.is_empty() {
+            write_into(&self.live, file)?;
+            self.live.saved();
+        }
+        rpc::result(&Saved {
+            file: file.clone(),
+            saved: unsaved.iter().map(change).collect(),
+        })
+    }
+}
+
+impl InFlight {
+    /// The decision of the worker; none while it has time left.
+    fn decision(&self, shared: &Shared) -> Option<Result<(), Error>> {
+        if !self.proposal.is_decided() && Instant::now() < self.until {
+            return None;
+        }
+        let busy = if shared.status().state == State::Starting {
+            "its initialize() has not ended yet"
+        } else {
+            "its compute() or a handler takes too long"
+        };
+        let limit = format!("the worker has not decided within {CHANGE_LIMIT:?}");
+        Some(self.proposal.conclude(|in_worker| {
+            let activity = if in_worker {
+                "it is in params_changed()"
+            } else {
+                busy
+            };
+            format!("{limit}: {activity}; nothing has changed")
+        }))
+    }
+}
+
+/// Writes the values of the next start into the configuration: all of it, or nothing.
+fn write_into(live: &Live, file: &Path) -> Result<(), Error> {
+    let shown = file.display();
+    let refuse = |what: &str, error: &std::io::Error| {
+        Error::new(Error::SYSTEM, format!("{shown} cannot be {what}: {error}"))
+    };
+    let text = rc_files::read(file).map_err(|e| refuse("read", &e))?;
+    let new = live.save(file, &text).map_err(|unsaved| match unsaved {
+        Unsaved::Conflicts(lines) => Error::new(
+            Error::FILE,
+            format!(
+                "somebody else has changed {shown}, and nothing was written: {}; restart the component to take what the file says, or change it back and save again",
+                lines.join("; ")
+            ),
+        ),
+        Unsaved::Wrong(sources, found) => {
+            let found = render(&sources, &found, Format::Short);
+            let message = format!("{shown} has changed, and with it the configuration is wrong; nothing was written: {}", found.trim_end());
+            Error::new(Error::FILE, message)
+        }
+    })?;
+    rc_files::replace(file, &text, &new).map_err(|e| refuse("written", &e))
+}

@@ -1,0 +1,129 @@
+//! Parameters as backends know them.
+
+use rc_configuration::model::{Type, Value as Given};
+use rc_configuration::{ParamChange, ParameterStatus};
+use rc_management::component;
+use rc_middleware::parameters::{Parameter, ParameterValue};
+use serde_json::{Value, json};
+
+/// The parameters that backends may show: all but secret ones.
+pub(crate) fn shown(all: &[ParameterStatus]) -> Vec<Parameter> {
+    let shown = all.iter().filter(|status| !status.secret);
+    shown.map(parameter).collect()
+}
+
+fn parameter(status: &ParameterStatus) -> Parameter {
+    let limit = |limit: Option<&Given>, otherwise: ParameterValue| match limit {
+        Some(Given::Int(number)) => ParameterValue::Int(*number),
+        Some(Given::Float(number)) => ParameterValue::Float(*number),
+        _ => otherwise,
+    };
+    let range = status.range.as_ref().and_then(|range| {
+        let (least, most) = match status.ty? {
+            (Type::Int, _) => (
+                ParameterValue::Int(i32::MIN.into()),
+                ParameterValue::Int(i32::MAX.into()),
+            ),
+            (Type::Long, _) => (ParameterValue::Int(i64::MIN), ParameterValue::Int(i64::MAX)),
+            (Type::Float | Type::Double, _) => (
+                ParameterValue::Float(f64::NEG_INFINITY),
+                ParameterValue::Float(f64::INFINITY),
+            ),
+            _ => return None,
+        };
+        Some((
+            limit(range.min.as_ref(), least),
+            limit(range.max.as_ref(), most),
+        ))
+    });
+    Parameter {
+        path: status.path.clone(),
+        value: value(status),
+        doc: status.doc.join("\n"),
+        allowed: status.allowed.clone(),
+        editable: status.editable || status.restart,
+        range,
+    }
+}
+
+/// A number, which JSON holds as text if it is not finite.
+fn float(value: &Value) -> Option<f64> {
+    value
+        .as_f64()
+        .or_else(|| value.as_str().and_then(|text| text.parse().ok()))
+}
+
+fn value(status: &ParameterStatus) -> ParameterValue {
+    let value = &status.value;
+    let text = |value: &Value| value.as_str().map(str::to_owned);
+    let Some((ty, is_array)) = status.ty else {
+        return ParameterValue::None;
+    };
+    let items = value.as_array().filter(|_| is_array);
+    let Some(items) = items else {
+        return match ty {
+            Type::Bool => value.as_bool().map(ParameterValue::Bool),
+            Type::Int | Type::Long => value.as_i64().map(ParameterValue::Int),
+            Type::Float | Type::Double => float(value).map(ParameterValue::Float),
+            Type::String | Type::Duration | Type::Path => text(value).map(ParameterValue::Text),
+        }
+        .unwrap_or(ParameterValue::None);
+    };
+    let items = items.iter();
+    match ty {
+        Type::Bool => ParameterValue::Bools(items.filter_map(Value::as_bool).collect()),
+        Type::Int | Type::Long => ParameterValue::Ints(items.filter_map(Value::as_i64).collect()),
+        Type::Float | Type::Double => ParameterValue::Floats(items.filter_map(float).collect()),
+        Type::String | Type::Duration | Type::Path => {
+            ParameterValue::Texts(items.filter_map(text).collect())
+        }
+    }
+}
+
+/// A value as the configuration checker takes it.
+pub(crate) fn json(value: &ParameterValue) -> Value {
+    let float = |number: f64| match serde_json::Number::from_f64(number) {
+        Some(number) => Value::Number(number),
+        None if number.is_nan() => json!("nan"),
+        None if number > 0.0 => json!("inf"),
+        None => json!("-inf"),
+    };
+    match value {
+        ParameterValue::None => Value::Null,
+        ParameterValue::Bool(value) => json!(value),
+        ParameterValue::Int(value) => json!(value),
+        ParameterValue::Float(value) => float(*value),
+        ParameterValue::Text(value) => json!(value),
+        ParameterValue::Bools(values) => json!(values),
+        ParameterValue::Ints(values) => json!(values),
+        ParameterValue::Floats(values) => values.iter().copied().map(float).collect(),
+        ParameterValue::Texts(values) => json!(values),
+    }
+}
+
+/// A parameter as tools get it.
+pub(crate) fn status(status: ParameterStatus) -> component::ParameterStatus {
+    component::ParameterStatus {
+        path: status.path,
+        value: status.value,
+        pending: status.pending,
+        unsaved: status.unsaved,
+        default: status.default,
+        allowed: status.allowed,
+        unit: status.unit,
+        editable: status.editable,
+        restart: status.restart,
+        secret: status.secret,
+        doc: status.doc,
+    }
+}
+
+/// A change as tools get it.
+pub(crate) fn change(change: &ParamChange) -> component::ParameterChange {
+    let mut shown = change.to_json();
+    component::ParameterChange {
+        path: change.path.clone(),
+        old: shown["old"].take(),
+        new: shown["new"].take(),
+    }
+}
