@@ -6,11 +6,11 @@
 
 use crate::commands::{Command, CommandQueue};
 use crate::error::refused;
-use crate::parameter_values::{change, shown, status};
+use crate::parameter_values::shown;
 use crate::proposal::{CHANGE_LIMIT, Proposal};
 use crate::status::Shared;
 use crate::waker::Waker;
-use rc_configuration::{Accepted, Live, ParamChange, ParameterStatus, Parameters, Unsaved, Values};
+use rc_configuration::{Accepted, Live, LiveParameter, ParamChange, Parameters, Unsaved, Values};
 use rc_diagnostics::{Format, render};
 use rc_management::component::{self, Changed, Saved, State};
 use rc_management::rpc::{self, Error};
@@ -93,13 +93,13 @@ impl ParameterServer {
         let parameters = self.live.list(&paths).map_err(|found| refused(&found))?;
         Ok(component::Parameters {
             file: self.file.clone(),
-            parameters: parameters.into_iter().map(status).collect(),
+            parameters,
         })
     }
 
     /// All parameters.
-    pub(crate) fn all(&self) -> Vec<ParameterStatus> {
-        self.live.list(&[]).unwrap_or_default()
+    pub(crate) fn all(&self) -> Vec<LiveParameter> {
+        self.live.all()
     }
 
     /// Tells a listener of all parameters, and from now on of every change.
@@ -212,8 +212,8 @@ impl ParameterServer {
             tracing::info!("parameter {change}, at the next start");
         }
         let changed = Changed {
-            changed: accepted.changes.iter().map(change).collect(),
-            pending: accepted.pending.iter().map(change).collect(),
+            changed: accepted.changes.iter().map(ParamChange::shown).collect(),
+            pending: accepted.pending.iter().map(ParamChange::shown).collect(),
         };
         if self.listeners.is_empty() {
             self.live.accept(accepted);
@@ -227,11 +227,11 @@ impl ParameterServer {
 
     /// Tells the listeners which parameters have changed since `before`: whole parameters, even if only an element
     /// has changed.
-    fn notify(&self, before: &[ParameterStatus]) {
+    fn notify(&self, before: &[LiveParameter]) {
         // No parameter comes or goes.
         let pairs = self.all().into_iter().zip(before);
-        let changed = pairs.filter(|(now, before)| now.value != before.value);
-        let changed: Vec<ParameterStatus> = changed.map(|(now, _)| now).collect();
+        let changed = pairs.filter(|(now, before)| now.status.value != before.status.value);
+        let changed: Vec<LiveParameter> = changed.map(|(now, _)| now).collect();
         let changed = shown(&changed);
         if changed.is_empty() {
             return;
@@ -287,7 +287,7 @@ impl ParameterServer {
         }
         rpc::result(&Saved {
             file: file.clone(),
-            saved: unsaved.iter().map(change).collect(),
+            saved: unsaved.iter().map(ParamChange::shown).collect(),
         })
     }
 }

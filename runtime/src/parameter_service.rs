@@ -4,7 +4,7 @@
 use crate::parameter_server::{ParameterServer, Requester};
 use crate::parameter_values::{json, shown};
 use crate::waker::Waker;
-use rc_configuration::ParameterStatus;
+use rc_configuration::LiveParameter;
 use rc_management::rpc::Error;
 use rc_middleware::parameters::{Parameter, ParameterListener, ParameterService, ParameterValue};
 use serde_json::{Map, Value};
@@ -18,7 +18,7 @@ const LIMIT: Duration = Duration::from_secs(4);
 
 /// A request, and where its answer goes.
 enum BackendRequest {
-    List(SyncSender<Vec<ParameterStatus>>),
+    List(SyncSender<Vec<LiveParameter>>),
     Set(Map<String, Value>, SyncSender<Result<(), Error>>),
     Subscribe(ParameterListener),
 }
@@ -132,8 +132,8 @@ impl ParameterService for RequestQueue {
 
     fn set(&self, changes: &[(String, ParameterValue)]) -> Result<(), String> {
         let secret = self.call(BackendRequest::List)?;
-        let secret = secret.iter().filter(|status| status.secret);
-        let secret: Vec<&str> = secret.map(|status| status.path.as_str()).collect();
+        let secret = secret.iter().filter(|parameter| parameter.status.secret);
+        let secret: Vec<&str> = secret.map(|secret| secret.status.path.as_str()).collect();
         let mut values = Map::new();
         for (path, value) in changes {
             if secret.contains(&path.as_str()) {

@@ -1,25 +1,25 @@
 //! Parameters as backends know them.
 
+use rc_configuration::LiveParameter;
 use rc_configuration::model::{Type, Value as Given};
-use rc_configuration::{ParamChange, ParameterStatus};
-use rc_management::component;
 use rc_middleware::parameters::{Parameter, ParameterValue};
 use serde_json::{Value, json};
 
 /// The parameters that backends may show: all but secret ones.
-pub(crate) fn shown(all: &[ParameterStatus]) -> Vec<Parameter> {
-    let shown = all.iter().filter(|status| !status.secret);
+pub(crate) fn shown(all: &[LiveParameter]) -> Vec<Parameter> {
+    let shown = all.iter().filter(|parameter| !parameter.status.secret);
     shown.map(parameter).collect()
 }
 
-fn parameter(status: &ParameterStatus) -> Parameter {
+fn parameter(parameter: &LiveParameter) -> Parameter {
+    let LiveParameter { status, ty, range } = parameter;
     let limit = |limit: Option<&Given>, otherwise: ParameterValue| match limit {
         Some(Given::Int(number)) => ParameterValue::Int(*number),
         Some(Given::Float(number)) => ParameterValue::Float(*number),
         _ => otherwise,
     };
-    let range = status.range.as_ref().and_then(|range| {
-        let (least, most) = match status.ty? {
+    let range = range.as_ref().and_then(|range| {
+        let (least, most) = match (*ty)? {
             (Type::Int, _) => (
                 ParameterValue::Int(i32::MIN.into()),
                 ParameterValue::Int(i32::MAX.into()),
@@ -38,7 +38,7 @@ fn parameter(status: &ParameterStatus) -> Parameter {
     });
     Parameter {
         path: status.path.clone(),
-        value: value(status),
+        value: value(&status.value, *ty),
         doc: status.doc.join("\n"),
         allowed: status.allowed.clone(),
         editable: status.editable || status.restart,
@@ -53,10 +53,9 @@ fn float(value: &Value) -> Option<f64> {
         .or_else(|| value.as_str().and_then(|text| text.parse().ok()))
 }
 
-fn value(status: &ParameterStatus) -> ParameterValue {
-    let value = &status.value;
+fn value(value: &Value, ty: Option<(Type, bool)>) -> ParameterValue {
     let text = |value: &Value| value.as_str().map(str::to_owned);
-    let Some((ty, is_array)) = status.ty else {
+    let Some((ty, is_array)) = ty else {
         return ParameterValue::None;
     };
     let items = value.as_array().filter(|_| is_array);
@@ -98,32 +97,5 @@ pub(crate) fn json(value: &ParameterValue) -> Value {
         ParameterValue::Ints(values) => json!(values),
         ParameterValue::Floats(values) => values.iter().copied().map(float).collect(),
         ParameterValue::Texts(values) => json!(values),
-    }
-}
-
-/// A parameter as tools get it.
-pub(crate) fn status(status: ParameterStatus) -> component::ParameterStatus {
-    component::ParameterStatus {
-        path: status.path,
-        value: status.value,
-        pending: status.pending,
-        unsaved: status.unsaved,
-        default: status.default,
-        allowed: status.allowed,
-        unit: status.unit,
-        editable: status.editable,
-        restart: status.restart,
-        secret: status.secret,
-        doc: status.doc,
-    }
-}
-
-/// A change as tools get it.
-pub(crate) fn change(change: &ParamChange) -> component::ParameterChange {
-    let mut shown = change.to_json();
-    component::ParameterChange {
-        path: change.path.clone(),
-        old: shown["old"].take(),
-        new: shown["new"].take(),
     }
 }

@@ -28,7 +28,7 @@ mod values;
 pub use check::broken_by_defaults;
 pub use check::{Configuration, check, defaults};
 pub use document::argument;
-pub use live::{Accepted, Live, ParamChange, ParameterStatus};
+pub use live::{Accepted, Live, LiveParameter, ParamChange};
 pub use middleware::{Setting, Settings};
 pub use model::Parameters;
 pub use save::Unsaved;

@@ -8,7 +8,7 @@ use crate::path::{Target, resolve};
 use crate::rules;
 use crate::values::{SECRET, Values};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
-use serde::{Deserialize, Serialize};
+use rc_management::component::{ParameterChange, ParameterStatus};
 use serde_json::Value as Json;
 use std::fmt;
 
@@ -34,13 +34,13 @@ impl ParamChange {
         back
     }
 
-    /// `{"path", "old", "new"}`, with `***` for what is secret.
-    pub fn to_json(&self) -> Json {
-        serde_json::json!({
-            "path": self.path,
-            "old": shown(&self.old, self.secret),
-            "new": shown(&self.new, self.secret),
-        })
+    /// The change as tools get it, with `***` for secret values.
+    pub fn shown(&self) -> ParameterChange {
+        ParameterChange {
+            path: self.path.clone(),
+            old: shown(&self.old, self.secret),
+            new: shown(&self.new, self.secret),
+        }
     }
 }
 
@@ -69,56 +69,15 @@ impl fmt::Debug for ParamChange {
     }
 }
 
-/// What can be told of one parameter; what is secret is `***` in it. This is what the management of a component says,
-/// and what tools read.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ParameterStatus {
-    /// Its path, `motors[2].max`.
-    pub path: String,
-    /// What it is.
-    pub value: Json,
-    /// What it will be at the next start, where that is something else.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pending: Option<Json>,
-    /// What it will be at the next start is not in the configuration file, so far as is known.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub unsaved: bool,
-    /// What it is where the configuration says nothing; none where that has to say something.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub default: Option<Json>,
-    /// Its type and limits in the words of PDSL: "float, from 0 to 1500, in mm/s".
-    pub allowed: String,
-    /// Its unit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unit: Option<String>,
-    /// `T`: it may be changed while the component runs.
-    pub editable: bool,
-    /// A change is accepted and takes effect at the next start.
-    pub restart: bool,
-    /// Its value is never shown.
-    pub secret: bool,
-    /// Its documentation, line by line.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub doc: Vec<String>,
-    /// Its type, and whether it is an array of that; known in the component itself.
-    #[serde(skip)]
+/// One parameter of a running component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveParameter {
+    /// What tools may know of it.
+    pub status: ParameterStatus,
+    /// The type, and whether it is an array of that; none for a group or a list.
     pub ty: Option<(Type, bool)>,
-    /// Its range; known in the component itself.
-    #[serde(skip)]
+    /// The range of its values.
     pub range: Option<Range>,
-}
-
-impl ParameterStatus {
-    /// Whether it is one text, which a command line gives without quotes.
-    pub fn is_text(&self) -> bool {
-        let ty = self.allowed.split([',', ' ']).next().unwrap_or_default();
-        // An element of an array is shown with the type of the array.
-        let one = ty.strip_suffix("[]").filter(|_| self.path.ends_with(']'));
-        let text = one.unwrap_or(ty);
-        [Type::String, Type::Path]
-            .iter()
-            .any(|ty| ty.word() == text)
-    }
 }
 
 /// The values of a running component, those of its next start, and what its configuration file says.
@@ -344,15 +303,22 @@ impl Live {
         self.next = accepted.next;
     }
 
-    /// What can be told of the parameters that `paths` name, of groups and lists all that is in them; of all where
-    /// there is none.
-    pub fn list(&self, paths: &[&str]) -> Result<Vec<ParameterStatus>, Diagnostics> {
+    /// All parameters, in the order of the model.
+    pub fn all(&self) -> Vec<LiveParameter> {
         let mut all = Vec::new();
         collect(&self.model.parameters, &self.running, &self.next, &mut all);
         let unsaved = self.unsaved();
-        for status in &mut all {
+        for LiveParameter { status, .. } in &mut all {
             status.unsaved = unsaved.iter().any(|change| change.path == status.path);
         }
+        all
+    }
+
+    /// What can be told of the parameters that `paths` name, of groups and lists all that is in them; of all where
+    /// there is none.
+    pub fn list(&self, paths: &[&str]) -> Result<Vec<ParameterStatus>, Diagnostics> {
+        let all = self.all().into_iter().map(|parameter| parameter.status);
+        let all: Vec<ParameterStatus> = all.collect();
         if paths.is_empty() {
             return Ok(all);
         }
@@ -373,7 +339,7 @@ impl Live {
             };
             if let (Some(value), Some(_)) = (target.value(&self.running), target.element) {
                 let next = target.value(&self.next);
-                let mut status = status(target.parameter, &target.path, value, next);
+                let mut status = parameter(target.parameter, &target.path, value, next).status;
                 status.default = None;
                 status.unsaved = target.value(&self.saved) != target.value(&self.next);
                 chosen.push(status);
@@ -394,12 +360,7 @@ impl Live {
     }
 }
 
-fn collect(
-    parameters: &[Parameter],
-    running: &Block,
-    next: &Block,
-    all: &mut Vec<ParameterStatus>,
-) {
+fn collect(parameters: &[Parameter], running: &Block, next: &Block, all: &mut Vec<LiveParameter>) {
     let fields = running.fields.iter().zip(&next.fields);
     for (parameter, (field, next)) in parameters.iter().zip(fields) {
         match (&parameter.kind, &field.content, &next.content) {
@@ -416,21 +377,21 @@ fn collect(
                     Some(Content::Value(next)) => Some(next),
                     _ => None,
                 };
-                all.push(status(parameter, &field.path, value, next));
+                all.push(self::parameter(parameter, &field.path, value, next));
             }
             _ => {}
         }
     }
 }
 
-fn status(
+fn parameter(
     parameter: &Parameter,
     path: &str,
     value: &Value,
     next: Option<&Value>,
-) -> ParameterStatus {
+) -> LiveParameter {
     let show = |value: &Value| shown(value, parameter.secret);
-    ParameterStatus {
+    let status = ParameterStatus {
         path: path.to_owned(),
         value: show(value),
         pending: next.filter(|next| *next != value).map(show),
@@ -442,6 +403,9 @@ fn status(
         restart: parameter.restart,
         secret: parameter.secret,
         doc: parameter.doc.clone(),
+    };
+    LiveParameter {
+        status,
         ty: match &parameter.kind {
             Kind::Scalar { ty, array } => Some((*ty, array.is_some())),
             Kind::Group(_) | Kind::List { .. } => None,
