@@ -5,7 +5,7 @@
 //! optional value is a sequence of none or one.
 //! Source: OMG DDS-XTypes 1.3, 7.4.1 (`PLAIN_CDR`).
 
-use crate::backend::Encoding;
+use crate::header::Encoding;
 use std::collections::BTreeMap;
 use zerocopy::{FromBytes, FromZeros, IntoBytes};
 

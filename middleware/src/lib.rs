@@ -1,6 +1,7 @@
 //! Communication of components: topics, commands and queries, over exchangeable backends.
 //!
 //! - [`backend`]: the traits of a backend. Backends move bytes and know no type.
+//! - [`header`]: what travels beside a message.
 //! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
 //! - [`in_place`]: samples that are written and read in shared memory.
 //! - [`counter`]: the number of sent messages.
@@ -20,6 +21,7 @@ pub mod counter;
 pub mod environment;
 pub mod error;
 pub mod gaps;
+pub mod header;
 pub mod in_place;
 pub mod parameters;
 pub mod qos;
@@ -31,14 +33,15 @@ pub mod wake_event;
 
 pub use address::Address;
 pub use backend::{
-    Backend, Client, Encoding, Endpoint, ExternalType, Header, LoanedSample, Profile, Publisher,
-    Reply, Server, Subscriber, TypeIdentity,
+    Backend, Client, Endpoint, ExternalType, LoanedSample, Profile, Publisher, Reply, Server,
+    Subscriber, TypeIdentity,
 };
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use counter::Counter;
 pub use environment::{Environment, RunDirectory};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
 pub use gaps::{Gaps, Unread};
+pub use header::{Encoding, Header, now};
 pub use in_place::InPlace;
 pub use qos::{Durability, Qos, Reliability};
 pub use settings::Settings;

@@ -1,9 +1,10 @@
 //! The layer between generated code and the bytes of a backend. Only this layer and generated code know codecs.
 
-use crate::backend::{Client, Encoding, Header, Profile, Publisher, Reply, now};
+use crate::backend::{Client, Profile, Publisher, Reply};
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 use crate::counter::Counter;
 use crate::error::{CallError, SendError};
+use crate::header::{Encoding, Header, now};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace, Loan, Memory, Sending};
 use crate::rpc::{self, Outcome, ReplyKind, RequestId};
 use std::time::Duration;

@@ -177,7 +177,7 @@ pub fn header(sequence: u64) -> Header {
     Header {
         type_hash: 7,
         sequence,
-        sent: rc_middleware::backend::now(),
+        sent: rc_middleware::now(),
         ..Header::default()
     }
 }

@@ -4,7 +4,7 @@ use crate::Subject;
 use crate::network::{
     LIMIT, Network, endpoint, header, keep_last, receive, receive_all, sequences, until,
 };
-use rc_middleware::backend::now;
+use rc_middleware::now;
 use rc_middleware::{Durability, Endpoint, Gaps, Header, OpenError, Qos, TypeIdentity, wait};
 use std::sync::mpsc::channel;
 use std::time::Instant;

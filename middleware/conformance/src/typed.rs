@@ -44,7 +44,7 @@ pub fn topics_carry_values(subject: &dyn Subject) {
     for ((header, body), number) in receive(&mut *subscriber, 3).iter().zip(1..) {
         assert_eq!(header.type_hash, DIVIDE.type_hash);
         assert_eq!(header.sequence, number as u64);
-        assert!(header.sent > 0 && header.sent <= rc_middleware::backend::now());
+        assert!(header.sent > 0 && header.sent <= rc_middleware::now());
         assert_eq!(i32::decode(&mut Reader::new(body)), Ok(number));
     }
 }

@@ -1,6 +1,6 @@
 //! Memory, of a process of its own.
 
-use rc_middleware::backend::now;
+use rc_middleware::now;
 use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::{
     Address, Endpoint, Environment, Header, Qos, Reader, RunDirectory, Settings, TypeIdentity,

@@ -1,6 +1,6 @@
 //! Commands and queries.
 
-use crate::hub::{self, lock};
+use crate::hub::{self, Table, lock};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::{
     CallError, Client, Endpoint, Environment, Header, OpenError, ReceiveError, Reply, Server,
@@ -8,11 +8,13 @@ use rc_middleware::{
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::time::{Duration, Instant};
 
 /// Longest wait before a client looks for a stop: somebody else may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
+
+static CALLS: LazyLock<Mutex<Table<State>>> = LazyLock::new(Mutex::default);
 
 /// The clients and the server of an address.
 #[derive(Default)]
@@ -78,7 +80,7 @@ pub(crate) fn client(
     environment: &Environment,
     endpoint: &Endpoint,
 ) -> Result<LocalClient, OpenError> {
-    let state = hub::calls(environment, endpoint)?;
+    let state = hub::meet(&CALLS, environment, endpoint)?;
     let port = hub::number();
     let signal = hub::signal(endpoint)?;
     lock(&state).queues.push_back(Queue {
@@ -100,7 +102,7 @@ pub(crate) fn server(
     environment: &Environment,
     endpoint: &Endpoint,
 ) -> Result<LocalServer, OpenError> {
-    let state = hub::calls(environment, endpoint)?;
+    let state = hub::meet(&CALLS, environment, endpoint)?;
     let port = hub::number();
     let signal = hub::signal(endpoint)?;
     let mut guard = lock(&state);

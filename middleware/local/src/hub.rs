@@ -1,16 +1,12 @@
 //! The table in which the endpoints of this process find each other.
 
-use crate::{calls, topic};
 use rc_middleware::{Address, Endpoint, Environment, OpenError, TypeIdentity, WakeEvent};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-/// One kind of entries. An entry lives as long as one of its endpoints.
-type Table<T> = HashMap<(String, Address), (TypeIdentity, Weak<Mutex<T>>)>;
-
-static TOPICS: LazyLock<Mutex<Table<topic::State>>> = LazyLock::new(Mutex::default);
-static CALLS: LazyLock<Mutex<Table<calls::State>>> = LazyLock::new(Mutex::default);
+/// The state `T` of each address of each network. An entry lives as long as one of its endpoints.
+pub(crate) type Table<T> = HashMap<(String, Address), (TypeIdentity, Weak<Mutex<T>>)>;
 
 /// A number that no other endpoint of this process has or had.
 pub(crate) fn number() -> u64 {
@@ -18,23 +14,8 @@ pub(crate) fn number() -> u64 {
     ENDS.fetch_add(1, Ordering::Relaxed)
 }
 
-/// The publishers and subscribers of a topic.
-pub(crate) fn topic(
-    environment: &Environment,
-    endpoint: &Endpoint,
-) -> Result<Arc<Mutex<topic::State>>, OpenError> {
-    meet(&TOPICS, environment, endpoint)
-}
-
-/// The clients and the server of an address.
-pub(crate) fn calls(
-    environment: &Environment,
-    endpoint: &Endpoint,
-) -> Result<Arc<Mutex<calls::State>>, OpenError> {
-    meet(&CALLS, environment, endpoint)
-}
-
-fn meet<T: Default>(
+/// The state of the address of `endpoint`. It fails where another endpoint there has other types.
+pub(crate) fn meet<T: Default>(
     table: &Mutex<Table<T>>,
     environment: &Environment,
     endpoint: &Endpoint,

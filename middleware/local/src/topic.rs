@@ -1,13 +1,15 @@
 //! Topics: publishers and subscribers.
 
-use crate::hub::{self, lock};
+use crate::hub::{self, Table, lock};
 use rc_middleware::{
     Durability, Endpoint, Environment, Header, OpenError, Publisher, ReceiveError, SendError,
     Subscriber, WakeEvent,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
+
+static TOPICS: LazyLock<Mutex<Table<State>>> = LazyLock::new(Mutex::default);
 
 /// The publishers and subscribers of a topic.
 #[derive(Default)]
@@ -62,7 +64,7 @@ pub(crate) fn publisher(
     environment: &Environment,
     endpoint: &Endpoint,
 ) -> Result<LocalPublisher, OpenError> {
-    let state = hub::topic(environment, endpoint)?;
+    let state = hub::meet(&TOPICS, environment, endpoint)?;
     let keeps = if is_late(endpoint) {
         depth(endpoint)
     } else {
@@ -83,7 +85,7 @@ pub(crate) fn subscriber(
     environment: &Environment,
     endpoint: &Endpoint,
 ) -> Result<LocalSubscriber, OpenError> {
-    let state = hub::topic(environment, endpoint)?;
+    let state = hub::meet(&TOPICS, environment, endpoint)?;
     let queue = Queue::new(depth(endpoint), hub::signal(endpoint)?);
     let mut guard = lock(&state);
     if is_late(endpoint) {

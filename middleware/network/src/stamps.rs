@@ -1,6 +1,6 @@
 //! Time stamps of samples: DDS stamps with the wall clock, headers hold the monotonic clock.
 
-use rc_middleware::{Encoding, Header, backend};
+use rc_middleware::{Encoding, Header, now};
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ fn wall_clock() -> i64 {
 pub fn stamp(sent: u64) -> i64 {
     let age = match sent {
         0 => 0,
-        sent => backend::now().saturating_sub(sent),
+        sent => now().saturating_sub(sent),
     };
     wall_clock() - age as i64
 }
@@ -42,7 +42,7 @@ pub fn age(stamp: i64) -> Duration {
 /// another machine, is now.
 fn sent(stamp: i64) -> u64 {
     let age = wall_clock().saturating_sub(stamp).max(0).unsigned_abs();
-    backend::now().saturating_sub(age)
+    now().saturating_sub(age)
 }
 
 #[cfg(test)]
@@ -51,12 +51,12 @@ mod tests {
 
     #[test]
     fn a_time_goes_there_and_back() {
-        let before = backend::now();
+        let before = now();
         let there = stamp(before);
         let back = sent(there);
-        assert!(back <= backend::now());
+        assert!(back <= now());
         // By the clock of another machine, it was sent in a second.
         let ahead = sent(there + 1_000_000_000);
-        assert!((before..=backend::now()).contains(&ahead));
+        assert!((before..=now()).contains(&ahead));
     }
 }

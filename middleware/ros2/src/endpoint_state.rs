@@ -1,4 +1,5 @@
-//! What an endpoint of this component shares with the thread that listens: its peers, and what it has received.
+//! What an endpoint of this component shares with the thread that listens: its peers, and what it
+//! has received.
 
 use crate::wire::{Copying, Reader, Sample, Spare, Writer};
 use rc_middleware::WakeEvent;
@@ -13,7 +14,8 @@ use std::sync::{Arc, Mutex};
 use std::task::Wake;
 use std::time::{Duration, Instant};
 
-/// How long an endpoint of another program is given to find ours after ours has found it. Nobody says when it has.
+/// How long an endpoint of another program is given to find ours after ours has found it. Nobody
+/// says when it has.
 const SETTLE: Duration = Duration::from_millis(100);
 /// How often readers are looked at until all samples that have arrived are there.
 const MOST_LOOKS: usize = 64;
@@ -69,7 +71,8 @@ pub(crate) enum Listener {
     Watcher(Arc<mio1::Waker>),
 }
 
-/// What the library rings, on a thread of its own, when something has come for a reader; once, until it is hung up again.
+/// What the library rings, on a thread of its own, when something has come for a reader; once,
+/// until it is hung up again.
 struct Notifier {
     has_rung: AtomicBool,
     listener: Listener,
@@ -151,7 +154,8 @@ impl Deref for EndpointState {
     }
 }
 
-/// Readers whose samples are put into one inbox in the order in which they came. Who takes has all of them for that time.
+/// Readers whose samples are put into one inbox in the order in which they came. Who takes has all
+/// of them for that time.
 pub(crate) type Group = Arc<Mutex<Vec<GroupedReader>>>;
 
 /// A reader of a group.
@@ -224,7 +228,8 @@ impl EndpointState {
         matches!(self.listener, Listener::Watcher(_))
     }
 
-    /// Puts what has come into the inbox, whether it has rung or not, and rings for whoever owns the end.
+    /// Puts what has come into the inbox, whether it has rung or not, and rings for whoever owns
+    /// the end.
     pub(crate) fn listen(&self) {
         for heard in &*lock(&self.group) {
             // What the library writes beside the bell, for those who poll.
@@ -241,8 +246,9 @@ impl EndpointState {
         let group = lock(&self.group);
         let mut samples = Vec::new();
         let mut is_any = false;
-        // What came to one reader before something else came to another one is there when that is seen: all are looked at again
-        // until nothing is new. That takes less time than the next sample.
+        // What came to one reader before something else came to another one is there when that is
+        // seen: all are looked at again until nothing is new. That takes less time than the next
+        // sample.
         for _ in 0..MOST_LOOKS {
             let mut is_new = false;
             for heard in group.iter().filter(|heard| heard.has_rung()) {
@@ -313,8 +319,8 @@ impl EndpointState {
         (!peer.matches).then_some(peer)
     }
 
-    /// Components have told of their endpoints; gives the peers that turn out to have other types. `each` is given what a
-    /// peer tells of itself when this is new.
+    /// Components have told of their endpoints; gives the peers that turn out to have other types.
+    /// `each` is given what a peer tells of itself when this is new.
     pub(crate) fn learned(
         &self,
         of: impl Fn(&Guid) -> Option<(EndpointInfo, bool)>,
@@ -383,7 +389,8 @@ impl EndpointState {
         found.into_iter().collect()
     }
 
-    /// Whether a sample was kept from before this endpoint was there, and arrives although it requested no kept samples.
+    /// Whether a sample was kept from before this endpoint was there, and arrives although it
+    /// requested no kept samples.
     pub(crate) fn is_old(&self, sample: &Sample) -> bool {
         let since = self.with(&sample.writer, |peer| peer.details.since);
         let is_fresh = since.is_none_or(|since| since.elapsed() < CATCH_UP);
@@ -408,7 +415,8 @@ impl EndpointState {
     }
 }
 
-/// Searches the registrations of this machine: who the peers of an endpoint are, and which of them have found it.
+/// Searches the registrations of this machine: who the peers of an endpoint are, and which of them
+/// have found it.
 pub(crate) fn search(state: &CommonState, registry: &LocalRegistry) {
     // A peer that has not registered by then is no component on this machine.
     let may_register = |peer: &Peer| peer.info.is_some() || peer.details.since.elapsed() < CATCH_UP;
@@ -446,4 +454,65 @@ pub(crate) fn search(state: &CommonState, registry: &LocalRegistry) {
 pub(crate) enum Entity {
     Writer(Arc<Writer>),
     Reader(Arc<Reader>),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_middleware::TypeIdentity;
+    use rc_network::{EndpointKind, QosContract, Role};
+
+    fn identity(kind: EndpointKind, role: Role) -> Identity {
+        Identity {
+            topic: "rt/default/Ticks".to_owned(),
+            kind,
+            info: EndpointInfo {
+                role,
+                types: TypeIdentity {
+                    name: "Test::Ticks".to_owned(),
+                    hash: 7,
+                },
+                instance: "test".to_owned(),
+                pid: 1,
+                host: "here".to_owned(),
+            },
+            contract: QosContract::default(),
+        }
+    }
+
+    /// The worker asks for the sender of each sample. Only the thread that listens searches for it.
+    #[test]
+    fn an_unknown_sender_costs_the_worker_no_wait() {
+        let folder = std::env::temp_dir().join(format!("rc-ros2-sender-{}", std::process::id()));
+        let registry = LocalRegistry::open(&folder, 0).expect("a registry");
+        let signal = WakeEvent::new().expect("a descriptor");
+        let state = EndpointState::new(Listening {
+            identity: identity(EndpointKind::Reader, Role::Subscriber),
+            type_name: String::new(),
+            connection: 1,
+            signal: signal.clone(),
+            listener: Listener::Owner(signal),
+            inbox: Arc::new(()),
+            group: Group::default(),
+            place: 0,
+            registry: registry.clone(),
+        });
+        let (known, unknown) = ([1; 16], [2; 16]);
+        let publisher = identity(EndpointKind::Writer, Role::Publisher);
+        let _registration = registry.register(&known, &publisher).expect("to register");
+        state.matched(known, None, false, true);
+        let begin = Instant::now();
+        for _ in 0..1000 {
+            assert_eq!(state.sender(&unknown), Sender::Unknown);
+            assert_eq!(state.sender(&known), Sender::Unknown);
+        }
+        assert!(begin.elapsed() < Duration::from_secs(1));
+        state.search();
+        assert_eq!(state.sender(&known), Sender::Known(7));
+        // No component of this machine registered it: it belongs to another program.
+        state.matched(unknown, None, false, true);
+        state.search();
+        assert_eq!(state.sender(&unknown), Sender::Known(STRANGER));
+        std::fs::remove_dir_all(&folder).expect("to remove");
+    }
 }

@@ -1,6 +1,6 @@
 //! Quality of service between two components, each with sockets of its own.
 
-use rc_middleware::backend::now;
+use rc_middleware::now;
 use rc_middleware::qos::Reliability;
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, Header, OpenError, Qos, RunDirectory, SendError,

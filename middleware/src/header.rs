@@ -1,0 +1,35 @@
+//! What travels beside the body of a message.
+
+/// The header of a message.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Header {
+    /// Hash of the type of the body, see `rc_idsl::canonical`; 0 from another program.
+    pub type_hash: u64,
+    /// Sequence number among the messages of one sender, from 1; 0 where the sender does not count.
+    pub sequence: u64,
+    /// Time of sending, in nanoseconds of the monotonic clock of the system; 0 where the sender
+    /// does not say.
+    pub sent: u64,
+    /// Encoding of the body.
+    pub encoding: Encoding,
+    /// Identifies the sender; 0 where the backend cannot tell. The backend of the receiver fills it
+    /// in: no other sender of this connection has or had the same value. It does not travel.
+    pub sender: u128,
+}
+
+/// Encoding of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoding {
+    /// CDR, see [`crate::cdr`].
+    #[default]
+    Cdr,
+    /// The memory image of a plain type, see [`crate::in_place`]. In a reply it follows the
+    /// envelope.
+    Image,
+}
+
+/// The current time for [`Header::sent`].
+pub fn now() -> u64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+}
