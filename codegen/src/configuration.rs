@@ -79,7 +79,7 @@ pub(crate) fn check(
         // A note shows lines, too.
         let secrets = found.first().map(|d| d.secrets.clone());
         found.extend(
-            rc_configuration::unset(&update)
+            rc_configuration::unset_parameters(&update)
                 .into_iter()
                 .map(|mut note| {
                     note.secrets

@@ -5,11 +5,11 @@
 //! written.
 
 pub mod ast;
+mod conditions;
 mod imports;
 mod limits;
 mod parse;
 mod resolve;
-mod rules;
 
 pub use parse::parse;
 pub use resolve::load;

@@ -221,5 +221,5 @@ fn value_of(ty: Type, literal: &Literal, choices: bool) -> Option<Value> {
         LiteralKind::Name(value) if choices => Value::Text(value.clone()),
         LiteralKind::Float(_) | LiteralKind::Name(_) => return None,
     };
-    ty.accept(&value).ok()
+    ty.convert(&value).ok()
 }

@@ -1,11 +1,11 @@
 //! From the tree to the model: names, types and flags; limits and rules are checked beside.
 
 use crate::ast::{self, FlagKind, Item};
+use crate::conditions;
 use crate::imports::Imports;
-use crate::rules;
 use heck::ToSnakeCase;
-use rc_configuration::broken_by_defaults;
 use rc_configuration::model::{Kind, Parameter, Parameters, Type};
+use rc_configuration::violations_by_defaults;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::{HashMap, HashSet};
@@ -24,7 +24,7 @@ pub fn load(
     let mut resolver = Resolver {
         found: imports.found,
         rules: Vec::new(),
-        unusable: HashSet::new(),
+        invalid: HashSet::new(),
     };
     let Some(params) = params else {
         return (None, resolver.found);
@@ -47,7 +47,7 @@ pub(crate) struct Resolver<'t> {
     /// The rules, each with the names of the groups and lists around it.
     rules: Vec<(Vec<String>, &'t ast::Rule)>,
     /// Parameters that are declared, but not as anything that a rule could be about.
-    unusable: HashSet<Vec<String>>,
+    invalid: HashSet<Vec<String>>,
 }
 
 impl<'t> Resolver<'t> {
@@ -63,7 +63,7 @@ impl<'t> Resolver<'t> {
                 Item::Param(param) => {
                     let parameter = self.param(param);
                     if parameter.is_none() {
-                        self.unusable.insert(inner(scope, &param.name));
+                        self.invalid.insert(inner(scope, &param.name));
                     }
                     out.extend(parameter);
                 }
@@ -199,13 +199,13 @@ impl<'t> Resolver<'t> {
     fn rules(&mut self, model: &mut Parameters, trees: Vec<(Vec<String>, &ast::Rule)>) {
         let mut spans = Vec::new();
         for (scope, tree) in trees {
-            let resolved = rules::resolve(model, &self.unusable, &scope, tree, &mut self.found);
+            let resolved = conditions::resolve(model, &self.invalid, &scope, tree, &mut self.found);
             if let Some(rule) = resolved {
                 model.rules.push(rule);
                 spans.push(tree.condition.span);
             }
         }
-        for (at, why) in broken_by_defaults(model) {
+        for (at, why) in violations_by_defaults(model) {
             let message = format!("the defaults break this rule: {why}");
             let diagnostic = Diagnostic::error("default-breaks-rule", spans[at], message);
             self.found.push(diagnostic);

@@ -5,7 +5,7 @@ use crate::description::Description;
 use crate::error::{StartError, refused};
 use crate::log::print_error;
 use rc_configuration::model::Parameters;
-use rc_configuration::{Configuration, Live};
+use rc_configuration::{Configuration, LiveParameters};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::Address;
 use std::collections::BTreeMap;
@@ -33,10 +33,10 @@ pub(crate) fn load(
         let message = format!("{} has no parameters, and -p names one", description.name);
         return Err(StartError::Usage(message));
     };
-    let live = Live::new(model.clone(), &loaded.configuration.parameters);
+    let live = LiveParameters::new(model.clone(), &loaded.configuration.parameters);
     let given = arguments.parameters.iter();
     let given: Vec<(&str, serde_json::Value)> = given
-        .map(|(path, text)| (path.as_str(), live.spelled(path, text)))
+        .map(|(path, text)| (path.as_str(), live.parse_text(path, text)))
         .collect();
     let given = given.iter().map(|(path, value)| (*path, value));
     let accepted = live.check_start(given).map_err(|found| {

@@ -10,7 +10,9 @@ use crate::parameter_values::shown;
 use crate::proposal::{CHANGE_LIMIT, Proposal};
 use crate::status::Shared;
 use crate::waker::Waker;
-use rc_configuration::{Accepted, Live, LiveParameter, ParamChange, Parameters, Unsaved, Values};
+use rc_configuration::{
+    CheckedChanges, LiveParameter, LiveParameters, ParamChange, Parameters, SaveError, Values,
+};
 use rc_diagnostics::{Format, render};
 use rc_management::component::{self, Changed, Saved, State};
 use rc_management::rpc::{self, Error};
@@ -50,12 +52,12 @@ struct InFlight {
     requester: Requester,
     until: Instant,
     proposal: Arc<Proposal>,
-    accepted: Accepted,
+    accepted: CheckedChanges,
 }
 
 /// The parameters of one component, on the management thread.
 pub(crate) struct ParameterServer {
-    live: Live,
+    live: LiveParameters,
     /// The values that the worker has.
     values: Arc<Values>,
     /// The configuration file.
@@ -76,7 +78,7 @@ impl ParameterServer {
         management: Waker,
     ) -> Self {
         Self {
-            live: Live::new(model, values),
+            live: LiveParameters::new(model, values),
             values: Arc::new(values.clone()),
             file,
             commands,
@@ -204,7 +206,7 @@ impl ParameterServer {
         (requester, answer)
     }
 
-    fn accept(&mut self, accepted: Accepted) -> Result<Value, Error> {
+    fn accept(&mut self, accepted: CheckedChanges) -> Result<Value, Error> {
         for change in &accepted.changes {
             tracing::info!("parameter {change}");
         }
@@ -216,10 +218,10 @@ impl ParameterServer {
             pending: accepted.pending.iter().map(ParamChange::shown).collect(),
         };
         if self.listeners.is_empty() {
-            self.live.accept(accepted);
+            self.live.apply(accepted);
         } else {
             let before = self.all();
-            self.live.accept(accepted);
+            self.live.apply(accepted);
             self.notify(&before);
         }
         rpc::result(&changed)
@@ -316,21 +318,21 @@ impl InFlight {
 }
 
 /// Writes the values of the next start into the configuration: all of it, or nothing.
-fn write_into(live: &Live, file: &Path) -> Result<(), Error> {
+fn write_into(live: &LiveParameters, file: &Path) -> Result<(), Error> {
     let shown = file.display();
     let refuse = |what: &str, error: &std::io::Error| {
         Error::new(Error::SYSTEM, format!("{shown} cannot be {what}: {error}"))
     };
     let text = rc_files::read(file).map_err(|e| refuse("read", &e))?;
     let new = live.save(file, &text).map_err(|unsaved| match unsaved {
-        Unsaved::Conflicts(lines) => Error::new(
+        SaveError::Conflicts(lines) => Error::new(
             Error::FILE,
             format!(
                 "somebody else has changed {shown}, and nothing was written: {}; restart the component to take what the file says, or change it back and save again",
                 lines.join("; ")
             ),
         ),
-        Unsaved::Wrong(sources, found) => {
+        SaveError::Invalid(sources, found) => {
             let found = render(&sources, &found, Format::Short);
             let message = format!("{shown} has changed, and with it the configuration is wrong; nothing was written: {}", found.trim_end());
             Error::new(Error::FILE, message)

@@ -130,7 +130,7 @@ impl Decimal {
             (Some(scale), false) => product.checked_mul(scale),
             (None, false) => None,
             (Some(scale), true) => {
-                Some(product / scale + (product % scale >= scale.div_ceil(2)) as u128)
+                Some(product / scale + u128::from(product % scale >= scale.div_ceil(2)))
             }
             (None, true) => Some(0),
         };

@@ -20,4 +20,4 @@ pub use kind::{Kind, ValueError};
 pub use value::{Scalar, Value};
 
 /// The longest duration that a setting takes. A longer one is most likely a mistake.
-const LONGEST: std::time::Duration = std::time::Duration::from_secs(24 * 60 * 60);
+const LONGEST: std::time::Duration = std::time::Duration::from_hours(24);

@@ -60,6 +60,11 @@ impl Policy {
     /// expected. The error says what is allowed.
     pub fn convert(name: &str, scalar: Scalar<'_>) -> Result<Self, String> {
         let allowed = allowed(name).ok_or_else(|| unknown_policy(name))?;
+        let limit = |nanoseconds: Option<u64>| {
+            let limit = nanoseconds.map(Duration::from_nanos);
+            let limit = limit.filter(|limit| !limit.is_zero() && *limit <= LONGEST);
+            limit.map(Some)
+        };
         let limit = match scalar {
             Scalar::Text("none") => Some(None),
             Scalar::Text(text) => limit(duration::parse(text)),
@@ -131,12 +136,6 @@ impl fmt::Display for Policy {
             }
         }
     }
-}
-
-/// A limit that a policy can have: more than nothing, and at most a day.
-fn limit(nanoseconds: Option<u64>) -> Option<Option<Duration>> {
-    let limit = Duration::from_nanos(nanoseconds?);
-    (!limit.is_zero() && limit <= LONGEST).then_some(Some(limit))
 }
 
 fn unknown_policy(name: &str) -> String {

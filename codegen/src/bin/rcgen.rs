@@ -390,7 +390,8 @@ fn update_configuration(
             .write()
             .map_err(|e| Failure::System(format!("{path}: {e}")))?;
         let changes = updated.update.changes.iter();
-        let gone = changes.filter(|change| matches!(change.what, rc_configuration::What::Gone(_)));
+        let gone = changes
+            .filter(|change| matches!(change.kind, rc_configuration::ChangeKind::Removed(_)));
         match gone.count() {
             0 => {}
             1 => tell(format_args!("{path}: 1 value has become a comment\n")),
@@ -401,7 +402,7 @@ fn update_configuration(
         .update
         .changes
         .iter()
-        .any(rc_configuration::Change::is_yours)
+        .any(rc_configuration::Change::needs_decision)
     {
         tell(format_args!(
             "{path}: what is left to you stays an error; put it right, then: rcgen config --update {path}\n"

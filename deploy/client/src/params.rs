@@ -35,7 +35,7 @@ pub fn values(
     let mut values = Map::new();
     for (path, word) in words {
         // What does not fit its parameter is for the component to refuse, and with it a path that is none.
-        let plain = rc_configuration::argument(word);
+        let plain = rc_configuration::parse_argument(word);
         let dashed = word == "-";
         if !dashed && (plain == word.as_str() || word.starts_with(['"', '\''])) {
             values.insert(path.clone(), plain);
@@ -52,7 +52,7 @@ pub fn values(
                 if one.is_text() {
                     Value::String(line)
                 } else {
-                    rc_configuration::argument(&line)
+                    rc_configuration::parse_argument(&line)
                 }
             }
             [one] if one.is_text() => Value::String(word.clone()),

@@ -74,7 +74,7 @@ impl Model {
                 let value = if *is_text && !text.starts_with(['"', '\'']) {
                     text.as_str().into()
                 } else {
-                    rc_configuration::argument(text)
+                    rc_configuration::parse_argument(text)
                 };
                 return Some(Command::Set {
                     name: self.selected.clone(),

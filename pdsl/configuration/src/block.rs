@@ -17,7 +17,7 @@ pub(crate) enum Origin {
     /// From the `.pdsl`.
     Default,
     /// It was there before the change that is checked.
-    Kept,
+    Existing,
     /// From the file or the change that is checked.
     Given,
 }
@@ -91,7 +91,7 @@ impl Block {
                 name: name.clone(),
                 path,
                 at,
-                origin: Origin::Kept,
+                origin: Origin::Existing,
                 faulty: content.is_none(),
                 secret: parameter.secret,
                 content,

@@ -1,8 +1,8 @@
 //! Checks the configuration of one instance, a TOML file, against the model of the component's parameters.
 
-use crate::document::{self, Place};
+use crate::document::{self, Locator};
 use crate::middleware::Settings;
-use crate::model::{Misfit, Parameters, Type, Value};
+use crate::model::{ConversionError, Parameters, Type, Value};
 use crate::parameters::Reader;
 use crate::rules;
 use crate::values::Values;
@@ -62,9 +62,9 @@ fn read(
     parameters: Option<&Parameters>,
 ) -> (Configuration, Diagnostics, Vec<String>) {
     let mut checker = Checker {
-        place: Place { source },
+        locator: Locator { source },
         // What nobody has declared may be anything.
-        guarded: parameters.is_none_or(Parameters::has_secrets),
+        has_secrets: parameters.is_none_or(Parameters::has_secrets),
         secrets: Vec::new(),
         found: Diagnostics::new(),
         missing: Vec::new(),
@@ -74,9 +74,9 @@ fn read(
         Ok(document) => checker.document(document.as_table(), parameters, &mut configuration),
         Err(error) => {
             let text = sources.text(source);
-            let span = checker.place.of(error.span(), checker.place.start());
-            if checker.guarded {
-                checker.hide(document::values_in_lines(text, span.start..span.end));
+            let span = checker.locator.span(error.span(), checker.locator.start());
+            if checker.has_secrets {
+                checker.redact(document::values_in_lines(text, span.start..span.end));
             }
             let message = error.message().lines().collect::<Vec<_>>().join("; ");
             checker
@@ -91,24 +91,24 @@ fn read(
 /// The rules that the defaults break, each by its index, with what breaks it. The rules inside of a list are tried on
 /// an element of which nothing is given.
 #[cfg(feature = "tools")]
-pub fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
+pub fn violations_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
     let mut sources = SourceMap::new();
     let source = sources.add("", "");
     let mut all: Vec<(usize, String)> = Vec::new();
-    for sample in [false, true] {
+    for with_sample_elements in [false, true] {
         let mut reader = Reader {
-            place: Place { source },
+            locator: Locator { source },
             found: &mut Diagnostics::new(),
             missing: Vec::new(),
             secrets: Vec::new(),
-            guarded: false,
-            sample,
+            has_secrets: false,
+            with_sample_elements,
         };
-        let start = reader.place.start();
+        let start = reader.locator.start();
         let block = reader.block(&parameters.parameters, None, "", start);
-        for (at, broken) in rules::broken(&parameters.rules, &block) {
+        for (at, violation) in rules::violations(&parameters.rules, &block) {
             if all.iter().all(|(known, _)| *known != at) {
-                all.push((at, broken.why));
+                all.push((at, violation.explanation));
             }
         }
     }
@@ -116,9 +116,9 @@ pub fn broken_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
 }
 
 pub(crate) struct Checker {
-    pub(crate) place: Place,
+    pub(crate) locator: Locator,
     /// Whether a value at the wrong place may be a secret.
-    guarded: bool,
+    has_secrets: bool,
     /// The places of values that are not to be shown.
     secrets: Vec<Span>,
     pub(crate) found: Diagnostics,
@@ -132,7 +132,7 @@ impl Checker {
         parameters: Option<&Parameters>,
         out: &mut Configuration,
     ) {
-        self.unknown_keys(root, &TABLES, "", self.place.start());
+        self.unknown_keys(root, &TABLES, "", self.locator.start());
         if let Some((table, at)) = self.table(root, "component") {
             self.unknown_keys(table, &COMPONENT, "component.", at);
             out.period = self.period(table, at);
@@ -159,21 +159,23 @@ impl Checker {
             return;
         }
         let declared = parameters.map_or(&[][..], |model| &model.parameters);
-        let (table, at) = given.map_or((None, self.place.start()), |(table, at)| (Some(table), at));
+        let (table, at) = given.map_or((None, self.locator.start()), |(table, at)| {
+            (Some(table), at)
+        });
         let mut reader = Reader {
-            place: self.place,
+            locator: self.locator,
             found: &mut self.found,
             missing: Vec::new(),
             secrets: Vec::new(),
-            guarded: self.guarded,
-            sample: false,
+            has_secrets: self.has_secrets,
+            with_sample_elements: false,
         };
         let block = reader.block(declared, table, "", at);
         self.missing = reader.missing;
         self.secrets.append(&mut reader.secrets);
         let rules = parameters.map_or(&[][..], |model| &model.rules);
-        for (_, broken) in rules::broken(rules, &block) {
-            self.found.push(broken.diagnostic());
+        for (_, violation) in rules::violations(rules, &block) {
+            self.found.push(violation.diagnostic());
         }
         out.parameters = block.values();
     }
@@ -186,8 +188,8 @@ impl Checker {
     ) -> Option<(&'a dyn TableLike, Span)> {
         let (key, item) = root.get_key_value(name)?;
         let at = self
-            .place
-            .of(item.span().or(key.span()), self.place.start());
+            .locator
+            .span(item.span().or(key.span()), self.locator.start());
         let table = item.as_table_like();
         if table.is_none() {
             self.wrong_type(item, name, at, "a table");
@@ -197,8 +199,8 @@ impl Checker {
 
     fn unknown_keys(&mut self, table: &dyn TableLike, known: &[&str], prefix: &str, at: Span) {
         for (name, item) in table.iter().filter(|(name, _)| !known.contains(name)) {
-            self.misplaced(item);
-            let span = self.place.of(table.key(name).and_then(Key::span), at);
+            self.redact_item(item);
+            let span = self.locator.span(table.key(name).and_then(Key::span), at);
             let message = format!("unknown key `{prefix}{name}`");
             self.found.push(
                 Diagnostic::error("unknown-key", span, message)
@@ -207,31 +209,31 @@ impl Checker {
         }
     }
 
-    fn hide(&mut self, values: Vec<std::ops::Range<usize>>) {
-        let source = self.place.source;
+    fn redact(&mut self, values: Vec<std::ops::Range<usize>>) {
+        let source = self.locator.source;
         let spans = values.into_iter();
         self.secrets
             .extend(spans.map(|value| Span::new(source, value.start, value.end)));
     }
 
     /// What stands under a key that nobody reads may have been meant for one that is secret.
-    pub(crate) fn misplaced(&mut self, item: &Item) {
-        if self.guarded {
+    pub(crate) fn redact_item(&mut self, item: &Item) {
+        if self.has_secrets {
             let mut values = Vec::new();
             document::values_in(item, &mut values);
-            self.hide(values);
+            self.redact(values);
         }
     }
 
     pub(crate) fn wrong_type(&mut self, item: &Item, path: &str, at: Span, allowed: &str) {
         // The two keys of `[component]` are no secrets.
-        let guarded = self.guarded && !path.starts_with("component.");
-        if guarded {
-            self.misplaced(item);
+        let has_secrets = self.has_secrets && !path.starts_with("component.");
+        if has_secrets {
+            self.redact_item(item);
         }
-        let what = document::described(item, guarded);
+        let what = document::described(item, has_secrets);
         let message = format!("`{path}` cannot be {what}");
-        let span = self.place.of(item.span(), at);
+        let span = self.locator.span(item.span(), at);
         self.found.push(
             Diagnostic::error("wrong-type", span, message).help(format!("allowed is {allowed}")),
         );
@@ -240,23 +242,23 @@ impl Checker {
     fn period(&mut self, table: &dyn TableLike, at: Span) -> Option<Duration> {
         let item = table.get("period")?;
         match document::value(item)
-            .ok_or(Misfit::Type)
-            .and_then(|value| Type::Duration.accept(&value))
+            .ok_or(ConversionError::WrongType)
+            .and_then(|value| Type::Duration.convert(&value))
         {
             Ok(Value::Duration(ns)) if ns >= SHORTEST_PERIOD => {
                 return Some(Duration::from_nanos(ns));
             }
-            Ok(_) | Err(Misfit::Size) => {
+            Ok(_) | Err(ConversionError::OutOfRange) => {
                 let message = format!(
                     "`component.period` cannot be {}",
                     document::described(item, false)
                 );
-                let span = self.place.of(item.span(), at);
+                let span = self.locator.span(item.span(), at);
                 let diagnostic = Diagnostic::error("out-of-range", span, message);
                 self.found
                     .push(diagnostic.help("allowed is a time of at least 100us"));
             }
-            Err(Misfit::Type) => {
+            Err(ConversionError::WrongType) => {
                 self.wrong_type(item, "component.period", at, Type::Duration.described());
             }
         }
@@ -272,7 +274,7 @@ impl Checker {
                     "`component.log` cannot be {}",
                     document::described(item, false)
                 );
-                let span = self.place.of(item.span(), at);
+                let span = self.locator.span(item.span(), at);
                 self.found.push(
                     Diagnostic::error("invalid-choice", span, message).suggest(level, LEVELS),
                 );

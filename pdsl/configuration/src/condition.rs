@@ -167,7 +167,7 @@ pub enum EvaluationError {
 }
 
 /// The values of one reference: one of a parameter, any number of a function's.
-pub(crate) struct Given<'a> {
+pub(crate) struct ReferenceValues<'a> {
     pub(crate) values: Vec<&'a Value>,
     /// How many elements there are, for `len`.
     pub(crate) count: usize,
@@ -189,9 +189,9 @@ impl Condition {
         is_constant.then(|| self.holds(&[]))
     }
 
-    /// Whether it holds for these values, one [`Given`] for each of [`Condition::references`].
-    pub(crate) fn holds(&self, given: &[Given<'_>]) -> Result<bool, EvaluationError> {
-        match compute(&self.steps, given) {
+    /// Whether it holds for these values, one [`ReferenceValues`] for each of [`Condition::references`].
+    pub(crate) fn holds(&self, given: &[ReferenceValues<'_>]) -> Result<bool, EvaluationError> {
+        match evaluate(&self.steps, given) {
             Ok(Operand::Bool(holds)) => Ok(holds),
             Ok(_) => Err(EvaluationError::Malformed),
             Err(EvaluationError::EmptyList) => Ok(true),
@@ -200,7 +200,7 @@ impl Condition {
     }
 }
 
-type Outcome<'a> = Result<Operand<'a>, EvaluationError>;
+type EvaluationResult<'a> = Result<Operand<'a>, EvaluationError>;
 
 #[derive(Clone, Copy, Debug)]
 enum Operand<'a> {
@@ -218,9 +218,9 @@ enum Number {
     Float(f64),
 }
 
-fn compute<'a>(steps: &'a [Step], given: &[Given<'a>]) -> Outcome<'a> {
+fn evaluate<'a>(steps: &'a [Step], given: &[ReferenceValues<'a>]) -> EvaluationResult<'a> {
     let mut given = given.iter();
-    let mut stack: Vec<Outcome<'a>> = Vec::new();
+    let mut stack: Vec<EvaluationResult<'a>> = Vec::new();
     for step in steps {
         let outcome = match step {
             Step::Value(value) => operand(value),
@@ -245,36 +245,36 @@ fn compute<'a>(steps: &'a [Step], given: &[Given<'a>]) -> Outcome<'a> {
             Step::Multiply => binary(&mut stack, multiply),
             Step::Divide => binary(&mut stack, divide),
             Step::Compare(comparator) => binary(&mut stack, |a, b| compare(*comparator, a, b)),
-            Step::And => join(&mut stack, false),
-            Step::Or => join(&mut stack, true),
+            Step::And => logical(&mut stack, false),
+            Step::Or => logical(&mut stack, true),
         };
         stack.push(outcome);
     }
     stack.pop().unwrap_or(Err(EvaluationError::Malformed))
 }
 
-fn take<'a>(stack: &mut Vec<Outcome<'a>>) -> Outcome<'a> {
+fn take<'a>(stack: &mut Vec<EvaluationResult<'a>>) -> EvaluationResult<'a> {
     stack.pop().unwrap_or(Err(EvaluationError::Malformed))
 }
 
 fn unary<'a>(
-    stack: &mut Vec<Outcome<'a>>,
-    operation: impl Fn(Operand<'a>) -> Outcome<'a>,
-) -> Outcome<'a> {
+    stack: &mut Vec<EvaluationResult<'a>>,
+    operation: impl Fn(Operand<'a>) -> EvaluationResult<'a>,
+) -> EvaluationResult<'a> {
     take(stack).and_then(operation)
 }
 
 fn binary<'a>(
-    stack: &mut Vec<Outcome<'a>>,
-    operation: impl Fn(Operand<'a>, Operand<'a>) -> Outcome<'a>,
-) -> Outcome<'a> {
+    stack: &mut Vec<EvaluationResult<'a>>,
+    operation: impl Fn(Operand<'a>, Operand<'a>) -> EvaluationResult<'a>,
+) -> EvaluationResult<'a> {
     let (b, a) = (take(stack), take(stack));
     operation(a?, b?)
 }
 
 /// `and` and `or`. EvaluationError on one side does not matter where the other side decides, which `decisive` does:
 /// `b == 0 or a / b > 2` is a rule that people write.
-fn join<'a>(stack: &mut Vec<Outcome<'a>>, decisive: bool) -> Outcome<'a> {
+fn logical<'a>(stack: &mut Vec<EvaluationResult<'a>>, decisive: bool) -> EvaluationResult<'a> {
     let (b, a) = (take(stack), take(stack));
     match (a, b) {
         (Ok(Operand::Bool(side)), _) | (_, Ok(Operand::Bool(side))) if side == decisive => {
@@ -287,7 +287,7 @@ fn join<'a>(stack: &mut Vec<Outcome<'a>>, decisive: bool) -> Outcome<'a> {
     }
 }
 
-fn operand(value: &Value) -> Outcome<'_> {
+fn operand(value: &Value) -> EvaluationResult<'_> {
     Ok(match value {
         Value::Bool(value) => Operand::Bool(*value),
         Value::Int(value) => Operand::Number(Number::Int(i128::from(*value))),
@@ -298,19 +298,20 @@ fn operand(value: &Value) -> Outcome<'_> {
     })
 }
 
-fn call<'a>(function: Function, given: &Given<'a>) -> Outcome<'a> {
+fn call<'a>(function: Function, given: &ReferenceValues<'a>) -> EvaluationResult<'a> {
     match function {
         Function::Min | Function::Max => {
-            let at = extreme(function, &given.values).ok_or(EvaluationError::EmptyList)?;
+            let at =
+                position_of_extreme(function, &given.values).ok_or(EvaluationError::EmptyList)?;
             operand(given.values[at])
         }
         Function::Len => Ok(Operand::Number(Number::Int(given.count as i128))),
-        Function::Unique => Ok(Operand::Bool(repeated(&given.values).is_none())),
+        Function::Unique => Ok(Operand::Bool(first_duplicate(&given.values).is_none())),
     }
 }
 
 /// Which of `values` is the smallest or the largest; one that is no number is both.
-pub(crate) fn extreme(function: Function, values: &[&Value]) -> Option<usize> {
+pub(crate) fn position_of_extreme(function: Function, values: &[&Value]) -> Option<usize> {
     let is_nan = |value: &&Value| matches!(value, Value::Float(float) if float.is_nan());
     let nan = values.iter().position(is_nan);
     let indices = 0..values.len();
@@ -322,7 +323,7 @@ pub(crate) fn extreme(function: Function, values: &[&Value]) -> Option<usize> {
 }
 
 /// The first of `values` that is there already, after the one that it repeats.
-pub(crate) fn repeated(values: &[&Value]) -> Option<(usize, usize)> {
+pub(crate) fn first_duplicate(values: &[&Value]) -> Option<(usize, usize)> {
     let mut indices: Vec<usize> = (0..values.len()).collect();
     indices.sort_by(|a, b| order(values[*a], values[*b]));
     let pairs = indices.windows(2).map(|pair| (pair[0], pair[1]));
@@ -344,7 +345,7 @@ fn order(a: &Value, b: &Value) -> Ordering {
     }
 }
 
-fn negative(a: Operand<'_>) -> Outcome<'_> {
+fn negative(a: Operand<'_>) -> EvaluationResult<'_> {
     let zero = Number::Int(0);
     Ok(match a {
         Operand::Number(a) => Operand::Number(zero.minus(a)?),
@@ -357,7 +358,7 @@ fn sum<'a>(
     a: Operand<'a>,
     b: Operand<'a>,
     operation: fn(Number, Number) -> Result<Number, EvaluationError>,
-) -> Outcome<'a> {
+) -> EvaluationResult<'a> {
     Ok(match (a, b) {
         (Operand::Number(a), Operand::Number(b)) => Operand::Number(operation(a, b)?),
         (Operand::Time(a), Operand::Time(b)) => Operand::Time(operation(a, b)?),
@@ -365,7 +366,7 @@ fn sum<'a>(
     })
 }
 
-fn multiply<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
+fn multiply<'a>(a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
     Ok(match (a, b) {
         (Operand::Number(a), Operand::Number(b)) => Operand::Number(a.times(b)?),
         (Operand::Time(a), Operand::Number(b)) | (Operand::Number(a), Operand::Time(b)) => {
@@ -375,7 +376,7 @@ fn multiply<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
     })
 }
 
-fn divide<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
+fn divide<'a>(a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
     Ok(match (a, b) {
         (Operand::Number(a), Operand::Number(b)) | (Operand::Time(a), Operand::Time(b)) => {
             Operand::Number(a.over(b)?)
@@ -385,7 +386,7 @@ fn divide<'a>(a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
     })
 }
 
-fn compare<'a>(comparator: Comparator, a: Operand<'a>, b: Operand<'a>) -> Outcome<'a> {
+fn compare<'a>(comparator: Comparator, a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
     let ordering = match (a, b) {
         (Operand::Number(a), Operand::Number(b)) | (Operand::Time(a), Operand::Time(b)) => {
             a.order(b).ok_or(EvaluationError::NotANumber)?
@@ -456,14 +457,14 @@ impl Number {
         match (self, other) {
             (Self::Int(a), Self::Int(b)) => Some(a.cmp(&b)),
             (Self::Float(a), Self::Float(b)) => a.partial_cmp(&b),
-            (Self::Int(a), Self::Float(b)) => int_to_float(a, b),
-            (Self::Float(a), Self::Int(b)) => int_to_float(b, a).map(Ordering::reverse),
+            (Self::Int(a), Self::Float(b)) => compare_int_with_float(a, b),
+            (Self::Float(a), Self::Int(b)) => compare_int_with_float(b, a).map(Ordering::reverse),
         }
     }
 }
 
 /// Compares without making a float of the whole number, which would round it.
-fn int_to_float(int: i128, float: f64) -> Option<Ordering> {
+fn compare_int_with_float(int: i128, float: f64) -> Option<Ordering> {
     if !float.is_finite() {
         return 0.0_f64.partial_cmp(&float);
     }
@@ -480,15 +481,21 @@ mod tests {
     fn whole_numbers_and_floats_are_compared_without_rounding() {
         let large = (1_i128 << 53) + 1;
         assert_eq!(
-            int_to_float(large, 9_007_199_254_740_992.0),
+            compare_int_with_float(large, 9_007_199_254_740_992.0),
             Some(Ordering::Greater)
         );
-        assert_eq!(int_to_float(2, 2.5), Some(Ordering::Less));
-        assert_eq!(int_to_float(-2, -2.5), Some(Ordering::Greater));
-        assert_eq!(int_to_float(-2, -2.0), Some(Ordering::Equal));
-        assert_eq!(int_to_float(0, f64::INFINITY), Some(Ordering::Less));
-        assert_eq!(int_to_float(0, f64::NEG_INFINITY), Some(Ordering::Greater));
-        assert_eq!(int_to_float(0, f64::NAN), None);
+        assert_eq!(compare_int_with_float(2, 2.5), Some(Ordering::Less));
+        assert_eq!(compare_int_with_float(-2, -2.5), Some(Ordering::Greater));
+        assert_eq!(compare_int_with_float(-2, -2.0), Some(Ordering::Equal));
+        assert_eq!(
+            compare_int_with_float(0, f64::INFINITY),
+            Some(Ordering::Less)
+        );
+        assert_eq!(
+            compare_int_with_float(0, f64::NEG_INFINITY),
+            Some(Ordering::Greater)
+        );
+        assert_eq!(compare_int_with_float(0, f64::NAN), None);
     }
 
     #[test]
@@ -511,7 +518,7 @@ mod tests {
             for (a, b) in [(a, b), (b, a)] {
                 let joined = |decisive| {
                     let stack = [a, b].map(|side| side.map(Operand::Bool));
-                    join(&mut stack.to_vec(), decisive).map(|o| matches!(o, Operand::Bool(true)))
+                    logical(&mut stack.to_vec(), decisive).map(|o| matches!(o, Operand::Bool(true)))
                 };
                 assert_eq!((joined(false), joined(true)), (and, or), "{a:?} {b:?}");
             }

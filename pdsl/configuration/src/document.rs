@@ -8,13 +8,13 @@ use toml_edit::{Item, TableLike};
 
 /// Turns the places of a document into places of a text.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct Locator {
     pub(crate) source: SourceId,
 }
 
-impl Place {
+impl Locator {
     /// The place of `range`; of what is around it where it has none of its own.
-    pub(crate) fn of(self, range: Option<Range<usize>>, around: Span) -> Span {
+    pub(crate) fn span(self, range: Option<Range<usize>>, around: Span) -> Span {
         range.map_or(around, |range| {
             Span::new(self.source, range.start, range.end)
         })
@@ -144,7 +144,7 @@ pub(crate) fn json(item: &Item) -> Json {
 }
 
 /// The value that a command line gives as `text`: one of TOML, and anything else is a text.
-pub fn argument(text: &str) -> Json {
+pub fn parse_argument(text: &str) -> Json {
     match text.parse::<toml_edit::Value>() {
         Ok(value) => json(&Item::Value(value)),
         Err(_) => Json::from(text),

@@ -1,7 +1,7 @@
 //! Configurations of components: TOML files, read by the model of the component's parameters.
 //!
 //! `[component]`, `[bindings]` and `[middleware.NAME]` belong to the framework, `[parameters]` to the `.pdsl`.
-//! A component links this crate and carries its [`model`] in its own code. [`check`] reads a file, [`Live`] checks
+//! A component links this crate and carries its [`model`] in its own code. [`check`] reads a file, [`LiveParameters`] checks
 //! changes of a running component and saves them. The feature `tools` adds what only tools need: the template, the
 //! schema and the update of a configuration.
 
@@ -25,17 +25,17 @@ mod update;
 mod values;
 
 #[cfg(feature = "tools")]
-pub use check::broken_by_defaults;
+pub use check::violations_by_defaults;
 pub use check::{Configuration, check, defaults};
-pub use document::argument;
-pub use live::{Accepted, Live, LiveParameter, ParamChange};
+pub use document::parse_argument;
+pub use live::{CheckedChanges, LiveParameter, LiveParameters, ParamChange};
 pub use middleware::{Setting, Settings};
 pub use model::Parameters;
-pub use save::Unsaved;
+pub use save::SaveError;
 #[cfg(feature = "tools")]
 pub use schema::{Slot, schema};
 #[cfg(feature = "tools")]
 pub use template::template;
 #[cfg(feature = "tools")]
-pub use update::{Change, Update, What, unset, update};
+pub use update::{Change, ChangeKind, Update, unset_parameters, update};
 pub use values::Values;

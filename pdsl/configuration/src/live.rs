@@ -1,7 +1,7 @@
 //! The parameters of a running component: what they are, and what may become of them.
 
 use crate::block::{Block, Content, Origin};
-use crate::document::{self, Place};
+use crate::document::{self, Locator};
 use crate::model::{Kind, Parameter, Parameters, Range, Type, Value};
 use crate::parameters::Reader;
 use crate::path::{Target, resolve};
@@ -81,7 +81,7 @@ pub struct LiveParameter {
 }
 
 /// The values of a running component, those of its next start, and what its configuration file says.
-pub struct Live {
+pub struct LiveParameters {
     pub(crate) model: Parameters,
     running: Block,
     /// With the changes of parameters that take effect at the next start.
@@ -90,8 +90,8 @@ pub struct Live {
     pub(crate) saved: Block,
 }
 
-/// Changes that were checked. They are taken over by [`Live::accept`].
-pub struct Accepted {
+/// Changes that were checked. They are taken over by [`LiveParameters::accept`].
+pub struct CheckedChanges {
     running: Block,
     next: Block,
     /// What is another value at once.
@@ -100,17 +100,17 @@ pub struct Accepted {
     pub pending: Vec<ParamChange>,
 }
 
-impl Accepted {
+impl CheckedChanges {
     /// All values of the running component after the changes.
     pub fn values(&self) -> Values {
         self.running.values()
     }
 }
 
-impl Live {
+impl LiveParameters {
     /// The parameters of a component that starts with `values`, which are a configuration that was checked.
     pub fn new(model: Parameters, values: &Values) -> Self {
-        let at = nowhere().start();
+        let at = no_location().start();
         let running = Block::of(&model.parameters, values, "", at);
         Self {
             next: running.clone(),
@@ -131,20 +131,20 @@ impl Live {
     pub fn check<'c>(
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
-    ) -> Result<Accepted, Diagnostics> {
-        self.checked(changes, false)
+    ) -> Result<CheckedChanges, Diagnostics> {
+        self.check_changes(changes, false)
     }
 
-    /// As [`Live::check`], for a component that has not started yet: every parameter may be another one, at once.
+    /// As [`LiveParameters::check`], for a component that has not started yet: every parameter may be another one, at once.
     pub fn check_start<'c>(
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
-    ) -> Result<Accepted, Diagnostics> {
-        self.checked(changes, true)
+    ) -> Result<CheckedChanges, Diagnostics> {
+        self.check_changes(changes, true)
     }
 
     /// What somebody means who writes `text` for a parameter on a command line, where texts need no quotes.
-    pub fn spelled(&self, path: &str, text: &str) -> Json {
+    pub fn parse_text(&self, path: &str, text: &str) -> Json {
         let json = serde_json::from_str(text);
         let status = self.list(&[path]);
         let is_text = status.is_ok_and(|status| status.iter().all(ParameterStatus::is_text));
@@ -155,26 +155,26 @@ impl Live {
         }
     }
 
-    fn checked<'c>(
+    fn check_changes<'c>(
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
         starts: bool,
-    ) -> Result<Accepted, Diagnostics> {
+    ) -> Result<CheckedChanges, Diagnostics> {
         let mut found = Diagnostics::new();
         let mut wanted: Vec<(Target<'_>, Option<Value>)> = Vec::new();
         for (path, value) in changes {
-            match self.wanted(path, value, starts, &mut found) {
-                Some((target, _)) if wanted.iter().any(|(other, _)| other.meets(&target)) => {
+            match self.check_change(path, value, starts, &mut found) {
+                Some((target, _)) if wanted.iter().any(|(other, _)| other.overlaps(&target)) => {
                     let message = format!("`{}` is changed twice", target.path);
                     let diagnostic =
-                        Diagnostic::error("repeated-change", nowhere().start(), message);
+                        Diagnostic::error("repeated-change", no_location().start(), message);
                     found.push(diagnostic.help("give each parameter one value"));
                     wanted.push((target, None));
                 }
                 other => wanted.extend(other),
             }
         }
-        let mut accepted = Accepted {
+        let mut accepted = CheckedChanges {
             running: self.running.clone(),
             next: self.next.clone(),
             changes: Vec::new(),
@@ -206,43 +206,43 @@ impl Live {
                 secret: target.parameter.secret,
             });
             if !restart {
-                put(&target, &mut accepted.running, &new);
+                set_value(&target, &mut accepted.running, &new);
             }
-            put(&target, &mut accepted.next, &new);
+            set_value(&target, &mut accepted.next, &new);
         }
-        let now = rules::broken(&self.model.rules, &accepted.running);
-        for (_, broken) in now {
-            found.push(broken.diagnostic());
+        let now = rules::violations(&self.model.rules, &accepted.running);
+        for (_, violation) in now {
+            found.push(violation.diagnostic());
         }
         // Only a change that waits for the next start makes that differ from what runs.
-        for (_, mut broken) in rules::broken(&self.model.rules, &accepted.next) {
-            broken.why.push_str(", at the next start");
-            found.push(broken.diagnostic());
+        for (_, mut violation) in rules::violations(&self.model.rules, &accepted.next) {
+            violation.explanation.push_str(", at the next start");
+            found.push(violation.diagnostic());
         }
         if found.has_errors() {
             return Err(found);
         }
         for block in [&mut accepted.running, &mut accepted.next] {
-            keep(block);
+            mark_existing(block);
         }
         Ok(accepted)
     }
 
     /// One change by itself: what it concerns, and the value that this becomes; none where that is wrong.
-    fn wanted<'m>(
+    fn check_change<'m>(
         &'m self,
         path: &str,
         value: &Json,
         starts: bool,
         found: &mut Diagnostics,
     ) -> Option<(Target<'m>, Option<Value>)> {
-        let place = nowhere();
-        let target = resolve(path, &self.model.parameters, &self.next, place.start());
+        let locator = no_location();
+        let target = resolve(path, &self.model.parameters, &self.next, locator.start());
         let target = target.map_err(|diagnostic| found.push(diagnostic)).ok()?;
         let (parameter, path) = (target.parameter, target.path.as_str());
         let Kind::Scalar { ty, array } = &parameter.kind else {
             let message = format!("`{path}` cannot be changed as a whole");
-            let diagnostic = Diagnostic::error("wrong-type", place.start(), message);
+            let diagnostic = Diagnostic::error("wrong-type", locator.start(), message);
             let (element, members) = match &parameter.kind {
                 Kind::List { parameters, .. } if !path.ends_with(']') => ("[0]", parameters),
                 Kind::List { parameters, .. } | Kind::Group(parameters) => ("", parameters),
@@ -260,7 +260,7 @@ impl Live {
         };
         if !parameter.editable && !parameter.restart && !starts {
             let message = format!("`{path}` is fixed when the component starts");
-            let diagnostic = Diagnostic::error("fixed-parameter", place.start(), message);
+            let diagnostic = Diagnostic::error("fixed-parameter", locator.start(), message);
             found.push(diagnostic.help(format!(
                 "change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `{}` and generate anew",
                 self.model.name
@@ -269,24 +269,24 @@ impl Live {
         }
         let Some(item) = document::from_json(value, ty.is_number()) else {
             let message = format!("`{path}` cannot be null");
-            let diagnostic = Diagnostic::error("wrong-type", place.start(), message);
+            let diagnostic = Diagnostic::error("wrong-type", locator.start(), message);
             found.push(diagnostic.help(format!("allowed is {}", parameter.allowed())));
             return Some((target, None));
         };
         let mut errors = Diagnostics::new();
         let mut reader = Reader {
-            place,
+            locator,
             found: &mut errors,
             missing: Vec::new(),
             secrets: Vec::new(),
-            guarded: false,
-            sample: false,
+            has_secrets: false,
+            with_sample_elements: false,
         };
         let new = if let (Some(_), Some(_)) = (array, target.element) {
-            reader.scalar(parameter, *ty, &item, path, place.start())
+            reader.scalar(parameter, *ty, &item, path, locator.start())
         } else {
             let mut field = target.field(&self.next)?.clone();
-            reader.given(parameter, &item, &mut field);
+            reader.read_given(parameter, &item, &mut field);
             match field.content {
                 Some(Content::Value(value)) => Some(value),
                 _ => None,
@@ -298,7 +298,7 @@ impl Live {
     }
 
     /// Takes over changes that were checked. Those of another check in between would be lost, so there must be none.
-    pub fn accept(&mut self, accepted: Accepted) {
+    pub fn apply(&mut self, accepted: CheckedChanges) {
         self.running = accepted.running;
         self.next = accepted.next;
     }
@@ -328,7 +328,7 @@ impl Live {
                 path,
                 &self.model.parameters,
                 &self.running,
-                nowhere().start(),
+                no_location().start(),
             );
             let target = match target {
                 Ok(target) => target,
@@ -423,13 +423,13 @@ fn shown(value: &Value, secret: bool) -> Json {
 }
 
 /// A place for findings about what stands in no text.
-pub(crate) fn nowhere() -> Place {
+pub(crate) fn no_location() -> Locator {
     let source = SourceMap::new().add("", "");
-    Place { source }
+    Locator { source }
 }
 
 /// Sets a value.
-fn put(target: &Target<'_>, root: &mut Block, new: &Value) {
+fn set_value(target: &Target<'_>, root: &mut Block, new: &Value) {
     let Some(field) = target.field_mut(root) else {
         return;
     };
@@ -445,12 +445,12 @@ fn put(target: &Target<'_>, root: &mut Block, new: &Value) {
 }
 
 /// What was given has become what is there.
-fn keep(block: &mut Block) {
+fn mark_existing(block: &mut Block) {
     for field in &mut block.fields {
-        field.origin = Origin::Kept;
+        field.origin = Origin::Existing;
         match &mut field.content {
-            Some(Content::Group(block)) => keep(block),
-            Some(Content::List(blocks)) => blocks.iter_mut().for_each(keep),
+            Some(Content::Group(block)) => mark_existing(block),
+            Some(Content::List(blocks)) => blocks.iter_mut().for_each(mark_existing),
             Some(Content::Value(_)) | None => {}
         }
     }

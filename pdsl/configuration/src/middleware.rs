@@ -28,10 +28,10 @@ impl Checker {
         let mut settings = Settings::new();
         for (name, item) in table.iter() {
             let place = self
-                .place
-                .of(table.key(name).and_then(toml_edit::Key::span), at);
+                .locator
+                .span(table.key(name).and_then(toml_edit::Key::span), at);
             if keys(name).is_none() {
-                self.misplaced(item);
+                self.redact_item(item);
                 let message = format!("unknown middleware `{name}`");
                 let names = MIDDLEWARES.iter().map(|(name, _)| *name);
                 let error = Diagnostic::error("unknown-middleware", place, message);
@@ -42,15 +42,15 @@ impl Checker {
                 self.wrong_type(item, &format!("middleware.{name}"), at, "a table");
                 continue;
             };
-            let inside = self.place.of(item.span(), place);
+            let inside = self.locator.span(item.span(), place);
             let set = settings.entry(name.to_owned()).or_default();
             for (word, item) in inner.iter() {
                 let Some(key) = key(name, word) else {
-                    self.misplaced(item);
+                    self.redact_item(item);
                     let at = inner.key(word).and_then(toml_edit::Key::span);
                     let message = format!("unknown key `middleware.{name}.{word}`");
                     let error =
-                        Diagnostic::error("unknown-key", self.place.of(at, inside), message);
+                        Diagnostic::error("unknown-key", self.locator.span(at, inside), message);
                     self.found.push(error.help(unknown_key_help(name, word)));
                     continue;
                 };
@@ -65,7 +65,7 @@ impl Checker {
 
     /// What one key is set to; none where something is wrong with it, which is then reported.
     fn setting(&mut self, key: &Key, item: &Item, path: &str, at: Span) -> Option<Setting> {
-        let span = self.place.of(item.span(), at);
+        let span = self.locator.span(item.span(), at);
         let value = if key.kind.is_list() {
             key.kind.join(self.list(key, item, path, span)?)?
         } else {
@@ -89,7 +89,7 @@ impl Checker {
         let values: Vec<Option<Value>> = elements
             .map(|(index, value)| {
                 let item = Item::Value(value.clone());
-                let place = self.place.of(value.span(), place);
+                let place = self.locator.span(value.span(), place);
                 self.single(key, &item, &format!("{path}[{index}]"), place)
             })
             .collect();
@@ -108,7 +108,7 @@ impl Checker {
             .iter()
             .map(|(from, item)| {
                 let path = format!("{path}.\"{from}\"");
-                let place = self.place.of(item.span(), place);
+                let place = self.locator.span(item.span(), place);
                 let Some(to) = item.as_str() else {
                     self.refuse("wrong-type", item, &path, place, "the new name");
                     return None;
@@ -128,7 +128,7 @@ impl Checker {
         let mut rules: Vec<Option<Value>> = Vec::new();
         for (of, item) in table.iter() {
             let path = format!("{path}.\"{of}\"");
-            let inside = self.place.of(item.span(), place);
+            let inside = self.locator.span(item.span(), place);
             let Some(policies) = item.as_table_like() else {
                 let allowed = format!("a table of {}", qos::POLICIES.join(", "));
                 self.refuse("wrong-type", item, &path, inside, &allowed);
@@ -136,7 +136,7 @@ impl Checker {
                 continue;
             };
             for (name, item) in policies.iter() {
-                let at = self.place.of(item.span(), inside);
+                let at = self.locator.span(item.span(), inside);
                 let written = document::value(item);
                 let value = match &written {
                     Some(model::Value::Int(number)) if !is_word(name) => Scalar::Int(*number),

@@ -171,11 +171,11 @@ pub enum Type {
 
 /// Why a value is not one of a type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Misfit {
-    /// It is of another kind.
-    Type,
+pub enum ConversionError {
+    /// It has another type.
+    WrongType,
     /// It is a number that the type cannot hold.
-    Size,
+    OutOfRange,
 }
 
 impl Type {
@@ -233,15 +233,15 @@ impl Type {
 
     /// `value` as a value of this type: whole numbers are numbers, a time may be a text or a number of
     /// milliseconds.
-    pub fn accept(self, value: &Value) -> Result<Value, Misfit> {
+    pub fn convert(self, value: &Value) -> Result<Value, ConversionError> {
         Ok(match (self, value) {
             // A time that is too long was read as the longest.
-            (Self::Duration, Value::Duration(u64::MAX)) => return Err(Misfit::Size),
+            (Self::Duration, Value::Duration(u64::MAX)) => return Err(ConversionError::OutOfRange),
             // An infinity that was written as such is kept; one that comes of rounding is a number too large.
             (Self::Float, Value::Float(float))
                 if float.is_finite() && (*float as f32).is_infinite() =>
             {
-                return Err(Misfit::Size);
+                return Err(ConversionError::OutOfRange);
             }
             (Self::Bool, Value::Bool(_))
             | (Self::Long, Value::Int(_))
@@ -249,21 +249,21 @@ impl Type {
             | (Self::Duration, Value::Duration(_))
             | (Self::String | Self::Path, Value::Text(_)) => value.clone(),
             (Self::Int, Value::Int(int)) => {
-                i32::try_from(*int).map_err(|_| Misfit::Size)?;
+                i32::try_from(*int).map_err(|_| ConversionError::OutOfRange)?;
                 value.clone()
             }
             (Self::Double | Self::Float, Value::Int(int)) => Value::Float(*int as f64),
             (Self::Duration, Value::Text(text)) => {
-                let ns = duration::parse(text).ok_or(Misfit::Type)?;
-                return self.accept(&Value::Duration(ns));
+                let ns = duration::parse(text).ok_or(ConversionError::WrongType)?;
+                return self.convert(&Value::Duration(ns));
             }
-            (Self::Duration, Value::Int(ms)) => {
-                Value::Duration(duration::from_milliseconds(*ms).ok_or(Misfit::Size)?)
-            }
-            (Self::Duration, Value::Float(ms)) => {
-                Value::Duration(duration::from_fractional_milliseconds(*ms).ok_or(Misfit::Size)?)
-            }
-            _ => return Err(Misfit::Type),
+            (Self::Duration, Value::Int(ms)) => Value::Duration(
+                duration::from_milliseconds(*ms).ok_or(ConversionError::OutOfRange)?,
+            ),
+            (Self::Duration, Value::Float(ms)) => Value::Duration(
+                duration::from_fractional_milliseconds(*ms).ok_or(ConversionError::OutOfRange)?,
+            ),
+            _ => return Err(ConversionError::WrongType),
         })
     }
 }

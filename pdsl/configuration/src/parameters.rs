@@ -1,24 +1,24 @@
 //! `[parameters]` against the model: every fault is found, and every default is filled in.
 
 use crate::block::{Block, Content, Field, Origin, inner};
-use crate::document::{self, Place};
-use crate::model::{Kind, Length, Misfit, Parameter, Type, Value};
+use crate::document::{self, Locator};
+use crate::model::{ConversionError, Kind, Length, Parameter, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
 use std::collections::HashSet;
 use toml_edit::{Item, TableLike};
 
 /// Reads the values of parameters, and keeps what is wrong.
 pub(crate) struct Reader<'a> {
-    pub(crate) place: Place,
+    pub(crate) locator: Locator,
     pub(crate) found: &'a mut Diagnostics,
     /// The paths that have neither a value nor a default.
     pub(crate) missing: Vec<String>,
     /// The places of values that are secret, or may be.
     pub(crate) secrets: Vec<Span>,
     /// Whether there are secrets, so that a value at the wrong place may be one.
-    pub(crate) guarded: bool,
+    pub(crate) has_secrets: bool,
     /// Whether a list that is not there has one element, so that the rules in it are tried.
-    pub(crate) sample: bool,
+    pub(crate) with_sample_elements: bool,
 }
 
 impl Reader<'_> {
@@ -50,13 +50,13 @@ impl Reader<'_> {
             };
             match item {
                 Some((key, item)) => {
-                    field.at = self.place.of(item.span().or(key.span()), at);
+                    field.at = self.locator.span(item.span().or(key.span()), at);
                     if parameter.secret {
-                        self.hide(item);
+                        self.redact(item);
                     }
-                    self.given(parameter, item, &mut field);
+                    self.read_given(parameter, item, &mut field);
                 }
-                None => self.absent(parameter, &mut field),
+                None => self.read_absent(parameter, &mut field),
             }
             block.fields.push(field);
         }
@@ -69,13 +69,13 @@ impl Reader<'_> {
     fn unknown(&mut self, parameters: &[Parameter], table: &dyn TableLike, path: &str, at: Span) {
         let known: HashSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
         for (name, item) in table.iter().filter(|(name, _)| !known.contains(name)) {
-            if self.guarded {
-                self.hide(item);
+            if self.has_secrets {
+                self.redact(item);
             }
             let span = table.key(name).and_then(toml_edit::Key::span);
             let message = format!("unknown parameter `{}`", inner(path, name));
             let diagnostic =
-                Diagnostic::error("unknown-parameter", self.place.of(span, at), message);
+                Diagnostic::error("unknown-parameter", self.locator.span(span, at), message);
             if parameters.is_empty() {
                 self.found
                     .push(diagnostic.help("there are no parameters here"));
@@ -92,22 +92,22 @@ impl Reader<'_> {
     }
 
     /// Keeps the places of the values in `item` from being shown.
-    fn hide(&mut self, item: &Item) {
+    fn redact(&mut self, item: &Item) {
         let mut values = Vec::new();
         document::values_in(item, &mut values);
-        let source = self.place.source;
+        let source = self.locator.source;
         let spans = values.into_iter();
         self.secrets
             .extend(spans.map(|value| Span::new(source, value.start, value.end)));
     }
 
-    fn absent(&mut self, parameter: &Parameter, field: &mut Field) {
+    fn read_absent(&mut self, parameter: &Parameter, field: &mut Field) {
         let (path, at) = (&field.path, field.at);
         match &parameter.kind {
             Kind::Group(members) => {
                 field.content = Some(Content::Group(self.block(members, None, path, at)));
             }
-            Kind::List { parameters, .. } if self.sample => {
+            Kind::List { parameters, .. } if self.with_sample_elements => {
                 let path = format!("{path}[0]");
                 let element = self.block(parameters, None, &path, at);
                 field.content = Some(Content::List(vec![element]));
@@ -131,7 +131,7 @@ impl Reader<'_> {
     }
 
     /// Reads `item` into `field`, which is that of `parameter`.
-    pub(crate) fn given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
+    pub(crate) fn read_given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
         let (path, at) = (field.path.as_str(), field.at);
         let content = match &parameter.kind {
             Kind::Scalar { ty, array: None } => self
@@ -144,7 +144,7 @@ impl Reader<'_> {
                 field.faulty = !self.length(*length, array.len(), path, at);
                 let mut values = Vec::new();
                 for (index, value) in array.iter().enumerate() {
-                    let span = self.place.of(value.span(), at);
+                    let span = self.locator.span(value.span(), at);
                     let path = format!("{path}[{index}]");
                     let item = Item::Value(value.clone());
                     let value = self.scalar(parameter, *ty, &item, &path, span);
@@ -161,7 +161,7 @@ impl Reader<'_> {
                 field.faulty = !self.length(*length, tables.len(), path, at);
                 let mut elements = Vec::new();
                 for (index, (table, span)) in tables.into_iter().enumerate() {
-                    let at = self.place.of(span, at);
+                    let at = self.locator.span(span, at);
                     let path = format!("{path}[{index}]");
                     elements.push(self.block(parameters, Some(table), &path, at));
                 }
@@ -173,8 +173,8 @@ impl Reader<'_> {
         if content.is_none() {
             field.faulty = true;
             // A value instead of a table, or a table instead of a value.
-            if self.guarded && (!single || !item.is_value() || item.is_inline_table()) {
-                self.hide(item);
+            if self.has_secrets && (!single || !item.is_value() || item.is_inline_table()) {
+                self.redact(item);
             }
             if !single {
                 self.wrong_type(parameter, item, &field.path, at);
@@ -212,11 +212,11 @@ impl Reader<'_> {
         at: Span,
     ) -> Option<Value> {
         let (code, value) = match document::value(item)
-            .ok_or(Misfit::Type)
-            .and_then(|value| ty.accept(&value))
+            .ok_or(ConversionError::WrongType)
+            .and_then(|value| ty.convert(&value))
         {
-            Err(Misfit::Type) => ("wrong-type", None),
-            Err(Misfit::Size) => ("out-of-range", None),
+            Err(ConversionError::WrongType) => ("wrong-type", None),
+            Err(ConversionError::OutOfRange) => ("out-of-range", None),
             Ok(value)
                 if parameter
                     .range
@@ -243,31 +243,31 @@ impl Reader<'_> {
 
 /// Whether `item` may be the value of `parameter`; of a table, whether it is one.
 #[cfg(feature = "tools")]
-pub(crate) fn fits(parameter: &Parameter, item: &Item, place: Place) -> bool {
+pub(crate) fn is_valid_value(parameter: &Parameter, item: &Item, locator: Locator) -> bool {
     match &parameter.kind {
         Kind::Group(_) => item.is_table_like(),
         Kind::List { .. } => document::tables(item).is_some(),
         Kind::Scalar { .. } => {
             let mut found = Diagnostics::new();
             let mut reader = Reader {
-                place,
+                locator,
                 found: &mut found,
                 missing: Vec::new(),
                 secrets: Vec::new(),
-                guarded: false,
-                sample: false,
+                has_secrets: false,
+                with_sample_elements: false,
             };
             let mut field = Field {
                 name: String::new(),
                 path: String::new(),
-                at: place.start(),
+                at: locator.start(),
                 origin: Origin::Given,
                 faulty: false,
                 secret: false,
                 content: None,
                 elements: Vec::new(),
             };
-            reader.given(parameter, item, &mut field);
+            reader.read_given(parameter, item, &mut field);
             found.is_empty()
         }
     }

@@ -4,27 +4,27 @@ use crate::block::{Block, Content, Field, inner};
 use crate::model::{Kind, Parameter, Value};
 use rc_diagnostics::{Diagnostic, Span};
 
-/// What a path leads to. Blocks have their fields in the order of the model, so the same way leads to it in all of them.
+/// What a path leads to. Blocks have their fields in the order of the model, so the same indices leads to it in all of them.
 pub(crate) struct Target<'m> {
     pub(crate) parameter: &'m Parameter,
     /// As messages write it.
     pub(crate) path: String,
     /// The index of a field, and of an element where the field is a list; the last one has none.
-    way: Vec<(usize, Option<usize>)>,
+    indices: Vec<(usize, Option<usize>)>,
     /// Which element of an array is meant.
     pub(crate) element: Option<usize>,
 }
 
 impl Target<'_> {
     /// Whether both concern one value.
-    pub(crate) fn meets(&self, other: &Self) -> bool {
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
         let (a, b) = (self.element, other.element);
-        self.way == other.way && (a == b || a.is_none() || b.is_none())
+        self.indices == other.indices && (a == b || a.is_none() || b.is_none())
     }
 
     /// Its field in `root`; none in a block of another model.
     pub(crate) fn field<'b>(&self, root: &'b Block) -> Option<&'b Field> {
-        let (&(last, _), before) = self.way.split_last()?;
+        let (&(last, _), before) = self.indices.split_last()?;
         let mut block = root;
         for (field, element) in before {
             block = match (block.fields.get(*field)?.content.as_ref()?, element) {
@@ -38,7 +38,7 @@ impl Target<'_> {
 
     /// The same, to be changed.
     pub(crate) fn field_mut<'b>(&self, root: &'b mut Block) -> Option<&'b mut Field> {
-        let (&(last, _), before) = self.way.split_last()?;
+        let (&(last, _), before) = self.indices.split_last()?;
         let mut block = root;
         for (field, element) in before {
             block = match (block.fields.get_mut(*field)?.content.as_mut()?, element) {
@@ -75,12 +75,12 @@ pub(crate) fn resolve<'m>(
         return Err(unknown(message).help("a path looks like `safe_distance` or `motors[2].max`"));
     };
     let mut block = Some(root);
-    let (mut way, mut walked) = (Vec::new(), String::new());
+    let (mut indices, mut resolved) = (Vec::new(), String::new());
     let count = steps.len();
     for (number, (name, index)) in steps.into_iter().enumerate() {
         let is_last = number + 1 == count;
         let Some(position) = parameters.iter().position(|p| p.name == name) else {
-            let diagnostic = unknown(format!("unknown parameter `{}`", inner(&walked, name)));
+            let diagnostic = unknown(format!("unknown parameter `{}`", inner(&resolved, name)));
             return Err(if parameters.is_empty() {
                 diagnostic.help("there are no parameters here")
             } else {
@@ -88,7 +88,7 @@ pub(crate) fn resolve<'m>(
             });
         };
         let parameter = &parameters[position];
-        walked = inner(&walked, name);
+        resolved = inner(&resolved, name);
         let content = block.and_then(|block| block.fields.get(position)?.content.as_ref());
         let length = match content {
             Some(Content::List(blocks)) => Some(blocks.len()),
@@ -97,27 +97,30 @@ pub(crate) fn resolve<'m>(
         };
         match (index, length) {
             (Some(index), Some(length)) if index >= length => {
-                let diagnostic = unknown(format!("there is no `{walked}[{index}]`"));
+                let diagnostic = unknown(format!("there is no `{resolved}[{index}]`"));
                 return Err(diagnostic.help(match length {
-                    0 => format!("`{walked}` is empty"),
-                    1 => format!("there is only `{walked}[0]`"),
-                    _ => format!("allowed are `{walked}[0]` to `{walked}[{}]`", length - 1),
+                    0 => format!("`{resolved}` is empty"),
+                    1 => format!("there is only `{resolved}[0]`"),
+                    _ => format!(
+                        "allowed are `{resolved}[0]` to `{resolved}[{}]`",
+                        length - 1
+                    ),
                 }));
             }
             (Some(_), None) => {
-                let diagnostic = unknown(format!("`{walked}` has no elements"));
+                let diagnostic = unknown(format!("`{resolved}` has no elements"));
                 return Err(diagnostic.help(format!("it is {}", parameter.allowed())));
             }
             _ => {}
         }
         match (&parameter.kind, content) {
             (Kind::Scalar { .. }, _) if !is_last => {
-                let diagnostic = unknown(format!("`{walked}` has no parts"));
+                let diagnostic = unknown(format!("`{resolved}` has no parts"));
                 return Err(diagnostic.help(format!("it is {}", parameter.allowed())));
             }
             (Kind::List { .. }, _) if !is_last && index.is_none() => {
-                let diagnostic = unknown(format!("`{walked}` is a list"));
-                return Err(diagnostic.help(format!("name one of its elements: `{walked}[0]`")));
+                let diagnostic = unknown(format!("`{resolved}` is a list"));
+                return Err(diagnostic.help(format!("name one of its elements: `{resolved}[0]`")));
             }
             (Kind::Group(members), Some(Content::Group(inner))) => {
                 (parameters, block) = (members, Some(inner));
@@ -134,19 +137,19 @@ pub(crate) fn resolve<'m>(
             _ => {}
         }
         if let Some(index) = index {
-            walked.push_str(&format!("[{index}]"));
+            resolved.push_str(&format!("[{index}]"));
         }
         if is_last {
             let is_scalar = matches!(parameter.kind, Kind::Scalar { .. });
-            way.push((position, if is_scalar { None } else { index }));
+            indices.push((position, if is_scalar { None } else { index }));
             return Ok(Target {
                 parameter,
-                path: walked,
-                way,
+                path: resolved,
+                indices,
                 element: index.filter(|_| is_scalar),
             });
         }
-        way.push((position, index));
+        indices.push((position, index));
     }
     // A path has at least one step.
     Err(unknown(format!("unknown parameter `{path}`")))

@@ -1,22 +1,24 @@
 //! Rules across parameters: where each applies, and what is said where it is broken.
 
 use crate::block::{Block, Content, Field, Origin};
-use crate::condition::{EvaluationError, Function, Given, Reference, extreme, repeated};
+use crate::condition::{
+    EvaluationError, Function, Reference, ReferenceValues, first_duplicate, position_of_extreme,
+};
 use crate::model::{Rule, Value};
 use rc_diagnostics::{Diagnostic, Span};
 
 /// A rule that does not hold.
-pub(crate) struct Broken<'a> {
+pub(crate) struct Violation<'a> {
     rule: &'a Rule,
     /// The first of the values that break it, of those that are given if there are any.
-    main: Spot,
-    others: Vec<Spot>,
+    primary: InvolvedValue,
+    related: Vec<InvolvedValue>,
     /// The condition and the values that break it.
-    pub(crate) why: String,
+    pub(crate) explanation: String,
 }
 
 /// One of the values that break a rule.
-struct Spot {
+struct InvolvedValue {
     path: String,
     at: Span,
     origin: Origin,
@@ -26,18 +28,22 @@ struct Spot {
 
 /// The rules that do not hold, each by its index, once for each element of the lists around it. One that names a
 /// parameter which is itself faulty is not tried.
-pub(crate) fn broken<'a>(rules: &'a [Rule], root: &Block) -> Vec<(usize, Broken<'a>)> {
+pub(crate) fn violations<'a>(rules: &'a [Rule], root: &Block) -> Vec<(usize, Violation<'a>)> {
     let mut all = Vec::new();
     for (at, rule) in rules.iter().enumerate() {
-        each(&mut vec![root], &rule.scope, &mut |blocks| {
-            all.extend(apply(rule, blocks).map(|broken| (at, broken)));
+        visit_scope(&mut vec![root], &rule.scope, &mut |blocks| {
+            all.extend(evaluate_rule(rule, blocks).map(|broken| (at, broken)));
         });
     }
     all
 }
 
 /// Calls `visit` for every block that `scope` leads to, with the blocks around it, the outermost first.
-fn each<'b>(blocks: &mut Vec<&'b Block>, scope: &[String], visit: &mut dyn FnMut(&[&'b Block])) {
+fn visit_scope<'b>(
+    blocks: &mut Vec<&'b Block>,
+    scope: &[String],
+    visit: &mut dyn FnMut(&[&'b Block]),
+) {
     let Some((name, rest)) = scope.split_first() else {
         visit(blocks);
         return;
@@ -45,18 +51,18 @@ fn each<'b>(blocks: &mut Vec<&'b Block>, scope: &[String], visit: &mut dyn FnMut
     let field = blocks.last().and_then(|block| block.field(name));
     for block in field.into_iter().flat_map(Field::blocks) {
         blocks.push(block);
-        each(blocks, rest, visit);
+        visit_scope(blocks, rest, visit);
         blocks.pop();
     }
 }
 
-fn apply<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Broken<'a>> {
+fn evaluate_rule<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Violation<'a>> {
     let references = rule.condition.references();
-    let named: Option<Vec<Named<'_>>> = references
-        .map(|(function, reference)| Named::find(function, reference, blocks))
+    let named: Option<Vec<ResolvedReference<'_>>> = references
+        .map(|(function, reference)| ResolvedReference::find(function, reference, blocks))
         .collect();
     let named = named?;
-    let given: Vec<Given<'_>> = named.iter().map(Named::given).collect();
+    let given: Vec<ReferenceValues<'_>> = named.iter().map(ResolvedReference::given).collect();
     let verdict = match rule.condition.holds(&given) {
         Ok(true) => return None,
         Ok(false) => "does not hold",
@@ -65,70 +71,89 @@ fn apply<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Broken<'a>> {
         Err(EvaluationError::NotANumber) => "cannot be computed with nan, which is no number",
         Err(EvaluationError::EmptyList | EvaluationError::Malformed) => "cannot be computed",
     };
-    let mut spots: Vec<Spot> = Vec::new();
-    for spot in named.iter().zip(&given).flat_map(|(n, g)| n.spots(g)) {
-        if spots.iter().all(|known| known.path != spot.path) {
-            spots.push(spot);
+    let mut involved_values: Vec<InvolvedValue> = Vec::new();
+    for involved_value in named
+        .iter()
+        .zip(&given)
+        .flat_map(|(n, g)| n.involved_values(g))
+    {
+        if involved_values
+            .iter()
+            .all(|known| known.path != involved_value.path)
+        {
+            involved_values.push(involved_value);
         }
     }
-    let values: Vec<String> = spots.iter().map(Spot::described).collect();
-    let why = format!("`{}` {verdict}: {}", rule.text, values.join(", "));
+    let values: Vec<String> = involved_values
+        .iter()
+        .map(InvolvedValue::described)
+        .collect();
+    let explanation = format!("`{}` {verdict}: {}", rule.text, values.join(", "));
     // A default has no line of its own; another value may have one.
-    let origin = spots.iter().map(|spot| spot.origin).max();
-    let main = spots.iter().position(|spot| Some(spot.origin) == origin);
+    let origin = involved_values
+        .iter()
+        .map(|involved_value| involved_value.origin)
+        .max();
+    let primary = involved_values
+        .iter()
+        .position(|involved_value| Some(involved_value.origin) == origin);
     // A condition without parameters is refused when the `.pdsl` is read.
-    let main = spots.remove(main?);
-    Some(Broken {
+    let primary = involved_values.remove(primary?);
+    Some(Violation {
         rule,
-        main,
-        others: spots,
-        why,
+        primary,
+        related: involved_values,
+        explanation,
     })
 }
 
-impl Broken<'_> {
+impl Violation<'_> {
     /// What is said to whoever wrote the configuration.
     pub(crate) fn diagnostic(self) -> Diagnostic {
-        let message = format!("`{}` breaks a rule: {}", self.main.path, self.rule.message);
-        let diagnostic = Diagnostic::error("rule-broken", self.main.at, message).help(self.why);
-        let others = self
-            .others
+        let message = format!(
+            "`{}` breaks a rule: {}",
+            self.primary.path, self.rule.message
+        );
+        let diagnostic =
+            Diagnostic::error("rule-broken", self.primary.at, message).help(self.explanation);
+        let related = self
+            .related
             .into_iter()
-            .filter(|spot| spot.origin == Origin::Given);
-        others.fold(diagnostic, |diagnostic, spot| {
-            diagnostic.label(spot.at, format!("`{}`", spot.path))
+            .filter(|involved_value| involved_value.origin == Origin::Given);
+        related.fold(diagnostic, |diagnostic, involved_value| {
+            diagnostic.label(involved_value.at, format!("`{}`", involved_value.path))
         })
     }
 }
 
-impl Spot {
+impl InvolvedValue {
     fn described(&self) -> String {
         let default = match self.origin {
             Origin::Default => " by default",
-            Origin::Kept | Origin::Given => "",
+            Origin::Existing | Origin::Given => "",
         };
         format!("`{}` {}{default}", self.path, self.what)
     }
 }
 
 /// What a reference leads to.
-struct Named<'b> {
+struct ResolvedReference<'b> {
     function: Option<Function>,
     reference: &'b Reference,
-    leaves: Vec<Leaf<'b>>,
+    referenced_values: Vec<ReferencedValue<'b>>,
     /// The list or array that a function is about, or the parameter itself.
     field: &'b Field,
     count: usize,
 }
 
 /// One value, and the element that it is of an array.
-struct Leaf<'b> {
+struct ReferencedValue<'b> {
     value: &'b Value,
     field: &'b Field,
     element: Option<usize>,
 }
 
-impl<'b> Named<'b> {
+impl<'b> ResolvedReference<'b> {
     /// None where something on the way is faulty.
     fn find(
         function: Option<Function>,
@@ -136,7 +161,7 @@ impl<'b> Named<'b> {
         blocks: &[&'b Block],
     ) -> Option<Self> {
         let mut within: Vec<&'b Block> = vec![*blocks.get(reference.level)?];
-        let (mut leaves, mut about, mut count) = (Vec::new(), None, 0);
+        let (mut referenced_values, mut about, mut count) = (Vec::new(), None, 0);
         for name in &reference.path {
             count = 0;
             let mut inner = Vec::new();
@@ -146,16 +171,16 @@ impl<'b> Named<'b> {
                     Content::Value(Value::Array(values)) => {
                         about = about.or(Some(field));
                         count += values.len();
-                        let leaf = |(at, value)| Leaf {
+                        let referenced_value = |(at, value)| ReferencedValue {
                             value,
                             field,
                             element: Some(at),
                         };
-                        leaves.extend(values.iter().enumerate().map(leaf));
+                        referenced_values.extend(values.iter().enumerate().map(referenced_value));
                     }
                     Content::Value(value) => {
                         about = about.or(Some(field));
-                        leaves.push(Leaf {
+                        referenced_values.push(ReferencedValue {
                             value,
                             field,
                             element: None,
@@ -174,28 +199,36 @@ impl<'b> Named<'b> {
         Some(Self {
             function,
             reference,
-            leaves,
+            referenced_values,
             field: about?,
             count,
         })
     }
 
-    fn given(&self) -> Given<'b> {
-        Given {
-            values: self.leaves.iter().map(|leaf| leaf.value).collect(),
+    fn given(&self) -> ReferenceValues<'b> {
+        ReferenceValues {
+            values: self
+                .referenced_values
+                .iter()
+                .map(|referenced_value| referenced_value.value)
+                .collect(),
             count: self.count,
         }
     }
 
     /// The values that decide.
-    fn spots(&self, given: &Given<'_>) -> Vec<Spot> {
-        let whole = |what: &str| vec![self.field.spot(what.to_owned())];
-        let leaf = |at: usize| self.leaves.get(at).map(Leaf::spot);
+    fn involved_values(&self, given: &ReferenceValues<'_>) -> Vec<InvolvedValue> {
+        let whole = |what: &str| vec![self.field.involved_value(what.to_owned())];
+        let referenced_value = |at: usize| {
+            self.referenced_values
+                .get(at)
+                .map(ReferencedValue::involved_value)
+        };
         match self.function {
-            None => leaf(0).into_iter().collect(),
+            None => referenced_value(0).into_iter().collect(),
             Some(function @ (Function::Min | Function::Max)) => {
-                let at = extreme(function, &given.values).and_then(leaf);
-                at.map_or_else(|| whole("is empty"), |spot| vec![spot])
+                let at = position_of_extreme(function, &given.values).and_then(referenced_value);
+                at.map_or_else(|| whole("is empty"), |involved_value| vec![involved_value])
             }
             Some(Function::Len) => match self.reference.path.last() {
                 Some(name) if *name != self.field.name => {
@@ -203,30 +236,31 @@ impl<'b> Named<'b> {
                 }
                 _ => whole(&format!("has length {}", self.count)),
             },
-            Some(Function::Unique) => match repeated(&given.values) {
+            Some(Function::Unique) => match first_duplicate(&given.values) {
                 // The second one is the one too many.
-                Some((first, second)) => {
-                    [leaf(second), leaf(first)].into_iter().flatten().collect()
-                }
+                Some((first, second)) => [referenced_value(second), referenced_value(first)]
+                    .into_iter()
+                    .flatten()
+                    .collect(),
                 None => whole("has no value twice"),
             },
         }
     }
 }
 
-impl Leaf<'_> {
-    fn spot(&self) -> Spot {
+impl ReferencedValue<'_> {
+    fn involved_value(&self) -> InvolvedValue {
         let what = if self.field.secret {
             "is secret".to_owned()
         } else {
             format!("is {}", self.value.to_toml())
         };
-        let mut spot = self.field.spot(what);
+        let mut involved_value = self.field.involved_value(what);
         if let Some(at) = self.element {
-            spot.path.push_str(&format!("[{at}]"));
-            spot.at = *self.field.elements.get(at).unwrap_or(&spot.at);
+            involved_value.path.push_str(&format!("[{at}]"));
+            involved_value.at = *self.field.elements.get(at).unwrap_or(&involved_value.at);
         }
-        spot
+        involved_value
     }
 }
 
@@ -240,8 +274,8 @@ impl Field {
         }
     }
 
-    fn spot(&self, what: String) -> Spot {
-        Spot {
+    fn involved_value(&self, what: String) -> InvolvedValue {
+        InvolvedValue {
             path: self.path.clone(),
             at: self.at,
             origin: self.origin,

@@ -1,7 +1,7 @@
-//! Changed values on their way back into the configuration file, which keeps its comments and its order.
+//! Changed values on their steps back into the configuration file, which keeps its comments and its order.
 
 use crate::block::{Block, Content, Field};
-use crate::live::{Live, ParamChange, nowhere};
+use crate::live::{LiveParameters, ParamChange, no_location};
 use crate::model::{Kind, Parameter, Value};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
@@ -9,9 +9,9 @@ use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike};
 
 /// Why values are not written into a file.
 #[derive(Debug)]
-pub enum Unsaved {
+pub enum SaveError {
     /// The file, or what it would become, is not what the `.pdsl` accepts.
-    Wrong(SourceMap, Diagnostics),
+    Invalid(SourceMap, Diagnostics),
     /// Somebody else has changed what would be written; a line for each.
     Conflicts(Vec<String>),
 }
@@ -20,11 +20,11 @@ pub enum Unsaved {
 struct Edit<'m> {
     parameter: &'m Parameter,
     /// From the outermost table, each with the element of a list.
-    way: Vec<(&'m str, Option<usize>)>,
+    steps: Vec<(&'m str, Option<usize>)>,
     change: ParamChange,
 }
 
-impl Live {
+impl LiveParameters {
     /// The values of the next start that the file does not have, so far as is known.
     pub fn unsaved(&self) -> Vec<ParamChange> {
         self.edits().into_iter().map(|edit| edit.change).collect()
@@ -32,20 +32,20 @@ impl Live {
 
     /// `text`, which the file `path` holds now, with the values of the next start. Only those that were changed since
     /// the component has read the file, or has last written it, are written; whatever else was edited in between stays.
-    pub fn save(&self, path: &Path, text: &str) -> Result<String, Unsaved> {
+    pub fn save(&self, path: &Path, text: &str) -> Result<String, SaveError> {
         let present = self.read(path, text)?;
         let mut edits = self.edits();
         let conflicts = edits.iter().filter_map(|edit| {
             let conflict = edit.conflict(&present);
-            conflict.or_else(|| edit.moved(self, &present))
+            conflict.or_else(|| edit.list_conflict(self, &present))
         });
         let conflicts: Vec<String> = conflicts.collect();
         if !conflicts.is_empty() {
-            return Err(Unsaved::Conflicts(conflicts));
+            return Err(SaveError::Conflicts(conflicts));
         }
         edits.retain(|edit| edit.value_in(&present) != Some(&edit.change.new));
         // A table that is new may become the first one; what stands over the whole file stays over it.
-        let (header, rest) = text.split_at(header(text));
+        let (header, rest) = text.split_at(header_length(text));
         // Right now, since it was read just before.
         let mut document: DocumentMut = rest.parse().unwrap_or_default();
         for edit in &edits {
@@ -70,28 +70,28 @@ impl Live {
         self.saved = self.next.clone();
     }
 
-    fn read(&self, path: &Path, text: &str) -> Result<Block, Unsaved> {
+    fn read(&self, path: &Path, text: &str) -> Result<Block, SaveError> {
         let mut sources = SourceMap::new();
         let source = sources.add(path, text);
         let (configuration, found) = crate::check::check(&sources, source, Some(&self.model));
         if found.has_errors() {
-            return Err(Unsaved::Wrong(sources, found));
+            return Err(SaveError::Invalid(sources, found));
         }
         let (parameters, values) = (&self.model.parameters, &configuration.parameters);
-        Ok(Block::of(parameters, values, "", nowhere().start()))
+        Ok(Block::of(parameters, values, "", no_location().start()))
     }
 
     fn edits(&self) -> Vec<Edit<'_>> {
         let mut edits = Vec::new();
-        let (parameters, way) = (&self.model.parameters, &mut Vec::new());
-        compare(parameters, &self.saved, &self.next, way, &mut edits);
+        let (parameters, steps) = (&self.model.parameters, &mut Vec::new());
+        compare(parameters, &self.saved, &self.next, steps, &mut edits);
         edits
     }
 }
 
 /// The length of the comments at the beginning of a file that are about all of it: up to their last blank line, since what
 /// follows that is about the first table. The mark of an encoding belongs to them.
-fn header(text: &str) -> usize {
+fn header_length(text: &str) -> usize {
     let (mut at, mut blank) = (0, None);
     for line in text.split_inclusive('\n') {
         let words = line.trim_start_matches('\u{feff}').trim();
@@ -108,17 +108,21 @@ fn header(text: &str) -> usize {
 }
 
 /// The first value that the file does not have as it was read, nor as it is now.
-fn difference<'b>(saved: &'b Block, next: &Block, present: &'b Block) -> Option<Difference<'b>> {
+fn first_difference<'b>(
+    saved: &'b Block,
+    next: &Block,
+    present: &'b Block,
+) -> Option<Difference<'b>> {
     let fields = saved.fields.iter().zip(&next.fields).zip(&present.fields);
     for ((saved, next), present) in fields {
         let found = match (&saved.content, &next.content, &present.content) {
             (Some(Content::Group(a)), Some(Content::Group(b)), Some(Content::Group(c))) => {
-                difference(a, b, c)
+                first_difference(a, b, c)
             }
             (Some(Content::List(a)), Some(Content::List(b)), Some(Content::List(c))) => {
                 if a.len() == c.len() {
                     let mut elements = a.iter().zip(b).zip(c);
-                    elements.find_map(|((a, b), c)| difference(a, b, c))
+                    elements.find_map(|((a, b), c)| first_difference(a, b, c))
                 } else {
                     Some(Difference {
                         field: saved,
@@ -154,20 +158,20 @@ fn compare<'m>(
     parameters: &'m [Parameter],
     old: &Block,
     new: &Block,
-    way: &mut Vec<(&'m str, Option<usize>)>,
+    steps: &mut Vec<(&'m str, Option<usize>)>,
     edits: &mut Vec<Edit<'m>>,
 ) {
     for (parameter, (a, b)) in parameters.iter().zip(old.fields.iter().zip(&new.fields)) {
-        way.push((&parameter.name, None));
+        steps.push((&parameter.name, None));
         match (&parameter.kind, &a.content, &b.content) {
             (Kind::Group(members), Some(Content::Group(a)), Some(Content::Group(b))) => {
-                compare(members, a, b, way, edits);
+                compare(members, a, b, steps, edits);
             }
             (Kind::List { parameters, .. }, Some(Content::List(a)), Some(Content::List(b))) => {
                 for (at, (a, b)) in a.iter().zip(b).enumerate() {
-                    way.pop();
-                    way.push((&parameter.name, Some(at)));
-                    compare(parameters, a, b, way, edits);
+                    steps.pop();
+                    steps.push((&parameter.name, Some(at)));
+                    compare(parameters, a, b, steps, edits);
                 }
             }
             (_, Some(Content::Value(old)), Some(Content::Value(new))) if old != new => {
@@ -179,19 +183,19 @@ fn compare<'m>(
                 };
                 edits.push(Edit {
                     parameter,
-                    way: way.clone(),
+                    steps: steps.clone(),
                     change,
                 });
             }
             _ => {}
         }
-        way.pop();
+        steps.pop();
     }
 }
 
 impl Edit<'_> {
     fn value_in<'b>(&self, mut block: &'b Block) -> Option<&'b Value> {
-        for (name, element) in &self.way {
+        for (name, element) in &self.steps {
             block = match (block.field(name)?.content.as_ref()?, element) {
                 (Content::Value(value), _) => return Some(value),
                 (Content::Group(block), _) => block,
@@ -227,13 +231,13 @@ impl Edit<'_> {
 
     /// What is to be said where the list around the value is not as it was read: its elements are known by their places
     /// alone, so the value might get into another one.
-    fn moved(&self, live: &Live, present: &Block) -> Option<String> {
+    fn list_conflict(&self, live: &LiveParameters, present: &Block) -> Option<String> {
         let path = &self.change.path;
         if self.value_in(present) == Some(&self.change.new) {
             return None;
         }
         let (mut saved, mut next, mut present) = (&live.saved, &live.next, present);
-        for (name, element) in &self.way {
+        for (name, element) in &self.steps {
             let contents = [saved, next, present].map(|block| {
                 let field = block.field(name);
                 field.and_then(|field| field.content.as_ref())
@@ -267,7 +271,7 @@ impl Edit<'_> {
                         field,
                         read,
                         present,
-                    } = difference(a.get(*at)?, b.get(*at)?, c.get(*at)?)?;
+                    } = first_difference(a.get(*at)?, b.get(*at)?, c.get(*at)?)?;
                     let other = &field.path;
                     return Some(if field.secret {
                         format!(
@@ -290,8 +294,8 @@ impl Edit<'_> {
             document.insert("parameters", Item::Table(Table::new()));
         }
         let mut place = document.get_mut("parameters").and_then(table_of);
-        let last = self.way.len().saturating_sub(1);
-        for (name, element) in &self.way[..last] {
+        let last = self.steps.len().saturating_sub(1);
+        for (name, element) in &self.steps[..last] {
             place = place.and_then(|place| inner(place, name, *element));
         }
         // What is not as expected is found when the text is read again.
@@ -306,7 +310,7 @@ impl Edit<'_> {
             replace(old, new);
         } else {
             if in_line {
-                close_up(table);
+                trim_last_suffix(table);
             }
             table.insert(name, Item::Value(new));
         }
@@ -314,19 +318,23 @@ impl Edit<'_> {
 }
 
 /// A table, and whether it stands in a line: then all in it does.
-type Place<'t> = (&'t mut dyn TableLike, bool);
+type TableAt<'t> = (&'t mut dyn TableLike, bool);
 
-fn table_of(item: &mut Item) -> Option<Place<'_>> {
+fn table_of(item: &mut Item) -> Option<TableAt<'_>> {
     let in_line = item.is_inline_table();
     Some((item.as_table_like_mut()?, in_line))
 }
 
 /// The table called `name` in another one, which is made if it is not there; or one of its elements.
-fn inner<'t>((table, in_line): Place<'t>, name: &str, element: Option<usize>) -> Option<Place<'t>> {
+fn inner<'t>(
+    (table, in_line): TableAt<'t>,
+    name: &str,
+    element: Option<usize>,
+) -> Option<TableAt<'t>> {
     let Some(at) = element else {
         if !table.contains_key(name) {
             let new = if in_line {
-                close_up(table);
+                trim_last_suffix(table);
                 Item::Value(InlineTable::new().into())
             } else {
                 Item::Table(Table::new())
@@ -345,7 +353,7 @@ fn inner<'t>((table, in_line): Place<'t>, name: &str, element: Option<usize>) ->
 }
 
 /// Takes away the space between the last value of a line and its bracket, where a comma is to come.
-fn close_up(table: &mut dyn TableLike) {
+fn trim_last_suffix(table: &mut dyn TableLike) {
     let last = table.iter_mut().last().map(|(_, item)| item);
     if let Some(value) = last.and_then(Item::as_value_mut) {
         value.decor_mut().set_suffix("");

@@ -1,29 +1,29 @@
 //! A configuration after its `.pdsl` has changed: what is new, what is gone, what has another name, and the text that
 //! says so.
 //!
-//! Nothing that somebody wrote gets lost. What is gone becomes a comment. A value goes to another name only where that
+//! Nothing that somebody wrote gets lost. ChangeKind is gone becomes a comment. A value goes to another name only where that
 //! can be nothing but another spelling or a slip of the pen; a robot must not move by a guess. So a value also stays, and
 //! the configuration stays wrong, where it may be that of a parameter for which a default would hold otherwise.
 
+mod edits;
 mod inline;
-mod names;
-mod text;
+mod key_matches;
 
 use crate::block::inner;
-use crate::document::Place;
+use crate::document::Locator;
 use crate::model::{Kind, Parameter, Parameters};
-use crate::parameters::fits;
+use crate::parameters::is_valid_value;
 use crate::template;
-use names::Names;
+use edits::{InsertionOrder, Text, head, heads_in};
+use key_matches::KeyMatches;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
-use text::{Rank, Text, head, heads_in};
 use toml_edit::{Document, Item, Table};
 
 /// The words over what became a comment.
-const GONE: &str = "No parameter any more (rcgen config --update):";
+const REMOVED_NOTE: &str = "No parameter any more (rcgen config --update):";
 
 /// One difference between a configuration and what its `.pdsl` declares.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,41 +32,43 @@ pub struct Change {
     pub path: String,
     /// The place in the configuration: of a key that is there, or of the table that lacks one.
     pub at: Span,
-    /// What is the matter with it.
-    pub what: What,
+    /// ChangeKind is the matter with it.
+    pub kind: ChangeKind,
 }
 
-/// What is the matter with a parameter of a configuration.
+/// ChangeKind is the matter with a parameter of a configuration.
 #[derive(Clone, Debug, PartialEq)]
-pub enum What {
+pub enum ChangeKind {
     /// It is new, and gets this default.
-    New(String),
+    Added(String),
     /// It is new, and somebody has to give it a value.
     Required,
     /// It is called so now.
     Renamed(String),
-    /// It is gone; the name that it perhaps has now.
-    Gone(Option<String>),
+    /// It is gone; the name that it candidates has now.
+    Removed(Option<String>),
     /// It is no parameter any more, but may be one of these, or another one, which are new and have these defaults; a group
     /// has many.
-    Undecided(Vec<(String, Option<String>)>),
+    Ambiguous(Vec<(String, Option<String>)>),
     /// Its table stands in braces over several lines, which only a person changes well.
-    ByHand,
+    Manual,
 }
 
 impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let path = &self.path;
-        match &self.what {
-            What::New(default) => write!(f, "add `{path}` = {default}"),
-            What::Required => write!(f, "add `{path}`, which must be set"),
-            What::Renamed(to) => write!(f, "rename `{path}` to `{to}`"),
-            What::Gone(None) => write!(f, "comment out `{path}`, which is no parameter any more"),
-            What::Gone(Some(near)) => write!(
+        match &self.kind {
+            ChangeKind::Added(default) => write!(f, "add `{path}` = {default}"),
+            ChangeKind::Required => write!(f, "add `{path}`, which must be set"),
+            ChangeKind::Renamed(to) => write!(f, "rename `{path}` to `{to}`"),
+            ChangeKind::Removed(None) => {
+                write!(f, "comment out `{path}`, which is no parameter any more")
+            }
+            ChangeKind::Removed(Some(near)) => write!(
                 f,
                 "comment out `{path}`, which is no parameter any more; is it `{near}` now?"
             ),
-            What::Undecided(new) => {
+            ChangeKind::Ambiguous(new) => {
                 let names = new.iter();
                 let names: Vec<String> = names
                     .map(|(path, default)| match default {
@@ -80,7 +82,7 @@ impl fmt::Display for Change {
                     names.join(" or ")
                 )
             }
-            What::ByHand => write!(
+            ChangeKind::Manual => write!(
                 f,
                 "leave `{path}` to you: its braces span several lines, and what it holds is not what is declared"
             ),
@@ -90,12 +92,12 @@ impl fmt::Display for Change {
 
 impl Change {
     /// Whether it is no change, but something that a person has to decide.
-    pub fn is_yours(&self) -> bool {
-        matches!(self.what, What::Undecided(_) | What::ByHand)
+    pub fn needs_decision(&self) -> bool {
+        matches!(self.kind, ChangeKind::Ambiguous(_) | ChangeKind::Manual)
     }
 }
 
-/// What [`update`] finds.
+/// ChangeKind [`update`] finds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Update {
     /// The differences.
@@ -104,7 +106,7 @@ pub struct Update {
     pub text: String,
 }
 
-/// What has to become of a configuration that was written for another version of `parameters`. Comments, order and
+/// ChangeKind has to become of a configuration that was written for another version of `parameters`. Comments, order and
 /// layout of what is there stay. An error is a text that is no TOML.
 pub fn update(
     sources: &SourceMap,
@@ -117,25 +119,27 @@ pub fn update(
     let root = document.as_table();
     let mut updater = Updater {
         text: Text::new(sources.text(source), root),
-        place: Place { source },
+        locator: Locator { source },
         changes: Vec::new(),
     };
     match (root.get("parameters"), parameters) {
         (Some(item), _) => {
             let declared = parameters.map_or(&[][..], |model| &model.parameters);
-            let within = Within {
+            let context = TableContext {
                 path: String::new(),
                 head: "parameters".to_owned(),
                 prefix: "parameters.".to_owned(),
                 body: None,
             };
-            updater.item(item, declared, &within);
+            updater.item(item, declared, &context);
         }
         (None, Some(model)) if !model.parameters.is_empty() => {
-            updater.added(&model.parameters, "", updater.place.start());
-            updater
-                .text
-                .insert(updater.text.end(), Rank::Table, &template::root(model));
+            updater.added(&model.parameters, "", updater.locator.start());
+            updater.text.insert(
+                updater.text.end(),
+                InsertionOrder::Table,
+                &template::root(model),
+            );
         }
         (None, _) => {}
     }
@@ -147,17 +151,17 @@ pub fn update(
 
 /// Notes about what a configuration leaves to its defaults, one for each table; none where that is all that can be said
 /// of it: then it is as short as somebody wants it.
-pub fn unset(update: &Update) -> Vec<Diagnostic> {
-    let new = |change: &Change| matches!(change.what, What::New(_));
+pub fn unset_parameters(update: &Update) -> Vec<Diagnostic> {
+    let new = |change: &Change| matches!(change.kind, ChangeKind::Added(_));
     if update.changes.iter().all(new) {
         return Vec::new();
     }
     let mut tables: Vec<(Span, Vec<String>)> = Vec::new();
     let mut known: HashMap<Span, usize> = HashMap::new();
     for change in &update.changes {
-        let new = match &change.what {
-            What::New(default) => vec![(&change.path, default)],
-            What::Undecided(new) => {
+        let new = match &change.kind {
+            ChangeKind::Added(default) => vec![(&change.path, default)],
+            ChangeKind::Ambiguous(new) => {
                 let values = new.iter();
                 values
                     .filter_map(|(path, default)| Some((path, default.as_ref()?)))
@@ -182,18 +186,18 @@ pub fn unset(update: &Update) -> Vec<Diagnostic> {
 }
 
 /// Where a table is, and how it is written.
-struct Within {
+struct TableContext {
     /// How findings call it.
     path: String,
-    /// What its head says, or would say.
+    /// ChangeKind its head says, or would say.
     head: String,
-    /// What stands before its names where it is written by dots in keys.
+    /// ChangeKind stands before its names where it is written by dots in keys.
     prefix: String,
     /// The head above its keys.
     body: Option<usize>,
 }
 
-impl Within {
+impl TableContext {
     fn inner(&self, name: &str) -> Self {
         Self {
             path: inner(&self.path, name),
@@ -206,26 +210,26 @@ impl Within {
 
 struct Updater<'a> {
     text: Text<'a>,
-    place: Place,
+    locator: Locator,
     changes: Vec<Change>,
 }
 
 impl Updater<'_> {
-    fn change(&mut self, path: String, at: Span, what: What) {
-        self.changes.push(Change { path, at, what });
+    fn change(&mut self, path: String, at: Span, kind: ChangeKind) {
+        self.changes.push(Change { path, at, kind });
     }
 
-    /// What is in a table, or in each table of a list.
-    fn item(&mut self, item: &Item, parameters: &[Parameter], within: &Within) {
+    /// ChangeKind is in a table, or in each table of a list.
+    fn item(&mut self, item: &Item, parameters: &[Parameter], context: &TableContext) {
         match item {
-            Item::Table(table) => self.table(table, parameters, within),
+            Item::Table(table) => self.table(table, parameters, context),
             Item::ArrayOfTables(tables) => {
                 for (index, table) in tables.iter().enumerate() {
-                    let path = format!("{}[{index}]", within.path);
-                    let head = within.head.clone();
-                    let prefix = within.prefix.clone();
-                    let body = within.body;
-                    let element = Within {
+                    let path = format!("{}[{index}]", context.path);
+                    let head = context.head.clone();
+                    let prefix = context.prefix.clone();
+                    let body = context.body;
+                    let element = TableContext {
                         path,
                         head,
                         prefix,
@@ -234,55 +238,55 @@ impl Updater<'_> {
                     self.table(table, parameters, &element);
                 }
             }
-            Item::Value(value) => self.value(value, parameters, &within.path),
+            Item::Value(value) => self.value(value, parameters, &context.path),
             Item::None => {}
         }
     }
 
-    fn table(&mut self, table: &Table, parameters: &[Parameter], within: &Within) {
+    fn table(&mut self, table: &Table, parameters: &[Parameter], context: &TableContext) {
         let own = head(table).map(|head| head.start);
         let dotted = table.is_dotted();
-        let within = &Within {
-            path: within.path.clone(),
-            head: within.head.clone(),
+        let context = &TableContext {
+            path: context.path.clone(),
+            head: context.head.clone(),
             prefix: if dotted {
-                within.prefix.clone()
+                context.prefix.clone()
             } else {
                 String::new()
             },
-            body: if dotted { within.body } else { own },
+            body: if dotted { context.body } else { own },
         };
-        let around = self.place.start();
+        let around = self.locator.start();
         let at = own.map_or_else(
-            || self.place.of(table.span(), around),
-            |_| self.place.of(head(table), around),
+            || self.locator.span(table.span(), around),
+            |_| self.locator.span(head(table), around),
         );
-        let names = Names::of(parameters, table, self.place);
+        let names = KeyMatches::of(parameters, table, self.locator);
         let mut renamed: Vec<(&str, &str)> = Vec::new();
-        for (name, item) in table.iter().filter(|(name, _)| !names.knows(name)) {
+        for (name, item) in table.iter().filter(|(name, _)| !names.is_parameter(name)) {
             let Some(key) = table.key(name).and_then(toml_edit::Key::span) else {
                 continue;
             };
-            let here = self.place.of(Some(key.clone()), at);
-            let path = inner(&within.path, name);
+            let here = self.locator.span(Some(key.clone()), at);
+            let path = inner(&context.path, name);
             match names.renamed(name) {
-                Some(to) if self.rename(item, key.clone(), within, &to.name) => {
-                    let what = What::Renamed(inner(&within.path, &to.name));
-                    self.change(path, here, what);
+                Some(to) if self.rename(item, key.clone(), context, &to.name) => {
+                    let kind = ChangeKind::Renamed(inner(&context.path, &to.name));
+                    self.change(path, here, kind);
                     renamed.push((&to.name, name));
                     if !is_scalar(to) {
-                        self.item(item, members(to), &within.inner(&to.name));
+                        self.item(item, members(to), &context.inner(&to.name));
                     }
                 }
-                _ if !names.perhaps(name).is_empty() => {
-                    let new = candidates(names.perhaps(name), &within.path);
-                    self.change(path, here, What::Undecided(new));
+                _ if !names.candidates(name).is_empty() => {
+                    let new = candidates(names.candidates(name), &context.path);
+                    self.change(path, here, ChangeKind::Ambiguous(new));
                 }
                 _ => {
-                    let near = names.near(name).map(|near| inner(&within.path, near));
-                    self.change(path, here, What::Gone(near));
-                    let mut note = GONE;
-                    self.gone(key, item, &mut note);
+                    let near = names.nearest(name).map(|near| inner(&context.path, near));
+                    self.change(path, here, ChangeKind::Removed(near));
+                    let mut note = REMOVED_NOTE;
+                    self.remove(key, item, &mut note);
                 }
             }
         }
@@ -290,21 +294,26 @@ impl Updater<'_> {
             let known = renamed.iter().find(|(to, _)| *to == parameter.name);
             known.map_or(parameter.name.clone(), |(_, from)| (*from).to_owned())
         };
-        let decided: Vec<&Parameter> = parameters.iter().filter(|p| names.is_decided(p)).collect();
-        self.values(table, &decided, within, at, &key_of);
-        // What is new comes behind what it follows in the `.pdsl`.
-        let mut before = within.body;
+        let decided: Vec<&Parameter> = parameters
+            .iter()
+            .filter(|p| names.is_unambiguous(p))
+            .collect();
+        self.values(table, &decided, context, at, &key_of);
+        // ChangeKind is new comes behind what it follows in the `.pdsl`.
+        let mut before = context.body;
         for parameter in decided.iter().filter(|p| !is_scalar(p)) {
             let Some(item) = table.get(&key_of(parameter)) else {
                 let above = first(table).map(|first| self.text.above(first));
                 let end = before.map(|head| self.text.end_of(Some(head)));
                 let place = end.or(above).unwrap_or_else(|| self.text.end());
-                self.new_table(parameter, within, at, (place, before));
+                self.new_table(parameter, context, at, (place, before));
                 continue;
             };
-            if names.knows(&key_of(parameter)) && fits(parameter, item, self.place) {
+            if names.is_parameter(&key_of(parameter))
+                && is_valid_value(parameter, item, self.locator)
+            {
                 let members = members(parameter);
-                self.item(item, members, &within.inner(&parameter.name));
+                self.item(item, members, &context.inner(&parameter.name));
             }
             let mut found = Vec::new();
             heads_in(item, &mut found);
@@ -317,20 +326,20 @@ impl Updater<'_> {
         &mut self,
         table: &Table,
         parameters: &[&Parameter],
-        within: &Within,
+        context: &TableContext,
         at: Span,
         key_of: &dyn Fn(&Parameter) -> String,
     ) {
         // A table that is there only by the heads of others gets one, above theirs.
-        let mut head = format!("[{}]\n\n", within.head);
-        let headless = within.body.is_none() && within.prefix.is_empty();
+        let mut head = format!("[{}]\n\n", context.head);
+        let headless = context.body.is_none() && context.prefix.is_empty();
         let above = first(table).map(|first| self.text.above(first));
         let keys = table.iter().filter(|(_, item)| first_in(item).is_none());
         let ends = keys.filter_map(|(_, item)| item.span());
         let dotted = ends.map(|span| self.text.next_line(span.end)).max();
-        let mut place = match (headless, within.prefix.is_empty()) {
+        let mut place = match (headless, context.prefix.is_empty()) {
             (true, _) => above,
-            (false, true) => within.body.map(|head| self.text.next_line(head)),
+            (false, true) => context.body.map(|head| self.text.next_line(head)),
             (false, false) => dotted,
         };
         for parameter in parameters.iter().filter(|p| is_scalar(p)) {
@@ -339,12 +348,12 @@ impl Updater<'_> {
                 place = end.or(place);
                 continue;
             }
-            let what = new(parameter);
-            let name = format!("{}{}", within.prefix, parameter.name);
+            let kind = added_kind(parameter);
+            let name = format!("{}{}", context.prefix, parameter.name);
             // A comment that asks for a value is enough.
             let request = format!("# {name} =");
-            let asked =
-                what == What::Required && self.text.has_line(within.body, within.body, &request);
+            let asked = kind == ChangeKind::Required
+                && self.text.has_line(context.body, context.body, &request);
             if let (Some(place), false) = (place, asked) {
                 let lines = template::scalar(parameter, &name);
                 let head = if headless {
@@ -352,9 +361,13 @@ impl Updater<'_> {
                 } else {
                     String::new()
                 };
-                let kind = if headless { Rank::Table } else { Rank::Body };
-                self.text.insert(place, kind, &format!("{head}{lines}"));
-                self.change(inner(&within.path, &parameter.name), at, what);
+                let order = if headless {
+                    InsertionOrder::Table
+                } else {
+                    InsertionOrder::Body
+                };
+                self.text.insert(place, order, &format!("{head}{lines}"));
+                self.change(inner(&context.path, &parameter.name), at, kind);
             }
         }
     }
@@ -363,26 +376,29 @@ impl Updater<'_> {
     fn new_table(
         &mut self,
         parameter: &Parameter,
-        within: &Within,
+        context: &TableContext,
         at: Span,
         (place, before): (usize, Option<usize>),
     ) {
-        let new = within.inner(&parameter.name);
+        let new = context.inner(&parameter.name);
         // A list that may be empty is a comment.
         let example = format!("# [[{}]]", new.head);
         let is_list = matches!(parameter.kind, Kind::List { .. });
         // Of the elements of a list, each has its own; of all else there is one in the file.
-        let (from, to) = if within.path.contains('[') {
-            (within.body, before)
+        let (from, to) = if context.path.contains('[') {
+            (context.body, before)
         } else {
             (None, Some(usize::MAX))
         };
         if is_list && self.text.has_line(from, to, &example) {
             return;
         }
-        self.added(std::slice::from_ref(parameter), &within.path, at);
-        self.text
-            .insert(place, Rank::Table, &template::table(parameter, &new.head));
+        self.added(std::slice::from_ref(parameter), &context.path, at);
+        self.text.insert(
+            place,
+            InsertionOrder::Table,
+            &template::table(parameter, &new.head),
+        );
     }
 
     /// Notes that these are new, and all that is in them.
@@ -391,14 +407,16 @@ impl Updater<'_> {
             let path = inner(path, &parameter.name);
             match &parameter.kind {
                 Kind::Group(members) => self.added(members, &path, at),
-                Kind::Scalar { .. } | Kind::List { .. } => self.change(path, at, new(parameter)),
+                Kind::Scalar { .. } | Kind::List { .. } => {
+                    self.change(path, at, added_kind(parameter));
+                }
             }
         }
     }
 
     /// Gives a key another name, in all heads where it stands. Heads with quotes, and keys with dots, which may repeat
     /// the name anywhere, are left alone.
-    fn rename(&mut self, item: &Item, key: Range<usize>, within: &Within, to: &str) -> bool {
+    fn rename(&mut self, item: &Item, key: Range<usize>, context: &TableContext, to: &str) -> bool {
         if is_dotted(item) {
             return false;
         }
@@ -408,7 +426,7 @@ impl Updater<'_> {
             self.text.replace(key, to);
             return true;
         }
-        let depth = within.head.split('.').count();
+        let depth = context.head.split('.').count();
         let mut edits = Vec::new();
         for head in found {
             let words = self.text.slice(head.clone());
@@ -427,12 +445,12 @@ impl Updater<'_> {
     }
 
     /// Makes comments of what is no parameter any more, with one note over all of it.
-    fn gone(&mut self, key: Range<usize>, item: &Item, note: &mut &str) {
+    fn remove(&mut self, key: Range<usize>, item: &Item, note: &mut &str) {
         match item {
             Item::Table(table) if table.is_dotted() => {
                 for (name, item) in table {
                     if let Some(key) = table.key(name).and_then(toml_edit::Key::span) {
-                        self.gone(key, item, note);
+                        self.remove(key, item, note);
                     }
                 }
             }
@@ -455,21 +473,21 @@ impl Updater<'_> {
 
 /// Parameters of the table `path` with their defaults.
 fn candidates(parameters: &[&Parameter], path: &str) -> Vec<(String, Option<String>)> {
-    let default = |parameter: &Parameter| match new(parameter) {
-        What::New(default) => Some(default),
+    let default = |parameter: &Parameter| match added_kind(parameter) {
+        ChangeKind::Added(default) => Some(default),
         _ => None,
     };
     let all = parameters.iter();
     all.map(|p| (inner(path, &p.name), default(p))).collect()
 }
 
-/// What is said of a value or a list that is new.
-fn new(parameter: &Parameter) -> What {
+/// ChangeKind is said of a value or a list that is new.
+fn added_kind(parameter: &Parameter) -> ChangeKind {
     match (&parameter.kind, &parameter.default) {
-        (Kind::List { length, .. }, _) if length.min == 0 => What::New("[]".to_owned()),
-        (_, Some(_)) if parameter.secret => What::New("***".to_owned()),
-        (_, Some(default)) => What::New(default.to_toml()),
-        (_, None) => What::Required,
+        (Kind::List { length, .. }, _) if length.min == 0 => ChangeKind::Added("[]".to_owned()),
+        (_, Some(_)) if parameter.secret => ChangeKind::Added("***".to_owned()),
+        (_, Some(default)) => ChangeKind::Added(default.to_toml()),
+        (_, None) => ChangeKind::Required,
     }
 }
 

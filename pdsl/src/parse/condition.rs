@@ -47,9 +47,9 @@ fn operand(
         match part.as_rule() {
             Rule::kw_not => {
                 let not = r.name(&part);
-                foreign(r, &not, "not");
+                report_foreign_operator(r, &not, "not");
                 if minuses > 0 {
-                    misplaced(r, &not);
+                    report_misplaced_not(r, &not);
                     return None;
                 }
                 nots.push(not);
@@ -114,7 +114,8 @@ fn split(operands: Vec<Operand>, rule: Rule) -> Vec<(Option<Name>, Vec<Operand>)
 fn any(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
     let mut parts = Vec::new();
     for (sign, part) in split(operands, Rule::kw_or) {
-        sign.iter().for_each(|sign| foreign(r, sign, "or"));
+        sign.iter()
+            .for_each(|sign| report_foreign_operator(r, sign, "or"));
         parts.push(all(r, part)?);
     }
     joined(parts, ExpressionKind::Any)
@@ -123,7 +124,8 @@ fn any(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
 fn all(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
     let mut parts = Vec::new();
     for (sign, part) in split(operands, Rule::kw_and) {
-        sign.iter().for_each(|sign| foreign(r, sign, "and"));
+        sign.iter()
+            .for_each(|sign| report_foreign_operator(r, sign, "and"));
         parts.push(truth(r, part)?);
     }
     joined(parts, ExpressionKind::All)
@@ -145,7 +147,7 @@ fn joined(
 fn truth(r: &mut ParseContext<'_>, mut operands: Vec<Operand>) -> Option<Expression> {
     let nots = std::mem::take(&mut operands.first_mut()?.nots);
     if let Some(not) = operands.iter().find_map(|operand| operand.nots.first()) {
-        misplaced(r, not);
+        report_misplaced_not(r, not);
         return None;
     }
     let inner = comparison(r, operands)?;
@@ -165,7 +167,7 @@ fn comparison(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expres
     let Some((Some(sign), right)) = parts.next() else {
         return Some(left);
     };
-    foreign(r, &sign, "==");
+    report_foreign_operator(r, &sign, "==");
     let comparator = Comparator::from_sign(&sign.text).unwrap_or(Comparator::Equal);
     let right = sum(right)?;
     if let Some((Some(second), _)) = parts.next() {
@@ -234,7 +236,7 @@ fn signed(operands: Vec<Operand>) -> Option<Expression> {
     })
 }
 
-fn misplaced(r: &mut ParseContext<'_>, not: &Name) {
+fn report_misplaced_not(r: &mut ParseContext<'_>, not: &Name) {
     let message = "`not` stands before a whole condition";
     let diagnostic = Diagnostic::error("syntax-error", not.span, message);
     r.found
@@ -242,7 +244,7 @@ fn misplaced(r: &mut ParseContext<'_>, not: &Name) {
 }
 
 /// Reports a sign of another language.
-fn foreign(r: &mut ParseContext<'_>, operator: &Name, word: &str) {
+fn report_foreign_operator(r: &mut ParseContext<'_>, operator: &Name, word: &str) {
     if matches!(operator.text.as_str(), "&&" | "||" | "!" | "=") {
         let message = format!("`{}` is written `{word}` here", operator.text);
         r.found.push(Diagnostic::error(

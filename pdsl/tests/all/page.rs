@@ -1,6 +1,6 @@
 //! What the page about the language shows is what the language does.
 
-use rc_configuration::Live;
+use rc_configuration::LiveParameters;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
@@ -65,12 +65,12 @@ fn the_change_on_the_page_is_accepted() {
     let source = sources.add("config.toml", text);
     let (configuration, found) = rc_configuration::check(&sources, source, Some(&model));
     assert_eq!(render(&sources, &found, Format::Short), "");
-    let live = Live::new(model, &configuration.parameters);
+    let live = LiveParameters::new(model, &configuration.parameters);
     let words = blocks("sh")[0].split_whitespace();
     let changes: Vec<_> = words.filter_map(|word| word.split_once('=')).collect();
     let changes: Vec<_> = changes
         .iter()
-        .map(|(path, value)| (*path, rc_configuration::argument(value)))
+        .map(|(path, value)| (*path, rc_configuration::parse_argument(value)))
         .collect();
     let accepted = live.check(changes.iter().map(|(path, value)| (*path, value)));
     let accepted = accepted.expect("what the page shows");

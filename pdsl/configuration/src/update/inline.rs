@@ -1,7 +1,7 @@
 //! Tables in braces, which have no room for comments: `{ id = 1, max = 2.0 }`.
 
-use super::names::Names;
-use super::{Change, GONE, Updater, What, candidates, new};
+use super::key_matches::KeyMatches;
+use super::{Change, ChangeKind, REMOVED_NOTE, Updater, added_kind, candidates};
 use crate::block::inner;
 use crate::model::{Kind, Parameter};
 use toml_edit::{InlineTable, TableLike, Value};
@@ -26,18 +26,19 @@ impl Updater<'_> {
             };
             let mut gone = String::new();
             let text = self.inline(table, parameters, &path, &mut gone);
-            if self.changes[known..].iter().all(Change::is_yours) {
+            if self.changes[known..].iter().all(Change::needs_decision) {
                 continue;
             }
             let Some(text) = text.filter(|_| !self.text.slice(span.clone()).contains('\n')) else {
                 self.changes.truncate(known);
-                let at = self.place.of(Some(span), self.place.start());
-                self.change(path, at, What::ByHand);
+                let at = self.locator.span(Some(span), self.locator.start());
+                self.change(path, at, ChangeKind::Manual);
                 continue;
             };
             if !gone.is_empty() {
                 let line = self.text.line(span.start);
-                self.text.replace(line..line, format!("# {GONE}\n{gone}"));
+                self.text
+                    .replace(line..line, format!("# {REMOVED_NOTE}\n{gone}"));
             }
             self.text.replace(span, text);
         }
@@ -51,8 +52,8 @@ impl Updater<'_> {
         path: &str,
         gone: &mut String,
     ) -> Option<String> {
-        let at = self.place.of(table.span(), self.place.start());
-        let names = Names::of(parameters, table, self.place);
+        let at = self.locator.span(table.span(), self.locator.start());
+        let names = KeyMatches::of(parameters, table, self.locator);
         let mut simple = true;
         // Each entry with the parameter that it is.
         let mut entries: Vec<(usize, String)> = Vec::new();
@@ -62,25 +63,25 @@ impl Updater<'_> {
                 return None;
             };
             simple &= !value.as_inline_table().is_some_and(InlineTable::is_dotted);
-            let here = self.place.of(Some(key.clone()), at);
+            let here = self.locator.span(Some(key.clone()), at);
             let raw = self.text.slice(span);
-            let known = names.knows(name).then_some(name);
+            let known = names.is_parameter(name).then_some(name);
             let renamed = names.renamed(name).map(|p| p.name.as_str());
             let Some(to) = known.or(renamed) else {
-                if !names.perhaps(name).is_empty() {
-                    let new = candidates(names.perhaps(name), path);
-                    self.change(inner(path, name), here, What::Undecided(new));
+                if !names.candidates(name).is_empty() {
+                    let new = candidates(names.candidates(name), path);
+                    self.change(inner(path, name), here, ChangeKind::Ambiguous(new));
                     entries.push((usize::MAX, format!("{} = {raw}", self.text.slice(key))));
                     continue;
                 }
-                let near = names.near(name).map(|near| inner(path, near));
-                self.change(inner(path, name), here, What::Gone(near));
+                let near = names.nearest(name).map(|near| inner(path, near));
+                self.change(inner(path, name), here, ChangeKind::Removed(near));
                 gone.push_str(&format!("# {} = {raw}\n", inner(path, name)));
                 continue;
             };
             if known.is_none() {
-                let what = What::Renamed(inner(path, to));
-                self.change(inner(path, name), here, what);
+                let kind = ChangeKind::Renamed(inner(path, to));
+                self.change(inner(path, name), here, kind);
             }
             let index = parameters.iter().position(|p| p.name == to)?;
             let new = match (value, &parameters[index].kind) {
@@ -99,17 +100,17 @@ impl Updater<'_> {
         for (index, parameter) in parameters.iter().enumerate() {
             if table.contains_key(&parameter.name)
                 || entries.iter().any(|(known, _)| *known == index)
-                || !names.is_decided(parameter)
+                || !names.is_unambiguous(parameter)
             {
                 continue;
             }
             let path = inner(path, &parameter.name);
-            // What must be set is left to the checker: there is no room for a comment. Groups have their defaults.
+            // ChangeKind must be set is left to the checker: there is no room for a comment. Groups have their defaults.
             if let Some(default) = &parameter.default {
                 let text = format!("{} = {}", parameter.name, default.to_toml());
                 let place = entries.iter().rposition(|(known, _)| *known < index);
                 entries.insert(place.map_or(0, |at| at + 1), (index, text));
-                self.change(path, at, new(parameter));
+                self.change(path, at, added_kind(parameter));
             }
         }
         let texts: Vec<String> = entries.into_iter().map(|(_, text)| text).collect();

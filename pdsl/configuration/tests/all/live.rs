@@ -4,7 +4,7 @@
 
 use expect_test::{Expect, expect};
 use rc_configuration::model::Parameters;
-use rc_configuration::{Live, Unsaved};
+use rc_configuration::{LiveParameters, SaveError};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 use serde_json::{Value, json};
@@ -71,20 +71,23 @@ fn load(text: &str) -> Parameters {
     model.expect("parameters")
 }
 
-fn live(text: &str) -> Live {
+fn live(text: &str) -> LiveParameters {
     of(load(ARM), text)
 }
 
-fn of(model: Parameters, text: &str) -> Live {
+fn of(model: Parameters, text: &str) -> LiveParameters {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
     let (configuration, found) = rc_configuration::check(&sources, source, Some(&model));
     assert_eq!(render(&sources, &found, Format::Short), "");
-    Live::new(model, &configuration.parameters)
+    LiveParameters::new(model, &configuration.parameters)
 }
 
 /// All that is said about changes.
-fn try_all(live: &Live, changes: &[(&str, Value)]) -> Result<rc_configuration::Accepted, String> {
+fn try_all(
+    live: &LiveParameters,
+    changes: &[(&str, Value)],
+) -> Result<rc_configuration::CheckedChanges, String> {
     let changes = changes.iter().map(|(path, value)| (*path, value));
     live.check(changes).map_err(|found| {
         let lines = found.iter().map(|d| {
@@ -95,21 +98,21 @@ fn try_all(live: &Live, changes: &[(&str, Value)]) -> Result<rc_configuration::A
     })
 }
 
-fn refused(live: &Live, changes: &[(&str, Value)], expected: &Expect) {
+fn refused(live: &LiveParameters, changes: &[(&str, Value)], expected: &Expect) {
     let lines = try_all(live, changes).err();
     expected.assert_eq(&lines.expect("a refusal"));
 }
 
-fn set(live: &mut Live, changes: &[(&str, Value)]) -> String {
+fn set(live: &mut LiveParameters, changes: &[(&str, Value)]) -> String {
     let accepted = try_all(live, changes).unwrap_or_else(|lines| panic!("{lines}"));
     let lines = accepted.changes.iter().map(|c| format!("{c}\n"));
     let later = accepted.pending.iter().map(|c| format!("{c}, later\n"));
     let lines: String = lines.chain(later).collect();
-    live.accept(accepted);
+    live.apply(accepted);
     lines
 }
 
-fn value(live: &Live, path: &str) -> Value {
+fn value(live: &LiveParameters, path: &str) -> Value {
     let listed = live.list(&[path]).expect("a parameter");
     assert_eq!(listed.len(), 1, "{listed:?}");
     listed[0].value.clone()
@@ -573,7 +576,9 @@ fn what_is_no_number_is_a_value_like_others() {
             .iter()
             .all(|p| p.pending.is_none())
     );
-    let save = |live: &Live, text: &str| live.save(Path::new("config.toml"), text).expect("saved");
+    let save = |live: &LiveParameters, text: &str| {
+        live.save(Path::new("config.toml"), text).expect("saved")
+    };
     let saved = save(&live, file);
     assert_eq!(saved, format!("{file}speed = 5.0\n"));
     live.saved();
@@ -601,8 +606,8 @@ fn what_somebody_else_has_edited_is_not_overwritten() {
     );
     let save = |text: &str| match live.save(Path::new("config.toml"), text) {
         Ok(text) => text,
-        Err(Unsaved::Conflicts(lines)) => lines.join("\n"),
-        Err(Unsaved::Wrong(sources, found)) => render(&sources, &found, Format::Short),
+        Err(SaveError::Conflicts(lines)) => lines.join("\n"),
+        Err(SaveError::Invalid(sources, found)) => render(&sources, &found, Format::Short),
     };
     // Another line: both edits stay.
     let other = FILE.replace("level = 2", "level = 3");
@@ -633,10 +638,10 @@ fn what_somebody_else_has_edited_is_not_overwritten() {
 
 #[test]
 fn an_element_of_a_list_that_was_moved_is_not_written_into() {
-    let save = |live: &Live, text: &str| match live.save(Path::new("config.toml"), text) {
+    let save = |live: &LiveParameters, text: &str| match live.save(Path::new("config.toml"), text) {
         Ok(text) => text,
-        Err(Unsaved::Conflicts(lines)) => lines.join("\n"),
-        Err(Unsaved::Wrong(sources, found)) => render(&sources, &found, Format::Short),
+        Err(SaveError::Conflicts(lines)) => lines.join("\n"),
+        Err(SaveError::Invalid(sources, found)) => render(&sources, &found, Format::Short),
     };
     let [left, right] = [
         "\n[[parameters.motors]]\nname = \"l\"\nmax = 1.5\n",

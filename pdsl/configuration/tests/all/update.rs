@@ -714,7 +714,7 @@ fn whatever_is_written_stays_or_becomes_a_comment() {
             changes += said.len();
             let source = sources.add("config.toml", text.as_str());
             let (_, found) = rc_configuration::check(&sources, source, Some(&model));
-            // What may be another parameter stays wrong until somebody decides.
+            // ChangeKind may be another parameter stays wrong until somebody decides.
             let left = |d: &&rc_diagnostics::Diagnostic| {
                 let path = d.message.strip_prefix("unknown parameter ");
                 path.is_none_or(|path| {
@@ -725,7 +725,7 @@ fn whatever_is_written_stays_or_becomes_a_comment() {
             let bad = ["toml-syntax", "unknown-parameter"];
             let bad = found.iter().filter(|d| bad.contains(&d.code)).find(left);
             assert!(bad.is_none(), "{bad:?}\n{toml}\n-----\n{text}");
-            // What is in braces is written anew; its numbers stay.
+            // ChangeKind is in braces is written anew; its numbers stay.
             for line in toml.lines().filter(|line| !line.contains('{')) {
                 let kept = |now: &str| now == line || now.strip_prefix("# ") == Some(line);
                 assert!(text.lines().any(kept), "{line}\n{toml}\n-----\n{text}");

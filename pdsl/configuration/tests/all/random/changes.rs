@@ -4,21 +4,21 @@ use super::{Kind, Line, PERIOD, check, fill, made};
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use rc_configuration::model::Parameters;
-use rc_configuration::{Configuration, Live, Unsaved};
+use rc_configuration::{Configuration, LiveParameters, SaveError};
 use rc_diagnostics::{SourceMap, render};
 use rc_management::component::ParameterStatus;
 use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// What has been tried.
+/// ChangeKind has been tried.
 #[derive(Default)]
 struct Count {
     accepted: usize,
     refused: usize,
-    /// Accepted, and not in the file before.
+    /// CheckedChanges, and not in the file before.
     added: usize,
-    /// Accepted, and no number.
+    /// CheckedChanges, and no number.
     nan: usize,
 }
 
@@ -77,14 +77,14 @@ fn read(model: &Parameters, text: &str) -> Configuration {
     configuration
 }
 
-/// What each parameter is at the next start.
-fn next(live: &Live) -> HashMap<String, Json> {
+/// ChangeKind each parameter is at the next start.
+fn next(live: &LiveParameters) -> HashMap<String, Json> {
     let all = live.list(&[]).expect("all parameters");
     let value = |p: ParameterStatus| (p.path, p.pending.unwrap_or(p.value));
     all.into_iter().map(value).collect()
 }
 
-/// What a change took out of a text, and what it put there, in lines.
+/// ChangeKind a change took out of a text, and what it put there, in lines.
 fn difference<'t>(old: &'t str, new: &'t str) -> (Vec<&'t str>, Vec<&'t str>) {
     let (mut old, mut new): (Vec<_>, Vec<_>) = (old.lines().collect(), new.lines().collect());
     let same = old.iter().zip(&new).take_while(|(a, b)| a == b).count();
@@ -115,7 +115,7 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
         }
     }
     let mut text = lines.join("\n") + "\n";
-    let mut live = Live::new(model.clone(), &read(&model, &text).parameters);
+    let mut live = LiveParameters::new(model.clone(), &read(&model, &text).parameters);
     for _ in 0..12 {
         let all = live.list(&[]).expect("all parameters");
         let open: Vec<_> = all.iter().filter(|p| p.editable || p.restart).collect();
@@ -131,22 +131,22 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
             continue;
         };
         let changed = accepted.changes.len() + accepted.pending.len();
-        live.accept(accepted);
+        live.apply(accepted);
         assert_eq!(live.unsaved().len(), changed, "{about}");
         if chosen.restart {
             assert!(live.values() == before, "{about}");
         }
         let saved = match live.save(Path::new("config.toml"), &text) {
             Ok(saved) => saved,
-            Err(Unsaved::Conflicts(lines)) => panic!("{}\n{about}", lines.join("\n")),
-            Err(Unsaved::Wrong(sources, found)) => panic!(
+            Err(SaveError::Conflicts(lines)) => panic!("{}\n{about}", lines.join("\n")),
+            Err(SaveError::Invalid(sources, found)) => panic!(
                 "{}\n{about}",
                 render(&sources, &found, rc_diagnostics::Format::Short)
             ),
         };
         // The values of the next start.
         let configuration = read(&model, &saved);
-        let again = Live::new(model.clone(), &configuration.parameters);
+        let again = LiveParameters::new(model.clone(), &configuration.parameters);
         assert_eq!(next(&again), next(&live), "{saved}\n{about}");
         let waiting = live
             .list(&[])
@@ -154,7 +154,7 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
             .iter()
             .any(|p| p.pending.is_some());
         if !waiting {
-            // What is secret, too.
+            // ChangeKind is secret, too.
             assert!(
                 configuration.parameters == live.values(),
                 "{saved}\n{about}"

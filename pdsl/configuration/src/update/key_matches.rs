@@ -1,8 +1,8 @@
 //! Which keys of a table are parameters, and which were.
 
-use crate::document::Place;
+use crate::document::Locator;
 use crate::model::{Kind, Parameter};
-use crate::parameters::fits;
+use crate::parameters::is_valid_value;
 use rc_diagnostics::nearest;
 use std::collections::{HashMap, HashSet};
 use toml_edit::{Item, TableLike};
@@ -13,22 +13,22 @@ const PAIRS: usize = 100_000;
 const NAMED: usize = 3;
 
 /// The keys of one table beside the parameters that it may have.
-pub(super) struct Names<'m> {
+pub(super) struct KeyMatches<'m> {
     known: HashSet<&'m str>,
     /// The parameters that have no key of their name.
     absent: Vec<&'m Parameter>,
     /// Keys that are parameters under another name, by that name.
     renamed: HashMap<String, &'m Parameter>,
     /// For each other key some of the parameters for which a default would hold, though its value may be meant for them.
-    perhaps: HashMap<String, Vec<&'m Parameter>>,
+    candidates: HashMap<String, Vec<&'m Parameter>>,
     /// All those parameters.
-    undecided: HashSet<&'m str>,
+    ambiguous: HashSet<&'m str>,
     /// Whether there are too many names to compare them.
     many: bool,
 }
 
-impl<'m> Names<'m> {
-    pub(super) fn of(parameters: &'m [Parameter], table: &dyn TableLike, place: Place) -> Self {
+impl<'m> KeyMatches<'m> {
+    pub(super) fn of(parameters: &'m [Parameter], table: &dyn TableLike, locator: Locator) -> Self {
         let known: HashSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
         let absent: Vec<&Parameter> = parameters
             .iter()
@@ -38,8 +38,8 @@ impl<'m> Names<'m> {
         let many = unknown.len() * absent.len() > PAIRS;
         let mut pairs = Vec::new();
         for (name, item) in unknown.iter().filter(|_| !many) {
-            let same = absent.iter().filter(|p| is_slip(name, &p.name));
-            let fitting = same.filter(|p| fits(p, item, place));
+            let same = absent.iter().filter(|p| is_misspelling(name, &p.name));
+            let fitting = same.filter(|p| is_valid_value(p, item, locator));
             pairs.extend(fitting.map(|p| ((*name).to_owned(), *p)));
         }
         let alone = |(name, parameter): &&(String, &Parameter)| {
@@ -54,16 +54,16 @@ impl<'m> Names<'m> {
             .iter()
             .filter(|p| !p.is_required() && !taken.contains(p.name.as_str()));
         let free: Vec<&Parameter> = free.copied().collect();
-        let (mut perhaps, mut undecided) = (HashMap::new(), HashSet::new());
+        let (mut candidates, mut ambiguous) = (HashMap::new(), HashSet::new());
         for (name, item) in unknown {
             if renamed.contains_key(name) {
                 continue;
             }
             let near = nearest(name, free.iter().filter(|_| !many).map(|p| p.name.as_str()));
-            let may_be = |p: &&&Parameter| many || may_be(p, name, item, place);
+            let may_mean = |p: &&&Parameter| many || may_mean(p, name, item, locator);
             let mut all: Vec<&Parameter> = Vec::new();
-            for parameter in free.iter().filter(may_be) {
-                undecided.insert(parameter.name.as_str());
+            for parameter in free.iter().filter(may_mean) {
+                ambiguous.insert(parameter.name.as_str());
                 if near == Some(parameter.name.as_str()) {
                     all.insert(0, parameter);
                 } else if all.len() < NAMED {
@@ -73,24 +73,24 @@ impl<'m> Names<'m> {
                 }
             }
             if !all.is_empty() {
-                perhaps.insert(name.to_owned(), all);
+                candidates.insert(name.to_owned(), all);
             }
         }
         if many {
-            undecided.extend(free.iter().map(|p| p.name.as_str()));
+            ambiguous.extend(free.iter().map(|p| p.name.as_str()));
         }
         Self {
             known,
             absent,
             renamed,
-            perhaps,
-            undecided,
+            candidates,
+            ambiguous,
             many,
         }
     }
 
     /// Whether a key is a parameter.
-    pub(super) fn knows(&self, key: &str) -> bool {
+    pub(super) fn is_parameter(&self, key: &str) -> bool {
         self.known.contains(key)
     }
 
@@ -100,17 +100,17 @@ impl<'m> Names<'m> {
     }
 
     /// The parameters with defaults that a key may be, which only a person can decide.
-    pub(super) fn perhaps(&self, key: &str) -> &[&'m Parameter] {
-        self.perhaps.get(key).map_or(&[], Vec::as_slice)
+    pub(super) fn candidates(&self, key: &str) -> &[&'m Parameter] {
+        self.candidates.get(key).map_or(&[], Vec::as_slice)
     }
 
     /// Whether no key may be this parameter by another name.
-    pub(super) fn is_decided(&self, parameter: &Parameter) -> bool {
-        !self.undecided.contains(parameter.name.as_str())
+    pub(super) fn is_unambiguous(&self, parameter: &Parameter) -> bool {
+        !self.ambiguous.contains(parameter.name.as_str())
     }
 
-    /// The parameter that a key perhaps is.
-    pub(super) fn near(&self, key: &str) -> Option<&'m str> {
+    /// The parameter that a key candidates is.
+    pub(super) fn nearest(&self, key: &str) -> Option<&'m str> {
         let absent = self.absent.iter().filter(|_| !self.many);
         nearest(key, absent.map(|p| p.name.as_str()))
     }
@@ -118,20 +118,20 @@ impl<'m> Names<'m> {
 
 /// Whether what `item` says under `key` may be meant for `parameter`. Of a group that is so where one name in it is the
 /// same, or where the value may have moved into it.
-fn may_be(parameter: &Parameter, key: &str, item: &Item, place: Place) -> bool {
+fn may_mean(parameter: &Parameter, key: &str, item: &Item, locator: Locator) -> bool {
     let Kind::Group(members) = &parameter.kind else {
-        return fits(parameter, item, place);
+        return is_valid_value(parameter, item, locator);
     };
     members.iter().any(|member| match item.as_table_like() {
         Some(table) => table.contains_key(&member.name),
-        None => member.name == key && fits(member, item, place),
+        None => member.name == key && is_valid_value(member, item, locator),
     })
 }
 
 /// Whether two names are one, written in another way, or with one letter too many, one too few, or two letters
 /// swapped. Another letter or a digit makes another name (`min_x` and `min_y`, `motor1` and `motor`), and so does any
 /// difference between short names.
-fn is_slip(a: &str, b: &str) -> bool {
+fn is_misspelling(a: &str, b: &str) -> bool {
     let plain = |name: &str| -> Vec<char> {
         let letters = name.chars().filter(|c| *c != '_' && *c != '-');
         letters.flat_map(char::to_lowercase).collect()
@@ -162,7 +162,7 @@ fn is_slip(a: &str, b: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::is_slip;
+    use super::is_misspelling;
 
     #[test]
     fn spellings_and_slips_are_one_name_and_other_words_are_not() {
@@ -174,7 +174,7 @@ mod tests {
             ("tolerace", "tolerance"),
             ("x", "X"),
         ] {
-            assert!(is_slip(a, b) && is_slip(b, a), "{a} {b}");
+            assert!(is_misspelling(a, b) && is_misspelling(b, a), "{a} {b}");
         }
         for (a, b) in [
             ("min_speed", "max_speed"),
@@ -186,7 +186,7 @@ mod tests {
             ("speed", "velocity"),
             ("speed", "sp"),
         ] {
-            assert!(!is_slip(a, b) && !is_slip(b, a), "{a} {b}");
+            assert!(!is_misspelling(a, b) && !is_misspelling(b, a), "{a} {b}");
         }
     }
 }

@@ -9,10 +9,10 @@ use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::HashSet;
 
 /// The rule `tree`, which stands in the groups and lists `scope` of `model`; none where something is wrong with it.
-/// What is `unusable` was reported where it is declared.
+/// What is `invalid` was reported where it is declared.
 pub(crate) fn resolve(
     model: &Parameters,
-    unusable: &HashSet<Vec<String>>,
+    invalid: &HashSet<Vec<String>>,
     scope: &[String],
     tree: &ast::Rule,
     found: &mut Diagnostics,
@@ -22,14 +22,14 @@ pub(crate) fn resolve(
         let outer = *blocks.last()?;
         blocks.push(members(outer.iter().find(|p| p.name == *name)?)?);
     }
-    let mut checker = Checker {
+    let mut checker = ConditionResolver {
         blocks,
         scope,
-        unusable,
+        invalid,
         steps: Vec::new(),
         found,
     };
-    checker.truth(&tree.condition)?;
+    checker.boolean(&tree.condition)?;
     Some(Rule {
         scope: scope.to_vec(),
         condition: Condition {
@@ -49,17 +49,17 @@ fn members(parameter: &Parameter) -> Option<&[Parameter]> {
 
 /// What a part of a condition can be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Class {
-    Truth,
+enum OperandType {
+    Bool,
     Number,
     Time,
     Text,
 }
 
-impl Class {
+impl OperandType {
     fn of(ty: Type) -> Self {
         match ty {
-            Type::Bool => Self::Truth,
+            Type::Bool => Self::Bool,
             Type::Int | Type::Long | Type::Float | Type::Double => Self::Number,
             Type::Duration => Self::Time,
             Type::String | Type::Path => Self::Text,
@@ -68,7 +68,7 @@ impl Class {
 
     fn described(self) -> &'static str {
         match self {
-            Self::Truth => "`true` or `false`",
+            Self::Bool => "`true` or `false`",
             Self::Number => "a number",
             Self::Time => "a time",
             Self::Text => "a text",
@@ -76,11 +76,11 @@ impl Class {
     }
 }
 
-struct Checker<'m> {
+struct ConditionResolver<'m> {
     /// The parameters that the rule sees: those of the blocks around it, the outermost first.
     blocks: Vec<&'m [Parameter]>,
     scope: &'m [String],
-    unusable: &'m HashSet<Vec<String>>,
+    invalid: &'m HashSet<Vec<String>>,
     steps: Vec<Step>,
     found: &'m mut Diagnostics,
 }
@@ -94,16 +94,16 @@ struct Target<'m> {
 }
 
 /// Why a path leads nowhere.
-enum Astray<'m> {
+enum PathError<'m> {
     /// It names what was not understood where it is declared.
-    Unusable,
+    Invalid,
     /// Which of its names is not there, and what is.
     Unknown(usize, Vec<&'m Parameter>),
     /// Which of its names is a single value, though it goes on.
-    Value(usize),
+    NotATable(usize),
 }
 
-impl<'m> Checker<'m> {
+impl<'m> ConditionResolver<'m> {
     fn error(&mut self, code: &'static str, span: Span, message: String, help: Option<String>) {
         let diagnostic = Diagnostic::error(code, span, message);
         self.found.push(match help {
@@ -113,11 +113,11 @@ impl<'m> Checker<'m> {
     }
 
     /// A part that must be true or false, and must be able to be either.
-    fn truth(&mut self, tree: &Expression) -> Option<()> {
+    fn boolean(&mut self, tree: &Expression) -> Option<()> {
         let from = self.steps.len();
-        let class = self.class(tree, None)?;
-        if class != Class::Truth {
-            let message = format!("this is {}, not a condition", class.described());
+        let operand_type = self.operand_type(tree, None)?;
+        if operand_type != OperandType::Bool {
+            let message = format!("this is {}, not a condition", operand_type.described());
             let help = "compare it with something: `a < b`".to_owned();
             self.error("condition-type", tree.span, message, Some(help));
             return None;
@@ -138,23 +138,27 @@ impl<'m> Checker<'m> {
         Some(())
     }
 
-    /// Appends the steps of `tree`. A single name that is no parameter may be one of the choices of `beside`, with
+    /// Appends the steps of `tree`. A single name that is no parameter may be one of the choices of `compared_with`, with
     /// which it is compared.
-    fn class(&mut self, tree: &Expression, beside: Option<&'m Parameter>) -> Option<Class> {
+    fn operand_type(
+        &mut self,
+        tree: &Expression,
+        compared_with: Option<&'m Parameter>,
+    ) -> Option<OperandType> {
         match &tree.kind {
             ExpressionKind::Literal(literal) => self.literal(literal),
-            ExpressionKind::Path(path) => self.path(path, beside),
+            ExpressionKind::Path(path) => self.path(path, compared_with),
             ExpressionKind::Call(function, path) => self.call(function, path),
             ExpressionKind::Negative(inner) => {
-                let class = self.class(inner, None)?;
-                self.arithmetic(inner, class)?;
+                let operand_type = self.operand_type(inner, None)?;
+                self.arithmetic(inner, operand_type)?;
                 self.steps.push(Step::Negate);
-                Some(class)
+                Some(operand_type)
             }
             ExpressionKind::Not(inner) => {
-                self.truth(inner)?;
+                self.boolean(inner)?;
                 self.steps.push(Step::Not);
-                Some(Class::Truth)
+                Some(OperandType::Bool)
             }
             ExpressionKind::All(parts) => self.join(parts, &Step::And),
             ExpressionKind::Any(parts) => self.join(parts, &Step::Or),
@@ -166,61 +170,63 @@ impl<'m> Checker<'m> {
         }
     }
 
-    fn join(&mut self, parts: &[Expression], step: &Step) -> Option<Class> {
+    fn join(&mut self, parts: &[Expression], step: &Step) -> Option<OperandType> {
         let mut fits = true;
         for (at, part) in parts.iter().enumerate() {
-            fits &= self.truth(part).is_some();
+            fits &= self.boolean(part).is_some();
             if at > 0 {
                 self.steps.push(step.clone());
             }
         }
-        fits.then_some(Class::Truth)
+        fits.then_some(OperandType::Bool)
     }
 
-    fn literal(&mut self, literal: &Literal) -> Option<Class> {
-        let (value, class) = match &literal.kind {
-            LiteralKind::Int(value) => (Value::Int(*value), Class::Number),
-            LiteralKind::Float(value) if value.is_finite() => (Value::Float(*value), Class::Number),
-            LiteralKind::Bool(value) => (Value::Bool(*value), Class::Truth),
-            LiteralKind::String(value) => (Value::Text(value.clone()), Class::Text),
+    fn literal(&mut self, literal: &Literal) -> Option<OperandType> {
+        let (value, operand_type) = match &literal.kind {
+            LiteralKind::Int(value) => (Value::Int(*value), OperandType::Number),
+            LiteralKind::Float(value) if value.is_finite() => {
+                (Value::Float(*value), OperandType::Number)
+            }
+            LiteralKind::Bool(value) => (Value::Bool(*value), OperandType::Bool),
+            LiteralKind::String(value) => (Value::Text(value.clone()), OperandType::Text),
             LiteralKind::Duration(value) if *value < u64::MAX => {
-                (Value::Duration(*value), Class::Time)
+                (Value::Duration(*value), OperandType::Time)
             }
             // A time below zero is only possible here, between two others.
             LiteralKind::Name(text) => match negative_time(text) {
                 Some(value) => {
                     self.steps.push(Step::Value(Value::Duration(value)));
                     self.steps.push(Step::Negate);
-                    return Some(Class::Time);
+                    return Some(OperandType::Time);
                 }
-                None => return self.no_value(literal, text),
+                None => return self.too_large(literal, text),
             },
-            LiteralKind::Float(_) => return self.no_value(literal, "this number"),
-            LiteralKind::Duration(_) => return self.no_value(literal, "this time"),
+            LiteralKind::Float(_) => return self.too_large(literal, "this number"),
+            LiteralKind::Duration(_) => return self.too_large(literal, "this time"),
         };
         self.steps.push(Step::Value(value));
-        Some(class)
+        Some(operand_type)
     }
 
-    fn no_value(&mut self, literal: &Literal, what: &str) -> Option<Class> {
+    fn too_large(&mut self, literal: &Literal, what: &str) -> Option<OperandType> {
         let message = format!("{what} is too large");
         self.error("condition-type", literal.span, message, None);
         None
     }
 
-    fn path(&mut self, path: &Path, beside: Option<&'m Parameter>) -> Option<Class> {
-        if let ([name], Some(chosen)) = (path.names.as_slice(), beside)
+    fn path(&mut self, path: &Path, compared_with: Option<&'m Parameter>) -> Option<OperandType> {
+        if let ([name], Some(chosen)) = (path.names.as_slice(), compared_with)
             && self.level(&name.text).is_none()
         {
             let choice = Value::Text(name.text.clone());
             if chosen.choices.contains(&choice) {
                 self.steps.push(Step::Value(choice));
-                return Some(Class::Text);
+                return Some(OperandType::Text);
             }
             self.not_a_choice(chosen, &name.text, &format!("`{}`", name.text), name.span);
             return None;
         }
-        let target = self.target(path)?;
+        let target = self.resolve_path(path)?;
         let Kind::Scalar { ty, array } = &target.parameter.kind else {
             let what = match target.parameter.kind {
                 Kind::List { .. } => "a list",
@@ -250,10 +256,10 @@ impl<'m> Checker<'m> {
             return None;
         }
         self.steps.push(Step::Parameter(target.reference));
-        Some(Class::of(*ty))
+        Some(OperandType::of(*ty))
     }
 
-    fn call(&mut self, name: &Name, path: &Path) -> Option<Class> {
+    fn call(&mut self, name: &Name, path: &Path) -> Option<OperandType> {
         let Some(function) = Function::from_word(&name.text) else {
             let message = format!("unknown function `{}`", name.text);
             let words = Function::WORDS.iter().map(|(word, _)| *word);
@@ -263,7 +269,7 @@ impl<'m> Checker<'m> {
             );
             return None;
         };
-        let target = self.target(path)?;
+        let target = self.resolve_path(path)?;
         let word = name.text.to_lowercase();
         let (ty, many) = match &target.parameter.kind {
             Kind::Scalar { ty, array } => (Some(*ty), array.is_some() || target.list.is_some()),
@@ -287,7 +293,7 @@ impl<'m> Checker<'m> {
             }
             (Function::Len, _) => {
                 self.steps.push(Step::Call(function, target.reference));
-                return Some(Class::Number);
+                return Some(OperandType::Number);
             }
             (_, None) => (
                 format!("`{}` is a list of structures", path.text(usize::MAX)),
@@ -298,11 +304,11 @@ impl<'m> Checker<'m> {
             ),
             (Function::Unique, Some(_)) => {
                 self.steps.push(Step::Call(function, target.reference));
-                return Some(Class::Truth);
+                return Some(OperandType::Bool);
             }
             (Function::Min | Function::Max, Some(ty)) if ty.is_ordered() => {
                 self.steps.push(Step::Call(function, target.reference));
-                return Some(Class::of(ty));
+                return Some(OperandType::of(ty));
             }
             (Function::Min | Function::Max, Some(ty)) => (
                 format!(
@@ -321,31 +327,31 @@ impl<'m> Checker<'m> {
     fn level(&self, name: &str) -> Option<usize> {
         (0..self.blocks.len()).rev().find(|level| {
             let mut declared = self.blocks[*level].iter();
-            declared.any(|p| p.name == name) || self.is_unusable(*level, [name])
+            declared.any(|p| p.name == name) || self.is_invalid(*level, [name])
         })
     }
 
-    fn is_unusable<'n>(&self, level: usize, names: impl IntoIterator<Item = &'n str>) -> bool {
+    fn is_invalid<'n>(&self, level: usize, names: impl IntoIterator<Item = &'n str>) -> bool {
         let mut full = self.scope[..level].to_vec();
         full.extend(names.into_iter().map(str::to_owned));
-        self.unusable.contains(&full)
+        self.invalid.contains(&full)
     }
 
     /// What `path` leads to.
-    fn seek(&self, path: &Path) -> Result<Target<'m>, Astray<'m>> {
+    fn find(&self, path: &Path) -> Result<Target<'m>, PathError<'m>> {
         let first = path.names.first().map_or("", |name| &name.text);
         let Some(level) = self.level(first) else {
             let known = self.blocks.iter().rev().copied().flatten();
-            return Err(Astray::Unknown(0, known.collect()));
+            return Err(PathError::Unknown(0, known.collect()));
         };
         let (mut within, mut list) = (self.blocks[level], None);
         for (at, name) in path.names.iter().enumerate() {
             let names = path.names[..=at].iter().map(|n| n.text.as_str());
             let Some(parameter) = within.iter().find(|p| p.name == name.text) else {
-                return Err(if self.is_unusable(level, names) {
-                    Astray::Unusable
+                return Err(if self.is_invalid(level, names) {
+                    PathError::Invalid
                 } else {
-                    Astray::Unknown(at, within.iter().collect())
+                    PathError::Unknown(at, within.iter().collect())
                 });
             };
             if at + 1 == path.names.len() {
@@ -359,17 +365,17 @@ impl<'m> Checker<'m> {
             if matches!(parameter.kind, Kind::List { .. }) {
                 list = Some(parameter.name.as_str());
             }
-            within = members(parameter).ok_or(Astray::Value(at))?;
+            within = members(parameter).ok_or(PathError::NotATable(at))?;
         }
-        Err(Astray::Unusable)
+        Err(PathError::Invalid)
     }
 
     /// The same; none, with a finding, where it leads nowhere.
-    fn target(&mut self, path: &Path) -> Option<Target<'m>> {
-        match self.seek(path) {
+    fn resolve_path(&mut self, path: &Path) -> Option<Target<'m>> {
+        match self.find(path) {
             Ok(target) => return Some(target),
-            Err(Astray::Unusable) => {}
-            Err(Astray::Unknown(at, known)) => {
+            Err(PathError::Invalid) => {}
+            Err(PathError::Unknown(at, known)) => {
                 let message = format!("unknown parameter `{}`", path.text(at + 1));
                 let name = &path.names[at];
                 let known = known.iter().map(|p| p.name.as_str());
@@ -378,7 +384,7 @@ impl<'m> Checker<'m> {
                         .suggest(&name.text, known),
                 );
             }
-            Err(Astray::Value(at)) => {
+            Err(PathError::NotATable(at)) => {
                 let (value, next) = (path.text(at + 1), &path.names[at + 1]);
                 let message = format!("`{value}` is one value; there is no `{}` in it", next.text);
                 self.error("unknown-parameter", next.span, message, None);
@@ -397,35 +403,39 @@ impl<'m> Checker<'m> {
         });
     }
 
-    fn arithmetic(&mut self, tree: &Expression, class: Class) -> Option<()> {
-        if matches!(class, Class::Number | Class::Time) {
+    fn arithmetic(&mut self, tree: &Expression, operand_type: OperandType) -> Option<()> {
+        if matches!(operand_type, OperandType::Number | OperandType::Time) {
             return Some(());
         }
-        let message = format!("{} cannot be computed with", class.described());
+        let message = format!("{} cannot be computed with", operand_type.described());
         self.error("condition-type", tree.span, message, None);
         None
     }
 
-    fn sum(&mut self, first: &Expression, rest: &[(SumOperator, Expression)]) -> Option<Class> {
+    fn sum(
+        &mut self,
+        first: &Expression,
+        rest: &[(SumOperator, Expression)],
+    ) -> Option<OperandType> {
         let mut sum = self.operand(first);
         for (operator, part) in rest {
-            let class = self.operand(part);
+            let operand_type = self.operand(part);
             self.steps.push(match operator {
                 SumOperator::Add => Step::Add,
                 SumOperator::Subtract => Step::Subtract,
             });
-            sum = match (sum, class) {
-                (Some(sum), Some(class)) if sum != class => {
+            sum = match (sum, operand_type) {
+                (Some(sum), Some(operand_type)) if sum != operand_type => {
                     let message = format!(
                         "{} and {} cannot be added",
                         sum.described(),
-                        class.described()
+                        operand_type.described()
                     );
                     self.error(
                         "condition-type",
                         first.span.to(part.span),
                         message,
-                        unit_help(sum, class),
+                        unit_help(sum, operand_type),
                     );
                     None
                 }
@@ -440,20 +450,22 @@ impl<'m> Checker<'m> {
         &mut self,
         first: &Expression,
         rest: &[(ProductOperator, Expression)],
-    ) -> Option<Class> {
+    ) -> Option<OperandType> {
         let mut product = self.operand(first);
         for (operator, part) in rest {
-            let class = self.operand(part);
+            let operand_type = self.operand(part);
             self.steps.push(match operator {
                 ProductOperator::Multiply => Step::Multiply,
                 ProductOperator::Divide => Step::Divide,
             });
-            product = match (operator, product, class) {
+            product = match (operator, product, operand_type) {
                 (_, None, _) | (_, _, None) => None,
-                (_, Some(class), Some(Class::Number))
-                | (ProductOperator::Multiply, Some(Class::Number), Some(class)) => Some(class),
-                (ProductOperator::Divide, Some(Class::Time), Some(Class::Time)) => {
-                    Some(Class::Number)
+                (_, Some(operand_type), Some(OperandType::Number))
+                | (ProductOperator::Multiply, Some(OperandType::Number), Some(operand_type)) => {
+                    Some(operand_type)
+                }
+                (ProductOperator::Divide, Some(OperandType::Time), Some(OperandType::Time)) => {
+                    Some(OperandType::Number)
                 }
                 (operator, Some(left), Some(right)) => {
                     let how = match operator {
@@ -471,10 +483,10 @@ impl<'m> Checker<'m> {
     }
 
     /// A part of a sum or a product.
-    fn operand(&mut self, tree: &Expression) -> Option<Class> {
-        let class = self.class(tree, None)?;
-        self.arithmetic(tree, class)?;
-        Some(class)
+    fn operand(&mut self, tree: &Expression) -> Option<OperandType> {
+        let operand_type = self.operand_type(tree, None)?;
+        self.arithmetic(tree, operand_type)?;
+        Some(operand_type)
     }
 
     fn comparison(
@@ -482,10 +494,11 @@ impl<'m> Checker<'m> {
         left: &Expression,
         comparator: Comparator,
         right: &Expression,
-    ) -> Option<Class> {
-        let (chosen_left, chosen_right) = (self.chosen(left), self.chosen(right));
-        let a = self.class(left, chosen_right);
-        let b = self.class(right, chosen_left);
+    ) -> Option<OperandType> {
+        let (chosen_left, chosen_right) =
+            (self.choice_parameter(left), self.choice_parameter(right));
+        let a = self.operand_type(left, chosen_right);
+        let b = self.operand_type(right, chosen_left);
         self.steps.push(Step::Compare(comparator));
         let (a, b) = (a?, b?);
         let span = left.span.to(right.span);
@@ -498,30 +511,30 @@ impl<'m> Checker<'m> {
             self.error("condition-type", span, message, unit_help(a, b));
             return None;
         }
-        if !comparator.is_equality() && !matches!(a, Class::Number | Class::Time) {
+        if !comparator.is_equality() && !matches!(a, OperandType::Number | OperandType::Time) {
             let message = format!("{} has no order", a.described());
             let help = "only `==` and `!=` compare it".to_owned();
             self.error("condition-type", span, message, Some(help));
             return None;
         }
         if comparator.is_equality() {
-            self.possible(left, chosen_right)?;
-            self.possible(right, chosen_left)?;
+            self.check_choice(left, chosen_right)?;
+            self.check_choice(right, chosen_left)?;
         }
-        Some(Class::Truth)
+        Some(OperandType::Bool)
     }
 
     /// The parameter that `tree` is, if it has choices.
-    fn chosen(&self, tree: &Expression) -> Option<&'m Parameter> {
+    fn choice_parameter(&self, tree: &Expression) -> Option<&'m Parameter> {
         let ExpressionKind::Path(path) = &tree.kind else {
             return None;
         };
-        let target = self.seek(path).ok()?;
+        let target = self.find(path).ok()?;
         Some(target.parameter).filter(|p| !p.choices.is_empty())
     }
 
     /// A value that its parameter cannot have makes a comparison that is always the same.
-    fn possible(&mut self, tree: &Expression, chosen: Option<&Parameter>) -> Option<()> {
+    fn check_choice(&mut self, tree: &Expression, chosen: Option<&Parameter>) -> Option<()> {
         let (ExpressionKind::Literal(literal), Some(chosen)) = (&tree.kind, chosen) else {
             return Some(());
         };
@@ -535,7 +548,10 @@ impl<'m> Checker<'m> {
             LiteralKind::String(value) => (Value::Text(value.clone()), value.as_str()),
             LiteralKind::Bool(_) | LiteralKind::Name(_) => return Some(()),
         };
-        if ty.accept(&value).is_ok_and(|v| chosen.choices.contains(&v)) {
+        if ty
+            .convert(&value)
+            .is_ok_and(|v| chosen.choices.contains(&v))
+        {
             return Some(());
         }
         self.not_a_choice(chosen, word, &described(literal), literal.span);
@@ -544,9 +560,9 @@ impl<'m> Checker<'m> {
 }
 
 /// A plain number is milliseconds elsewhere; in a condition it could as well be a factor.
-fn unit_help(a: Class, b: Class) -> Option<String> {
+fn unit_help(a: OperandType, b: OperandType) -> Option<String> {
     let classes = [a, b];
-    (classes.contains(&Class::Time) && classes.contains(&Class::Number))
+    (classes.contains(&OperandType::Time) && classes.contains(&OperandType::Number))
         .then(|| "a time has its unit here: `100ms`".to_owned())
 }
 

@@ -13,13 +13,13 @@ pub(super) struct Text<'a> {
 
 struct Edit {
     range: Range<usize>,
-    rank: Rank,
+    order: InsertionOrder,
     with: String,
 }
 
-/// What comes first where several insertions are at one place.
+/// ChangeKind comes first where several insertions are at one place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Rank {
+pub(super) enum InsertionOrder {
     /// The values of the table whose head stands above.
     Body,
     /// Another table.
@@ -46,7 +46,7 @@ impl<'a> Text<'a> {
     pub(super) fn replace(&mut self, range: Range<usize>, with: impl Into<String>) {
         self.edits.push(Edit {
             range,
-            rank: Rank::Body,
+            order: InsertionOrder::Body,
             with: with.into(),
         });
     }
@@ -112,7 +112,7 @@ impl<'a> Text<'a> {
     }
 
     /// Inserts whole lines at `at`, the beginning of a line or the end of the text, with blank lines around them.
-    pub(super) fn insert(&mut self, at: usize, rank: Rank, lines: &str) {
+    pub(super) fn insert(&mut self, at: usize, order: InsertionOrder, lines: &str) {
         let above = self.slice(0..at);
         let last = above.strip_suffix('\n').unwrap_or(above);
         let last = last.rsplit('\n').next().unwrap_or_default();
@@ -125,7 +125,7 @@ impl<'a> Text<'a> {
         let after = if below.trim().is_empty() { "" } else { "\n" };
         self.edits.push(Edit {
             range: at..at,
-            rank,
+            order,
             with: format!("{before}{lines}{after}"),
         });
     }
@@ -147,7 +147,7 @@ impl<'a> Text<'a> {
     /// The text with all edits. Lines end as those of the text.
     pub(super) fn finish(mut self) -> String {
         self.edits
-            .sort_by_key(|edit| (edit.range.start, edit.range.end, edit.rank));
+            .sort_by_key(|edit| (edit.range.start, edit.range.end, edit.order));
         let mut merged: Vec<Edit> = Vec::new();
         for edit in self.edits.drain(..) {
             match merged.last_mut() {
