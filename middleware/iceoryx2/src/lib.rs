@@ -28,6 +28,7 @@ mod service;
 mod service_files;
 mod session;
 mod subscriber;
+mod variant;
 mod wait_set;
 
 pub use holder::Holder;

@@ -77,11 +77,9 @@ impl Notifier {
     }
 
     fn send(&self, id: usize) {
-        if self.has_listeners() {
-            // A listener that cannot be reached is dead or has a notification pending. Receivers
-            // also poll their queues periodically.
-            let _ = self.port.notify_with_custom_event_id(EventId::new(id));
-        }
+        // A listener that cannot be reached is dead or has a notification pending. Receivers
+        // also poll their queues periodically.
+        let _ = self.port.notify_with_custom_event_id(EventId::new(id));
     }
 }
 

@@ -16,10 +16,7 @@ use rc_middleware::{OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
 use std::time::Duration;
 
-/// Ports of this variant may move between threads: they open on a helper thread, and a second
-/// thread serves each transient-local publisher. Files and shared memory are those of
-/// `ipc::Service`.
-pub(crate) type Service = iceoryx2::service::ipc_threadsafe::Service;
+pub(crate) use crate::variant::Service;
 
 pub(crate) type Node = iceoryx2::prelude::Node<Service>;
 pub(crate) type EventService = event::PortFactory<Service>;

@@ -10,11 +10,13 @@ use iceoryx2::prelude::{
     Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
     set_log_level,
 };
+use rc_middleware::backend::now;
 use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS};
 use rc_middleware::{Environment, OpenError};
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
@@ -36,7 +38,8 @@ pub(crate) struct Session {
     pub(crate) environment: Environment,
     pub(crate) config: Config,
     pub(crate) node: Node,
-    published: Mutex<Option<Instant>>,
+    /// Time of the last publication in nanoseconds of the monotonic clock; 0 for none.
+    published: AtomicU64,
     commands: Mutex<Vec<Weak<Mutex<Option<PendingResponse>>>>>,
     dead_nodes: DeadNodes,
     /// Dropped before the remover of incomplete files: a clean-up can wait for an incomplete file.
@@ -75,7 +78,7 @@ impl Session {
                 environment: owned,
                 config,
                 node,
-                published: Mutex::default(),
+                published: AtomicU64::new(0),
                 commands: Mutex::default(),
                 dead_nodes,
                 cleaner,
@@ -108,9 +111,10 @@ impl Session {
         self.cleaner.wake();
     }
 
-    /// Notes the time of a publication, for `linger`.
-    pub(crate) fn note_published(&self) {
-        *lock(&self.published) = Some(Instant::now());
+    /// Notes the time of a publication, for `linger`: `sent` of its header, or now if that is 0.
+    pub(crate) fn note_published(&self, sent: u64) {
+        let time = if sent == 0 { now() } else { sent };
+        self.published.store(time, Ordering::Relaxed);
     }
 
     /// A place for the last command of a client, which `linger` awaits.
@@ -126,7 +130,8 @@ impl Session {
     /// `limit`.
     pub(crate) fn linger(&self, limit: Duration) {
         let end = Instant::now() + limit;
-        let settled = lock(&self.published).map_or_else(Instant::now, |at| at + SETTLE);
+        let since = now().saturating_sub(self.published.load(Ordering::Relaxed));
+        let settled = Instant::now() + SETTLE.saturating_sub(Duration::from_nanos(since));
         loop {
             let now = Instant::now();
             if now >= end || (now >= settled && !self.commands_waiting()) {
