@@ -114,8 +114,9 @@ pub trait Publisher {
     /// delays nobody.
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError>;
 
-    /// Whether [`Publisher::loan`] lends memory.
-    fn can_loan(&self) -> bool {
+    /// Whether [`Publisher::loan`] gives memory for bodies of this encoding.
+    fn can_loan(&self, encoding: Encoding) -> bool {
+        let _ = encoding;
         false
     }
 
@@ -217,14 +218,14 @@ pub trait Reply {
         Profile::Rpc
     }
 
-    /// Lends memory of `length` bytes, aligned to 16, for a reply that is written in place; `None`
-    /// where the middleware lends none, or has none left.
-    fn loan(&mut self, length: usize) -> Option<&mut [u8]> {
-        let _ = length;
+    /// Memory of the middleware, `length` bytes, aligned to 16, for a reply of this encoding (an image
+    /// follows its envelope). Its content is undefined but initialized. `None` if the middleware has none.
+    fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
+        let _ = (length, encoding);
         None
     }
 
-    /// Sends the lent memory as the reply: the memory image of a plain type behind its envelope.
+    /// Makes the memory of [`Reply::loan`] the reply, instead of [`Reply::body`].
     fn send_loan(&mut self) {}
 }
 

@@ -103,52 +103,132 @@ pub enum DecodeError {
     Invalid(#[from] EncodeError),
 }
 
-/// Writes values one after the other. The first thing that cannot be written is kept until [`Writer::finish`].
+/// Arrays of numbers from this size on, in bytes, are written straight into the memory of the
+/// middleware. A second pass over the value costs less than copying them once more.
+const BULK: usize = 8 * 1024;
+
+/// Serializes values, one after the other. Keeps the first error until [`Writer::finish`].
+///
+/// ```
+/// use rc_middleware::Writer;
+///
+/// let mut writer = Writer::default();
+/// writer.put(&1_u8);
+/// writer.put(&2_u32); // aligned to 4 bytes
+/// assert_eq!(writer.finish(), Ok(&[1, 0, 0, 0, 2, 0, 0, 0][..]));
+/// ```
 #[derive(Debug, Default)]
-pub struct Writer {
-    bytes: Vec<u8>,
+pub struct Writer<'m> {
+    output: Output<'m>,
+    /// Bytes of large arrays that were counted and not written.
+    skipped: usize,
     error: Option<EncodeError>,
 }
 
-impl Writer {
-    /// Starts a new body in the same memory.
-    pub fn clear(&mut self) {
-        self.bytes.clear();
-        self.error = None;
-    }
+#[derive(Debug)]
+enum Output<'m> {
+    /// A buffer that grows. If `skips` is set, large arrays are only counted.
+    Buffer { bytes: Vec<u8>, skips: bool },
+    /// Memory of the size of the body, filled up to `at`.
+    Memory { memory: &'m mut [u8], at: usize },
+}
 
-    /// The body, or what could not be written.
-    pub fn finish(&mut self) -> Result<&[u8], EncodeError> {
-        match self.error.take() {
-            Some(error) => Err(error),
-            None => Ok(&self.bytes),
+impl Default for Output<'_> {
+    fn default() -> Self {
+        Self::Buffer {
+            bytes: Vec::new(),
+            skips: false,
+        }
+    }
+}
+
+impl Writer<'static> {
+    /// Appends to `bytes`.
+    pub fn over(bytes: Vec<u8>) -> Self {
+        Self {
+            output: Output::Buffer {
+                bytes,
+                skips: false,
+            },
+            skipped: 0,
+            error: None,
         }
     }
 
-    /// What was written so far, whether all could be written or not.
-    pub fn into_bytes(self) -> Vec<u8> {
-        self.bytes
+    /// Starts a new body in the same buffer.
+    pub fn clear(&mut self) {
+        self.restart(false);
     }
 
-    /// Writes into `bytes`, after what is in it.
-    pub fn over(bytes: Vec<u8>) -> Self {
-        Self { bytes, error: None }
+    /// Starts a new body in the same buffer, in which large arrays are only counted.
+    pub(crate) fn measure(&mut self) {
+        self.restart(true);
     }
 
-    /// Drops all after the first `length` bytes, and what could not be written.
-    pub fn truncate(&mut self, length: usize) {
-        self.bytes.truncate(length);
+    fn restart(&mut self, skip: bool) {
+        if let Output::Buffer { bytes, skips } = &mut self.output {
+            bytes.clear();
+            *skips = skip;
+        }
+        self.skipped = 0;
         self.error = None;
     }
 
-    /// Bytes so far.
-    pub fn len(&self) -> usize {
-        self.bytes.len()
+    /// Whether [`Writer::measure`] has left out large arrays, so that the body is not complete.
+    pub(crate) fn has_skipped(&self) -> bool {
+        self.skipped > 0
     }
 
-    /// Whether nothing was written.
+    /// The bytes written so far, even after an error.
+    pub fn into_bytes(self) -> Vec<u8> {
+        match self.output {
+            Output::Buffer { bytes, .. } => bytes,
+            Output::Memory { memory, at } => memory[..at].to_vec(),
+        }
+    }
+
+    /// Removes all but the first `length` bytes, and the error.
+    pub fn truncate(&mut self, length: usize) {
+        if let Output::Buffer { bytes, .. } = &mut self.output {
+            bytes.truncate(length);
+        }
+        self.error = None;
+    }
+}
+
+impl<'m> Writer<'m> {
+    /// Writes into `memory`, which has the size of the body.
+    pub(crate) fn into_memory(memory: &'m mut [u8]) -> Self {
+        Self {
+            output: Output::Memory { memory, at: 0 },
+            skipped: 0,
+            error: None,
+        }
+    }
+
+    /// The body, or the first error.
+    pub fn finish(&mut self) -> Result<&[u8], EncodeError> {
+        match self.error.take() {
+            Some(error) => Err(error),
+            None => Ok(match &self.output {
+                Output::Buffer { bytes, .. } => bytes,
+                Output::Memory { memory, at } => &memory[..*at],
+            }),
+        }
+    }
+
+    /// Length of the body so far, in bytes.
+    #[inline]
+    pub fn len(&self) -> usize {
+        match &self.output {
+            Output::Buffer { bytes, .. } => bytes.len() + self.skipped,
+            Output::Memory { at, .. } => *at,
+        }
+    }
+
+    /// Whether the body is empty.
     pub fn is_empty(&self) -> bool {
-        self.bytes.is_empty()
+        self.len() == 0
     }
 
     /// Keeps the first error.
@@ -157,11 +237,12 @@ impl Writer {
     }
 
     /// Writes one value.
+    #[inline]
     pub fn put<T: Cdr>(&mut self, value: &T) {
         value.encode(self);
     }
 
-    /// Fails where `length` is above the bound of `what`.
+    /// Fails if `length` exceeds the bound of `what`.
     pub fn bound(&mut self, what: &'static str, length: usize, bound: usize) {
         if length > bound {
             self.fail(EncodeError::TooLong {
@@ -172,7 +253,7 @@ impl Writer {
         }
     }
 
-    /// Fails where `value` is outside `min..=max`; NaN is outside of every range.
+    /// Fails if `value` is outside `min..=max`; NaN is outside every range.
     pub fn range(
         &mut self,
         what: &'static str,
@@ -185,21 +266,45 @@ impl Writer {
         }
     }
 
-    /// Raw bytes, not aligned.
+    /// Writes bytes without alignment.
+    #[inline]
     pub fn raw(&mut self, bytes: &[u8]) {
-        self.bytes.extend_from_slice(bytes);
+        match &mut self.output {
+            Output::Buffer { bytes: buffer, .. } => buffer.extend_from_slice(bytes),
+            Output::Memory { memory, at } => {
+                let end = *at + bytes.len();
+                match memory.get_mut(*at..end) {
+                    Some(place) => {
+                        place.copy_from_slice(bytes);
+                        *at = end;
+                    }
+                    None => self.fail(EncodeError::NoMemory(end)),
+                }
+            }
+        }
     }
 
-    /// A length.
+    /// Writes the bytes of an array of numbers without alignment.
+    fn array(&mut self, bytes: &[u8]) {
+        match &mut self.output {
+            Output::Buffer { skips: true, .. } if bytes.len() >= BULK => {
+                self.skipped += bytes.len();
+            }
+            _ => self.raw(bytes),
+        }
+    }
+
+    /// Writes a length as uint32.
     pub fn length(&mut self, length: usize) {
         self.put(&u32::try_from(length).unwrap_or(u32::MAX));
     }
 
-    /// Zeros up to the next multiple of `size` bytes.
+    /// Writes zeros up to the next multiple of `size` bytes; `size` is at most 8.
+    #[inline]
     pub(crate) fn align(&mut self, size: usize) {
-        let rest = self.bytes.len() % size;
+        let rest = self.len() % size;
         if rest != 0 {
-            self.bytes.resize(self.bytes.len() + size - rest, 0);
+            self.raw(&[0; 8][..size - rest]);
         }
     }
 }
@@ -250,6 +355,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads one value.
+    #[inline]
     pub fn get<T: Cdr>(&mut self) -> Result<T, DecodeError> {
         T::decode(self)
     }
@@ -260,6 +366,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next `count` bytes, not aligned.
+    #[inline]
     pub fn raw(&mut self, count: usize) -> Result<&'a [u8], DecodeError> {
         if self.image {
             return Err(DecodeError::Image);
@@ -327,13 +434,13 @@ impl<'a> Reader<'a> {
 /// A value that travels.
 pub trait Cdr: Sized {
     /// Writes it.
-    fn encode(&self, writer: &mut Writer);
+    fn encode(&self, writer: &mut Writer<'_>);
 
     /// Reads one.
     fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError>;
 
     /// Writes several without their number; numbers go in one piece.
-    fn encode_all(items: &[Self], writer: &mut Writer) {
+    fn encode_all(items: &[Self], writer: &mut Writer<'_>) {
         for item in items {
             item.encode(writer);
         }
@@ -348,11 +455,13 @@ pub trait Cdr: Sized {
 macro_rules! numbers {
     ($($number:ty),*) => {$(
         impl Cdr for $number {
-            fn encode(&self, writer: &mut Writer) {
+            #[inline]
+            fn encode(&self, writer: &mut Writer<'_>) {
                 writer.align(size_of::<Self>());
                 writer.raw(&self.to_le_bytes());
             }
 
+            #[inline]
             fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
                 reader.align(size_of::<Self>());
                 let mut bytes = [0; size_of::<Self>()];
@@ -361,10 +470,10 @@ macro_rules! numbers {
             }
 
             #[cfg(target_endian = "little")]
-            fn encode_all(items: &[Self], writer: &mut Writer) {
+            fn encode_all(items: &[Self], writer: &mut Writer<'_>) {
                 if !items.is_empty() {
                     writer.align(size_of::<Self>());
-                    writer.raw(items.as_bytes());
+                    writer.array(items.as_bytes());
                 }
             }
 
@@ -392,7 +501,7 @@ macro_rules! numbers {
 numbers!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);
 
 impl Cdr for bool {
-    fn encode(&self, writer: &mut Writer) {
+    fn encode(&self, writer: &mut Writer<'_>) {
         writer.raw(&[u8::from(*self)]);
     }
 
@@ -409,7 +518,7 @@ impl Cdr for bool {
 }
 
 impl Cdr for String {
-    fn encode(&self, writer: &mut Writer) {
+    fn encode(&self, writer: &mut Writer<'_>) {
         text(self, writer);
     }
 
@@ -429,7 +538,7 @@ impl Cdr for String {
 }
 
 /// Writes a string that is borrowed.
-pub fn text(value: &str, writer: &mut Writer) {
+pub fn text(value: &str, writer: &mut Writer<'_>) {
     if value.as_bytes().contains(&0) {
         writer.fail(EncodeError::ZeroByte);
     }
@@ -439,13 +548,13 @@ pub fn text(value: &str, writer: &mut Writer) {
 }
 
 /// Writes a sequence that is borrowed.
-pub fn sequence<T: Cdr>(items: &[T], writer: &mut Writer) {
+pub fn sequence<T: Cdr>(items: &[T], writer: &mut Writer<'_>) {
     writer.length(items.len());
     T::encode_all(items, writer);
 }
 
 impl<T: Cdr> Cdr for Vec<T> {
-    fn encode(&self, writer: &mut Writer) {
+    fn encode(&self, writer: &mut Writer<'_>) {
         sequence(self, writer);
     }
 
@@ -456,7 +565,7 @@ impl<T: Cdr> Cdr for Vec<T> {
 }
 
 impl<T: Cdr, const N: usize> Cdr for [T; N] {
-    fn encode(&self, writer: &mut Writer) {
+    fn encode(&self, writer: &mut Writer<'_>) {
         T::encode_all(self, writer);
     }
 
@@ -469,7 +578,7 @@ impl<T: Cdr, const N: usize> Cdr for [T; N] {
 }
 
 impl<T: Cdr> Cdr for Option<T> {
-    fn encode(&self, writer: &mut Writer) {
+    fn encode(&self, writer: &mut Writer<'_>) {
         writer.length(usize::from(self.is_some()));
         if let Some(value) = self {
             value.encode(writer);
@@ -488,7 +597,7 @@ impl<T: Cdr> Cdr for Option<T> {
 }
 
 impl<K: Cdr + Ord, V: Cdr> Cdr for BTreeMap<K, V> {
-    fn encode(&self, writer: &mut Writer) {
+    fn encode(&self, writer: &mut Writer<'_>) {
         writer.length(self.len());
         for (key, value) in self {
             key.encode(writer);

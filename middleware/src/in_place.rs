@@ -283,7 +283,7 @@ pub(crate) enum Memory<'a, T> {
 pub(crate) struct Sending<'a> {
     pub(crate) type_hash: u64,
     pub(crate) sent: &'a Counter,
-    pub(crate) writer: &'a mut crate::cdr::Writer,
+    pub(crate) writer: &'a mut crate::cdr::Writer<'static>,
 }
 
 impl<T: InPlace> Deref for Loan<'_, T> {

@@ -45,7 +45,7 @@ pub enum Outcome {
 pub const ENVELOPE: usize = 40;
 
 /// Writes the padding between an envelope and its body in `profile`.
-pub fn begin_body(writer: &mut Writer, profile: Profile) {
+pub fn begin_body(writer: &mut Writer<'_>, profile: Profile) {
     if profile == Profile::Ros {
         writer.align(8);
     }
@@ -59,7 +59,7 @@ pub fn open_body(reader: &mut Reader<'_>, profile: Profile) {
 }
 
 /// Writes the envelope of a request.
-pub fn begin_request(writer: &mut Writer, id: RequestId, operation: i32) {
+pub fn begin_request(writer: &mut Writer<'_>, id: RequestId, operation: i32) {
     identity(writer, id);
     crate::cdr::text("", writer);
     writer.put(&operation);
@@ -78,7 +78,7 @@ pub fn request_id(envelope: &[u8]) -> Option<RequestId> {
 }
 
 /// Writes the envelope of a reply. `case` is A result (0), or the exception with this hash.
-pub fn begin_reply(writer: &mut Writer, id: RequestId, operation: i32, case: i32) {
+pub fn begin_reply(writer: &mut Writer<'_>, id: RequestId, operation: i32, case: i32) {
     identity(writer, id);
     writer.put(&(Outcome::Ok as i32));
     writer.put(&operation);
@@ -86,7 +86,7 @@ pub fn begin_reply(writer: &mut Writer, id: RequestId, operation: i32, case: i32
 }
 
 /// Writes a whole reply which says that nothing was executed, and why.
-pub fn refuse(writer: &mut Writer, id: RequestId, outcome: Outcome, reason: &str) {
+pub fn refuse(writer: &mut Writer<'_>, id: RequestId, outcome: Outcome, reason: &str) {
     identity(writer, id);
     writer.put(&(outcome as i32));
     writer.put(&0_i32);
@@ -132,7 +132,7 @@ pub fn open_reply(
 }
 
 /// `dds::SampleIdentity`: a GUID and a sequence number in two halves, the high one first.
-fn identity(writer: &mut Writer, id: RequestId) {
+fn identity(writer: &mut Writer<'_>, id: RequestId) {
     writer.raw(&id.writer);
     writer.put(&((id.sequence >> 32) as i32));
     writer.put(&(id.sequence as u32));

@@ -31,7 +31,7 @@ pub struct ReplyVariant {
     /// 0 for the result, else the hash of the exception.
     pub case: i32,
     /// Writes its default.
-    pub put: fn(&mut Writer),
+    pub put: fn(&mut Writer<'_>),
     /// Reads it and forgets it.
     pub skip: fn(&mut Reader<'_>) -> Result<(), DecodeError>,
 }
@@ -65,7 +65,7 @@ fn code(replies: &[ReplyVariant], case: i32) -> i32 {
 pub struct TypedPublisher {
     port: Box<dyn Publisher>,
     operation: Operation,
-    writer: Writer,
+    writer: Writer<'static>,
     sent: Counter,
 }
 
@@ -86,7 +86,7 @@ impl TypedPublisher {
     }
 
     /// Begins a value; what is put into the writer is sent by `publish`.
-    pub fn begin(&mut self) -> &mut Writer {
+    pub fn begin(&mut self) -> &mut Writer<'static> {
         self.writer.clear();
         &mut self.writer
     }
@@ -104,6 +104,30 @@ impl TypedPublisher {
         self.port.publish(header, body)
     }
 
+    /// Sends one sample, which `write` serializes. Large arrays are written straight into memory of the
+    /// middleware, which takes a second pass: `write` must write the same each time.
+    pub fn publish_with(&mut self, write: impl Fn(&mut Writer<'_>)) -> Result<(), SendError> {
+        if self.port.can_loan(Encoding::Cdr) {
+            self.writer.measure();
+        } else {
+            self.writer.clear();
+        }
+        write(&mut self.writer);
+        if !self.writer.has_skipped() {
+            return self.publish();
+        }
+        let length = self.writer.len();
+        self.writer.finish()?;
+        let mut loan = self.port.loan(length)?;
+        fill(loan.memory_mut(), write)?;
+        loan.send(Header {
+            type_hash: self.operation.type_hash,
+            sequence: self.sent.next(),
+            sent: now(),
+            ..Header::default()
+        })
+    }
+
     /// Begins a value that is written in place; what is dropped without being sent is not sent.
     pub fn loan<T: InPlace>(&mut self) -> Result<Loan<'_, T>, SendError> {
         let send = Sending {
@@ -111,7 +135,7 @@ impl TypedPublisher {
             sent: &self.sent,
             writer: &mut self.writer,
         };
-        if !self.port.can_loan() {
+        if !self.port.can_loan(Encoding::Image) {
             let memory = Memory::Copied(in_place::boxed()?, &mut *self.port);
             return Ok(Loan { memory, send });
         }
@@ -159,6 +183,18 @@ impl<T: InPlace> Loan<'_, T> {
     }
 }
 
+/// Lets `write` serialize a body that fills `memory` exactly.
+fn fill(memory: &mut [u8], write: impl Fn(&mut Writer<'_>)) -> Result<(), EncodeError> {
+    let length = memory.len();
+    let mut writer = Writer::into_memory(memory);
+    write(&mut writer);
+    if writer.finish()?.len() == length {
+        Ok(())
+    } else {
+        Err(EncodeError::NoMemory(length))
+    }
+}
+
 /// Why a value in place cannot be sent.
 fn unsendable(error: DecodeError) -> EncodeError {
     match error {
@@ -173,7 +209,7 @@ fn unsendable(error: DecodeError) -> EncodeError {
 /// The calling end of a connection.
 pub struct TypedClient {
     port: Box<dyn Client>,
-    writer: Writer,
+    writer: Writer<'static>,
     reply: Vec<u8>,
     id: RequestId,
     operation: i32,
@@ -224,7 +260,7 @@ impl TypedClient {
     }
 
     /// Begins a call of `operation`; its parameters are put into the writer, then it is sent or called.
-    pub fn begin(&mut self, operation: &Operation) -> &mut Writer {
+    pub fn begin(&mut self, operation: &Operation) -> &mut Writer<'static> {
         self.id.sequence = self.sent.next();
         self.writer.clear();
         self.operation = operation.id;
@@ -276,6 +312,29 @@ impl TypedClient {
                 }
             })?;
         outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
+    }
+
+    /// Sends a command, whose parameters `write` serializes. `Ok` means that the queue of a live server
+    /// holds it.
+    pub fn send_with(
+        &mut self,
+        operation: &Operation,
+        write: impl Fn(&mut Writer<'_>),
+    ) -> Result<(), CallError> {
+        write(self.begin(operation));
+        self.send()
+    }
+
+    /// Calls `operation`. `write` serializes the parameters. `read` gets 0 for a result or the hash of an
+    /// exception, and reads the reply in the memory of the middleware.
+    pub fn call_with<T, E: From<CallError>>(
+        &mut self,
+        operation: &Operation,
+        write: impl Fn(&mut Writer<'_>),
+        read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
+    ) -> Result<T, E> {
+        write(self.begin(operation));
+        self.call_in_place(read)
     }
 
     fn asked(&self) -> Asked {
@@ -370,7 +429,7 @@ pub struct Request<'a> {
     replies: &'static [ReplyVariant],
     /// What comes behind the part of the answer that is being written.
     rest: &'static [ReplyVariant],
-    writer: Writer,
+    writer: Writer<'static>,
     reply: &'a mut dyn Reply,
     placed: Option<Result<(), EncodeError>>,
 }
@@ -424,7 +483,7 @@ impl<'a> Request<'a> {
     }
 
     /// Begins the answer; `case` is 0 for a result, else the hash of an exception.
-    pub fn begin(&mut self, case: i32) -> &mut Writer {
+    pub fn begin(&mut self, case: i32) -> &mut Writer<'static> {
         self.writer.clear();
         rpc::begin_reply(&mut self.writer, self.id, self.operation, case);
         if self.reply.profile() == Profile::Ros {
@@ -449,6 +508,41 @@ impl<'a> Request<'a> {
         if let Some(at) = here.filter(|_| case != 0) {
             self.rest = &replies[at + 1..];
         }
+    }
+
+    /// Replies with what `write` serializes; `case` is 0 for a result, else the hash of an exception.
+    /// Large arrays are written straight into memory of the middleware, which takes a second pass:
+    /// `write` must write the same each time.
+    pub fn reply_with(
+        &mut self,
+        case: i32,
+        write: impl Fn(&mut Writer<'_>),
+    ) -> Result<(), HandlerError> {
+        if self.reply.profile() == Profile::Rpc {
+            let (id, operation) = (self.id, self.operation);
+            let whole = |writer: &mut Writer<'_>| {
+                rpc::begin_reply(writer, id, operation, case);
+                write(writer);
+            };
+            self.writer.measure();
+            whole(&mut self.writer);
+            if !self.writer.has_skipped() {
+                return self.finish();
+            }
+            let length = self.writer.len();
+            if let Err(error) = self.writer.finish().map(drop) {
+                return self.finished(Err(error));
+            }
+            if let Some(memory) = self.reply.loan(length, Encoding::Cdr) {
+                let filled = fill(memory, whole);
+                if filled.is_ok() {
+                    self.reply.send_loan();
+                }
+                return self.finished(filled);
+            }
+        }
+        write(self.begin(case));
+        self.finish()
     }
 
     /// Ends the answer. One that cannot be written becomes a refusal that says so.
@@ -480,7 +574,7 @@ impl<'a> Request<'a> {
         let memory = if self.type_hash == 0 {
             None
         } else {
-            self.reply.loan(length)
+            self.reply.loan(length, Encoding::Image)
         };
         if let Some(memory) = memory {
             let (envelope, image) = memory.split_at_mut(BEHIND_ENVELOPE.min(memory.len()));

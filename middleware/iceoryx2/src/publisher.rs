@@ -11,7 +11,9 @@ use crate::service::{
 use crate::session::Session;
 use iceoryx2::prelude::AllocationStrategy;
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::{Durability, Endpoint, Header, LoanedSample, OpenError, Publisher, SendError};
+use rc_middleware::{
+    Durability, Encoding, Endpoint, Header, LoanedSample, OpenError, Publisher, SendError,
+};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -84,11 +86,15 @@ impl SharedPublisher {
     }
 
     /// Notifies the subscribers after a sample was sent.
-    fn sent(&self, reached: Result<usize, iceoryx2::port::SendError>) -> Result<(), SendError> {
+    fn sent(
+        &self,
+        at: u64,
+        reached: Result<usize, iceoryx2::port::SendError>,
+    ) -> Result<(), SendError> {
         let reached = reached.map_err(|error| self.failed(&error))?;
         self.notifier.notify();
         if reached > 0 {
-            self.session.note_published();
+            self.session.note_published(at);
         }
         Ok(())
     }
@@ -101,10 +107,10 @@ impl Publisher for SharedPublisher {
             .loan_slice_uninit(body.len())
             .map_err(|error| self.failed(&error))?;
         *sample.user_header_mut() = MessageHeader::new(header);
-        self.sent(sample.write_from_slice(body).send())
+        self.sent(header.sent, sample.write_from_slice(body).send())
     }
 
-    fn can_loan(&self) -> bool {
+    fn can_loan(&self, _: Encoding) -> bool {
         true
     }
 
@@ -141,6 +147,6 @@ impl LoanedSample for SharedLoan<'_> {
 
     fn send(mut self: Box<Self>, header: Header) -> Result<(), SendError> {
         *self.sample.user_header_mut() = MessageHeader::new(header);
-        self.publisher.sent(self.sample.send())
+        self.publisher.sent(header.sent, self.sample.send())
     }
 }

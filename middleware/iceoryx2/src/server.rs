@@ -184,7 +184,7 @@ impl SharedServer {
             ))
         };
         let encoding = if answer.loan_is_reply {
-            Encoding::Image
+            answer.loan_encoding
         } else {
             Encoding::Cdr
         };
@@ -240,6 +240,7 @@ struct SharedReply<'a> {
     request: &'a ActiveRequest,
     body: &'a mut Vec<u8>,
     loan: Option<Response>,
+    loan_encoding: Encoding,
     /// Whether the loan is the reply.
     loan_is_reply: bool,
 }
@@ -249,7 +250,8 @@ impl Reply for SharedReply<'_> {
         self.body
     }
 
-    fn loan(&mut self, length: usize) -> Option<&mut [u8]> {
+    fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
+        self.loan_encoding = encoding;
         // The port allows one loan for each request.
         self.loan = None;
         let loan = self.request.loan_slice_uninit(length).ok()?;
@@ -293,6 +295,7 @@ impl Server for SharedServer {
             request: &request,
             body: &mut body,
             loan: None,
+            loan_encoding: Encoding::Cdr,
             loan_is_reply: false,
         };
         answer(header, request.payload(), &mut reply);

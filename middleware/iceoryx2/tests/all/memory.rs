@@ -1,7 +1,7 @@
 //! Where bodies lie in shared memory, and how much of it is used.
 
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
-use rc_middleware::{Backend, Environment, RunDirectory, Settings, WakeEvent};
+use rc_middleware::{Backend, Encoding, Environment, RunDirectory, Settings, WakeEvent};
 use std::os::unix::fs::MetadataExt;
 
 /// A network of this process; wiped when it goes.
@@ -74,7 +74,7 @@ fn what_is_unused_in_place_does_not_exist() {
         .collect();
     let mut publisher = backend.publisher(&at).expect("a publisher");
     let before = network.used();
-    assert!(publisher.can_loan());
+    assert!(publisher.can_loan(Encoding::Image));
     for sequence in 1..100 {
         let mut loan = publisher.loan(SIZE).expect("a loan");
         assert_eq!(loan.memory().as_ptr().addr() % 16, 0);

@@ -4,8 +4,8 @@
 use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until, until};
 use rc_middleware::qos::Durability;
 use rc_middleware::{
-    Backend, CallError, Client, Endpoint, Environment, Header, Reply, RunDirectory, Settings,
-    WakeEvent, wait,
+    Backend, CallError, Client, Encoding, Endpoint, Environment, Header, Reply, RunDirectory,
+    Settings, WakeEvent, wait,
 };
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, setrlimit};
 use std::io::{BufRead, BufReader};
@@ -210,7 +210,7 @@ pub(crate) fn play(role: &str, network: &Network) {
                 let woken = wait(&[server.descriptor()], CYCLE) != 0;
                 server.acknowledge(woken);
                 let mut answer = |_: Header, request: &[u8], reply: &mut dyn Reply| {
-                    let loan = reply.loan(500).expect("a loan");
+                    let loan = reply.loan(500, Encoding::Image).expect("a loan");
                     loan.fill(request[0]);
                     if request == b"hold" {
                         println!("holding");
