@@ -45,10 +45,21 @@ pub(crate) struct EventLoop<'a> {
     timer: OwnedFd,
     period: Duration,
     first_port: usize,
+    /// The messages of this turn, which the status does not count yet.
+    handled: Vec<Handled>,
     peers_at: Option<Instant>,
     swept: Instant,
     fatal: Option<String>,
     complained: Option<Instant>,
+}
+
+/// One handled message.
+struct Handled {
+    slot: usize,
+    took: Duration,
+    /// Samples of the same sender that were lost right before it.
+    lost: u64,
+    ok: bool,
 }
 
 struct Port {
@@ -157,6 +168,7 @@ impl<'a> EventLoop<'a> {
             timer,
             period,
             first_port: 0,
+            handled: Vec::with_capacity(HANDLERS_A_TURN),
             peers_at: None,
             swept: Instant::now(),
             fatal: None,
@@ -302,19 +314,23 @@ impl<'a> EventLoop<'a> {
         let mut start = now;
         let count = self.ports.len();
         let mut left = HANDLERS_A_TURN;
-        self.first_port = self.first_port.wrapping_add(1);
-        while left > 0 && self.ports.iter().any(|p| p.ready) {
-            for step in 0..count {
-                let at = (self.first_port + step) % count;
-                if left > 0 && self.ports[at].ready && !self.shared.wake_event.is_stopping() {
+        self.first_port = if self.first_port + 1 < count {
+            self.first_port + 1
+        } else {
+            0
+        };
+        'turn: while left > 0 && self.ports.iter().any(|p| p.ready) {
+            for at in (self.first_port..count).chain(0..self.first_port) {
+                if self.shared.wake_event.is_stopping() {
+                    break 'turn;
+                }
+                if left > 0 && self.ports[at].ready {
                     start = self.handle(at, start);
-                    left = left.saturating_sub(1);
+                    left -= 1;
                 }
             }
-            if self.shared.wake_event.is_stopping() {
-                return;
-            }
         }
+        self.count_handled();
     }
 
     /// Serves one message of a port, where one is there. `start` is now; says what is now afterwards.
@@ -378,14 +394,12 @@ impl<'a> EventLoop<'a> {
     }
 
     fn handled(&mut self, at: usize, took: Duration, lost: u64, result: Result<(), HandlerError>) {
-        let slot = self.ports[at].slot;
-        {
-            let mut status = self.shared.status();
-            status.slots[slot].handled(took, lost, result.is_ok());
-            if took > self.period {
-                status.delta.overrun(Activity::Handler(slot), took);
-            }
-        }
+        self.handled.push(Handled {
+            slot: self.ports[at].slot,
+            took,
+            lost,
+            ok: result.is_ok(),
+        });
         if took > self.period {
             let message = format!(
                 "a handler took {took:?}, longer than the period of {:?}",
@@ -395,6 +409,26 @@ impl<'a> EventLoop<'a> {
         }
         if let Err(error) = result {
             self.complain(at, &format!("a message was not handled: {error}"));
+        }
+    }
+
+    /// Adds the messages of this turn to the status: one lock a turn, not one a message.
+    fn count_handled(&mut self) {
+        if self.handled.is_empty() {
+            return;
+        }
+        let mut status = self.shared.status();
+        for Handled {
+            slot,
+            took,
+            lost,
+            ok,
+        } in self.handled.drain(..)
+        {
+            status.slots[slot].handled(took, lost, ok);
+            if took > self.period {
+                status.delta.overrun(Activity::Handler(slot), took);
+            }
         }
     }
 
