@@ -3,7 +3,7 @@
 //! Latencies are those between two processes. Generated and hand-written programs run at the same
 //! time and are measured in turns, block by block, so that a slow minute of the machine slows both.
 
-use crate::compare::Peer;
+use crate::compare::{Peer, Ratio, met};
 use crate::languages;
 use crate::networks;
 use crate::pair::{Network, Pair, ROWS, quantile};
@@ -44,7 +44,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     build(smoke)?;
     println!("{}\n", machine());
     let blocks = if smoke { 5 } else { BLOCKS };
-    let mut met = latencies(blocks, if smoke { 0.4 } else { 1.0 })?;
+    let mut good = met(&latencies(blocks, if smoke { 0.4 } else { 1.0 })?);
     if !smoke {
         slots::table()?;
         let figures = [generation()?, rebuild()?, regeneration()?]
@@ -54,9 +54,9 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
             .chain(networks::figures()?)
             .chain(parameters::figures()?);
         println!();
-        met &= table(figures);
+        good &= table(figures);
     }
-    if !met {
+    if !good {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())
@@ -66,7 +66,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
 pub(crate) fn latencies_alone() -> Result<(), Failure> {
     build(true)?;
     println!("{}\n", machine());
-    if !latencies(BLOCKS, 1.0)? {
+    if !met(&latencies(BLOCKS, 1.0)?) {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())
@@ -144,15 +144,52 @@ pub(crate) fn machine() -> String {
     )
 }
 
-/// Measures and prints the tables of latencies and throughput; says whether all goals are met.
-fn latencies(blocks: usize, share: f64) -> Result<bool, Failure> {
+/// Measures and prints the tables of latencies and throughput.
+fn latencies(blocks: usize, share: f64) -> Result<Vec<Ratio>, Failure> {
     let peer = Peer {
         name: "by hand",
         goal: GOAL,
     };
     let (mut ours, mut theirs) = (Pair::generated()?, Pair::by_hand()?);
-    let met = peer.table(&ROWS, &mut ours, &mut theirs, blocks, share)?;
-    Ok(peer.throughput(&mut ours, &mut theirs, blocks)? && met)
+    let mut ratios = peer.table(&ROWS, &mut ours, &mut theirs, blocks, share)?;
+    ratios.extend(peer.throughput(&mut ours, &mut theirs, blocks)?);
+    Ok(ratios)
+}
+
+/// Measures the latencies several times and prints the spread of their ratios. One run begins every
+/// `pause`, or at once if the run before it took longer.
+pub(crate) fn repeated(runs: usize, pause: Duration) -> Result<(), Failure> {
+    build(true)?;
+    let mut rows: Vec<(Ratio, Vec<f64>)> = Vec::new();
+    for run in 1..=runs {
+        let next = Instant::now() + pause;
+        println!("Run {run} of {runs}: {}\n", machine());
+        for (at, row) in latencies(BLOCKS, 1.0)?.into_iter().enumerate() {
+            match rows.get_mut(at) {
+                Some((_, ratios)) => ratios.push(row.ratio),
+                None => {
+                    let first = vec![row.ratio];
+                    rows.push((row, first));
+                }
+            }
+        }
+        if run < runs {
+            std::thread::sleep(next.saturating_duration_since(Instant::now()));
+        }
+    }
+    println!("| ratio at p50, {runs} runs | goal | each run | median | |\n|---|---|---|---|---|");
+    for (row, mut ratios) in rows {
+        let each: Vec<String> = ratios.iter().map(|ratio| format!("{ratio:.2}")).collect();
+        let median = quantile(&mut ratios, 0.5);
+        println!(
+            "| {} | ≤ {:.2} | {} | {median:.2} | {} |",
+            row.what,
+            row.goal,
+            each.join(", "),
+            mark(median <= row.goal),
+        );
+    }
+    Ok(())
 }
 
 /// The whole process of the generator, which writes a component into an empty folder.

@@ -13,6 +13,18 @@ pub(crate) struct Peer {
     pub(crate) goal: f64,
 }
 
+/// One row of a table of ratios.
+pub(crate) struct Ratio {
+    pub(crate) what: String,
+    pub(crate) ratio: f64,
+    pub(crate) goal: f64,
+}
+
+/// Whether all goals are met.
+pub(crate) fn met(ratios: &[Ratio]) -> bool {
+    ratios.iter().all(|row| row.ratio <= row.goal)
+}
+
 /// What one side took for a row.
 #[derive(Default)]
 struct Side {
@@ -76,7 +88,7 @@ impl Flood {
 }
 
 impl Peer {
-    /// Measures `rows` and prints two tables; says whether all goals are met.
+    /// Measures `rows` and prints two tables.
     pub(crate) fn table(
         self,
         rows: &[Row],
@@ -84,13 +96,13 @@ impl Peer {
         theirs: &mut Pair,
         blocks: usize,
         share: f64,
-    ) -> Result<bool, Failure> {
+    ) -> Result<Vec<Ratio>, Failure> {
         let Self { name, goal } = self;
         println!(
             "| µs | generated p50 | p99 | {name} p50 | p99 | ratio at p50 (goal ≤ {goal:.2}) | middle half of the blocks | n |"
         );
         println!("|---|---|---|---|---|---|---|---|");
-        let mut met = true;
+        let mut ratios_found = Vec::new();
         let mut processor = Vec::new();
         for row in rows {
             let (mut a, mut b) = (Side::default(), Side::default());
@@ -110,7 +122,11 @@ impl Peer {
                 ratios.push(median(ours) / median(theirs));
             }
             let ratio = a.times.quantile(0.5) / b.times.quantile(0.5);
-            met &= ratio <= goal;
+            ratios_found.push(Ratio {
+                what: row.name.to_string(),
+                ratio,
+                goal,
+            });
             println!(
                 "| {} | {:.1} | {:.1} | {:.1} | {:.1} | {ratio:.2} {} | {:.2}–{:.2} | {} |",
                 row.name,
@@ -131,7 +147,7 @@ impl Peer {
             println!("| {row} | {a:.1} | {b:.1} | {:.2} |", a / b);
         }
         println!();
-        Ok(met)
+        Ok(ratios_found)
     }
 
     /// Measures values that are sent as fast as possible and prints a table; says whether all goals
@@ -141,13 +157,13 @@ impl Peer {
         ours: &mut Pair,
         theirs: &mut Pair,
         blocks: usize,
-    ) -> Result<bool, Failure> {
+    ) -> Result<Vec<Ratio>, Failure> {
         let Self { name, goal } = self;
         println!(
             "| sender at full speed | generated: sent/s | came/s | MB/s | lost | {name}: sent/s | came/s | MB/s | lost | time a value that came, ratio (goal ≤ {goal:.2}) | middle half of the blocks |"
         );
         println!("|---|---|---|---|---|---|---|---|---|---|---|");
-        let mut met = true;
+        let mut ratios_found = Vec::new();
         for (what, size, count) in FLOODS {
             let (mut a, mut b) = (Flood::default(), Flood::default());
             let mut ratios = Vec::new();
@@ -166,7 +182,11 @@ impl Peer {
                 }
             }
             let ratio = quantile(&mut ratios, 0.5);
-            met &= ratio <= goal;
+            ratios_found.push(Ratio {
+                what: format!("{what}, full speed"),
+                ratio,
+                goal,
+            });
             println!(
                 "| {what} | {} | {} | {ratio:.2} {} | {:.2}–{:.2} |",
                 a.columns(size),
@@ -177,6 +197,6 @@ impl Peer {
             );
         }
         println!();
-        Ok(met)
+        Ok(ratios_found)
     }
 }

@@ -2,7 +2,7 @@
 //! library's calls, and beside ddsperf, the library's own tool, as Debian has it.
 
 use crate::bench::{BUILD, machine};
-use crate::compare::Peer;
+use crate::compare::{Peer, met};
 use crate::pair::{Pair, Row, quantile};
 use crate::programs::{Failure, Program, cargo, finish, target};
 use crate::variant::{self, DDS};
@@ -57,7 +57,7 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     };
     let mut ours = Pair::components(&generated, &DDS)?;
     let mut theirs = Pair::by_hand_over("bench_dds_peer", BY_HAND)?;
-    if !peer.table(rows().as_flattened(), &mut ours, &mut theirs, blocks, share)? {
+    if !met(&peer.table(rows().as_flattened(), &mut ours, &mut theirs, blocks, share)?) {
         eprintln!("xtask: a goal was missed");
     }
     drop((ours, theirs));

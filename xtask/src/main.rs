@@ -5,6 +5,7 @@
 mod bench;
 mod chaos;
 mod compare;
+mod counts;
 mod dds;
 mod deploy;
 mod ice;
@@ -51,6 +52,14 @@ fn main() -> ExitCode {
         ["bench"] => bench::run(false).map_err(|e| e.to_string()),
         ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
         ["bench", "latencies"] => bench::latencies_alone().map_err(|e| e.to_string()),
+        ["bench", "--repeat", runs, "--every", minutes]
+            if let (Ok(runs @ 1..), Ok(minutes)) = (runs.parse(), minutes.parse::<u64>()) =>
+        {
+            let pause = std::time::Duration::from_secs(60 * minutes);
+            bench::repeated(runs, pause).map_err(|e| e.to_string())
+        }
+        ["bench", "counts"] => counts::run(false).map_err(|e| e.to_string()),
+        ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
         ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
         ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
             chaos::run(&orders).map_err(|e| e.to_string())
@@ -75,7 +84,7 @@ fn main() -> ExitCode {
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench [latencies | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }

@@ -5,10 +5,13 @@ use crate::usage::processor_time;
 use rc_middleware::RunDirectory;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
 
 /// How long a pair may take to start.
 const START: Duration = Duration::from_secs(10);
+/// The same under a tool that slows it down.
+const TOOL_START: Duration = Duration::from_secs(120);
 /// How long one block may take.
 const BLOCK: Duration = Duration::from_secs(10);
 
@@ -111,28 +114,56 @@ pub(crate) struct Pair {
 impl Pair {
     /// The generated components.
     pub(crate) fn generated() -> Result<Self, Failure> {
+        Self::generated_under(&[])
+    }
+
+    /// The generated components, started by a tool: the first words of both command lines.
+    pub(crate) fn generated_under(tool: &[String]) -> Result<Self, Failure> {
         let folder = target()?.join("release");
-        Self::components(&[folder.join("pong"), folder.join("ping")], &[])
+        Self::components_under(tool, &[folder.join("pong"), folder.join("ping")], &[])
     }
 
     /// A pong and a ping, with some more arguments.
     pub(crate) fn components(programs: &[PathBuf; 2], more: &[&str]) -> Result<Self, Failure> {
+        Self::components_under(&[], programs, more)
+    }
+
+    fn components_under(
+        tool: &[String],
+        programs: &[PathBuf; 2],
+        more: &[&str],
+    ) -> Result<Self, Failure> {
         let network = Network::new("gen")?;
         // Two slots of one interface, so the second one needs an address of its own.
         let awake = format!("awake={}/Awake", network.name);
         let name = network.name.clone();
         let own = ["--network", &name, "--log", "error", "--bind", &awake];
         let arguments = [&own, more].concat();
-        Self::start(programs, [&arguments, &arguments], Some(network))
+        Self::start(tool, programs, [&arguments, &arguments], Some(network))
     }
 
     fn start(
+        tool: &[String],
         [pong, ping]: &[PathBuf; 2],
         [answering, asking]: [&[&str]; 2],
         network: Option<Network>,
     ) -> Result<Self, Failure> {
-        let pong = ready(Program::start(pong, answering)?)?;
-        let ping = ready(Program::start(ping, asking)?)?;
+        let start = |path: &Path, arguments: &[&str]| {
+            let mut words = tool.iter();
+            let mut command = match words.next() {
+                Some(program) => {
+                    let mut command = Command::new(program);
+                    command.args(words).arg(path);
+                    command
+                }
+                None => Command::new(path),
+            };
+            command.args(arguments);
+            let limit = if tool.is_empty() { START } else { TOOL_START };
+            ready(Program::spawn(command)?, limit)
+        };
+        let pong = start(pong, answering)?;
+        let ping = start(ping, asking)?;
         Ok(Self {
             ping,
             pong,
@@ -142,19 +173,24 @@ impl Pair {
 
     /// The hand-written programs.
     pub(crate) fn by_hand() -> Result<Self, Failure> {
+        Self::by_hand_under(&[])
+    }
+
+    /// The hand-written programs, started by a tool.
+    pub(crate) fn by_hand_under(tool: &[String]) -> Result<Self, Failure> {
         let network = Network::new("hand")?;
         let path = target()?.join("release/bench_peer");
         let (root, prefix) = network.files()?;
         let arguments = ["pong", "ping"].map(|which| [which, &root, &prefix]);
         let arguments = arguments.each_ref().map(|words| &words[..]);
-        Self::start(&[path.clone(), path], arguments, Some(network))
+        Self::start(tool, &[path.clone(), path], arguments, Some(network))
     }
 
     /// The hand-written programs over a network, in a domain.
     pub(crate) fn by_hand_over(program: &str, domain: &str) -> Result<Self, Failure> {
         let path = target()?.join("release").join(program);
         let arguments: [&[&str]; 2] = [&["pong", domain], &["ping", domain]];
-        Self::start(&[path.clone(), path], arguments, None)
+        Self::start(&[], &[path.clone(), path], arguments, None)
     }
 
     /// The program of `bench/ice`, twice.
@@ -162,7 +198,7 @@ impl Pair {
         let pong = Program::start(path, &["server"])?;
         let said = pong.hear(START)?;
         let address = said.strip_prefix("ready ").ok_or("no address")?;
-        let ping = ready(Program::start(path, &["client", address])?)?;
+        let ping = ready(Program::start(path, &["client", address])?, START)?;
         Ok(Self {
             ping,
             pong,
@@ -185,6 +221,37 @@ impl Pair {
             return Ok(asked);
         }
         self.times_of_pong()
+    }
+
+    /// Runs one block under a tool. Returns how many messages the receiver has handled.
+    pub(crate) fn counted_block(&mut self, row: &Row, limit: Duration) -> Result<usize, Failure> {
+        let Row {
+            kind, size, count, ..
+        } = row;
+        self.ping.say(&format!("{kind} {size} {count}"))?;
+        let mut came = times(&self.ping.hear(limit)?)?;
+        if !row.is_query() {
+            came = times(&self.pong.hear(limit)?)?;
+        }
+        Ok(came.len())
+    }
+
+    /// The processes: the publisher and client, then the subscriber and server.
+    pub(crate) fn pids(&self) -> [u32; 2] {
+        [self.ping.pid(), self.pong.pid()]
+    }
+
+    /// Ends both programs, so that a tool can write its result.
+    pub(crate) fn stop(self, limit: Duration) -> Result<(), Failure> {
+        let Self {
+            ping,
+            pong,
+            network,
+        } = self;
+        ping.stop(limit)?;
+        pong.stop(limit)?;
+        drop(network);
+        Ok(())
     }
 
     /// What pong reports next.
@@ -225,8 +292,8 @@ pub(crate) struct Flood {
     pub(crate) coming: f64,
 }
 
-fn ready(program: Program) -> Result<Program, Failure> {
-    match program.hear(START)?.as_str() {
+fn ready(program: Program, limit: Duration) -> Result<Program, Failure> {
+    match program.hear(limit)?.as_str() {
         "ready" => Ok(program),
         other => Err(format!("`{other}` instead of `ready`").into()),
     }

@@ -191,6 +191,20 @@ impl Program {
         }
     }
 
+    /// Ends it by the end of its standard input or by a signal, whatever its exit status.
+    pub(crate) fn stop(mut self, limit: Duration) -> Result<(), Failure> {
+        drop(self.orders);
+        if self.child.ended_within(INPUT_END) {
+            return Ok(());
+        }
+        kill_process(Pid::from_child(&self.child.0), Signal::TERM)?;
+        if self.child.ended_within(limit) {
+            Ok(())
+        } else {
+            Err(format!("{} does not end within {limit:?}", self.name).into())
+        }
+    }
+
     /// Asks it to end, and waits for that; gives back what it said. An error: it had to be killed,
     /// or failed.
     pub(crate) fn end(mut self, limit: Duration) -> Result<Vec<String>, Failure> {

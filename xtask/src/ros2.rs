@@ -2,7 +2,7 @@
 //! ros2-client.
 
 use crate::bench::{BUILD, machine};
-use crate::compare::Peer;
+use crate::compare::{Peer, met};
 use crate::dds::rows;
 use crate::pair::{Pair, Row};
 use crate::programs::{Failure, cargo, finish};
@@ -33,7 +33,7 @@ pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     // related request in a form that nobody can read, and ros2-client has no other one.
     let is_possible = |row: &Row| !row.is_query() || row.size == SMALL;
     let rows: Vec<Row> = rows().into_iter().flatten().filter(is_possible).collect();
-    if !peer.table(&rows, &mut ours, &mut theirs, blocks, share)? {
+    if !met(&peer.table(&rows, &mut ours, &mut theirs, blocks, share)?) {
         eprintln!("xtask: a goal was missed");
     }
     Ok(())

@@ -18,6 +18,21 @@ pub(crate) fn processor_time(pid: u32) -> Result<Duration, Failure> {
     Ok(total)
 }
 
+/// Context switches of all threads of a process since their start, voluntary and involuntary.
+pub(crate) fn context_switches(pid: u32) -> Result<u64, Failure> {
+    let mut total = 0;
+    for task in fs::read_dir(format!("/proc/{pid}/task"))? {
+        let status = fs::read_to_string(task?.path().join("status"))?;
+        let counts = status
+            .lines()
+            .filter_map(|line| line.split_once("ctxt_switches:"));
+        for (_, count) in counts {
+            total += count.trim().parse::<u64>()?;
+        }
+    }
+    Ok(total)
+}
+
 /// Proportional and whole resident memory, in MB.
 pub(crate) fn memory(pid: u32) -> Result<(f64, f64), Failure> {
     let [pss, rss] = rollup(pid, ["Pss:", "Rss:"])?;
