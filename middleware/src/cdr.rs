@@ -392,6 +392,18 @@ impl<'a> Reader<'a> {
         Ok(length)
     }
 
+    /// A string, in the memory of the message.
+    pub(crate) fn text(&mut self) -> Result<&'a str, DecodeError> {
+        let length = self.length()?;
+        let [inner @ .., 0] = self.raw(length)? else {
+            return Err(DecodeError::BadString);
+        };
+        if inner.contains(&0) {
+            return Err(DecodeError::BadString);
+        }
+        std::str::from_utf8(inner).map_err(|_| DecodeError::BadString)
+    }
+
     /// Refuses a length above the bound of `what`.
     pub fn bound(
         &self,
@@ -523,17 +535,7 @@ impl Cdr for String {
     }
 
     fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
-        let length = reader.length()?;
-        let bytes = reader.raw(length)?;
-        let [inner @ .., 0] = bytes else {
-            return Err(DecodeError::BadString);
-        };
-        if inner.contains(&0) {
-            return Err(DecodeError::BadString);
-        }
-        std::str::from_utf8(inner)
-            .map(str::to_owned)
-            .map_err(|_| DecodeError::BadString)
+        reader.text().map(str::to_owned)
     }
 }
 

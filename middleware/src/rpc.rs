@@ -68,7 +68,7 @@ pub fn begin_request(writer: &mut Writer<'_>, id: RequestId, operation: i32) {
 /// Reads the envelope of a request: its identity and its operation.
 pub fn open_request(reader: &mut Reader<'_>) -> Result<(RequestId, i32), DecodeError> {
     let id = open_identity(reader)?;
-    let _instance: String = reader.get()?;
+    reader.text()?;
     Ok((id, reader.get()?))
 }
 

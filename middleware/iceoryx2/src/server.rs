@@ -16,7 +16,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 use rc_middleware::qos::MAX_READERS;
 use rc_middleware::{Address, Encoding, Endpoint, Header, OpenError, ReceiveError, Reply, Server};
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::fmt::Debug;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
@@ -66,7 +66,7 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         session: Arc::clone(session),
         inbox: VecDeque::new(),
         reply: Vec::new(),
-        client_notifiers: HashMap::new(),
+        client_notifiers: BTreeMap::new(),
         port,
         calls,
         listener,
@@ -126,7 +126,7 @@ pub(crate) struct SharedServer {
     inbox: VecDeque<ActiveRequest>,
     reply: Vec<u8>,
     /// Notifiers of clients, by client GUID.
-    client_notifiers: HashMap<[u8; 16], Notifier>,
+    client_notifiers: BTreeMap<[u8; 16], Notifier>,
     port: ServerPort,
     calls: CallService,
     listener: Listener,
@@ -138,15 +138,17 @@ impl SharedServer {
     /// Fills the inbox round-robin: the first request of each client, then the second of each.
     /// iceoryx2 itself empties the queue of one client before it looks into the next.
     fn refill(&mut self) -> Result<(), ReceiveError> {
-        // Looking into an empty queue is expensive, and the requests of a single client are in
-        // order already.
-        let most = match self.peers() {
-            0 | 1 => 1,
-            _ => usize::MAX,
-        };
+        let mut most = 1;
         while self.inbox.len() < most {
             match self.port.receive() {
-                Ok(Some(request)) => self.inbox.push_back(request),
+                Ok(Some(request)) => {
+                    self.inbox.push_back(request);
+                    // Looking into an empty queue is expensive, and the requests of a single client
+                    // are in order already.
+                    if most == 1 && self.peers() > 1 {
+                        most = usize::MAX;
+                    }
+                }
                 // `ExceedsMaxBorrows`: the server holds as many requests as it may.
                 Ok(None) | Err(PortError::ExceedsMaxBorrows) => break,
                 Err(_) if !self.inbox.is_empty() => break,
