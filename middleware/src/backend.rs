@@ -8,7 +8,7 @@
 
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
 use crate::parameters::ParameterService;
-use crate::{Address, Header, Qos};
+use crate::{Address, Encoding, Header, Qos};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::time::Duration;
@@ -218,8 +218,9 @@ pub trait Reply {
         Profile::Rpc
     }
 
-    /// Memory of the middleware, `length` bytes, aligned to 16, for a reply of this encoding (an image
-    /// follows its envelope). Its content is undefined but initialized. `None` if the middleware has none.
+    /// Memory of the middleware, `length` bytes, aligned to 16, for a reply of this encoding (an
+    /// image follows its envelope). Its content is undefined but initialized. `None` if the
+    /// middleware has none.
     fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
         let _ = (length, encoding);
         None

@@ -10,9 +10,8 @@ use iceoryx2::prelude::{
     Config, FileName, LogLevel, NodeBuilder, NodeName, Path, SemanticString, SignalHandlingMode,
     set_log_level,
 };
-use rc_middleware::backend::now;
 use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS};
-use rc_middleware::{Environment, OpenError};
+use rc_middleware::{Environment, OpenError, now};
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
