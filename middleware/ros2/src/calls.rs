@@ -1,4 +1,4 @@
-//! The services of an interface, and how requests and replies are told apart in both mappings of services.
+//! The services of an interface, and how both mappings of services match requests and replies.
 
 use crate::config::Mapping;
 use crate::endpoint_state::{Group, Inbox};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// One operation of a client or a server.
 pub(crate) struct Service {
-    /// Its number in the envelope of a call.
+    /// Its discriminator in the envelope of a call.
     pub(crate) id: i32,
     pub(crate) requests: Port,
     pub(crate) replies: Port,
@@ -34,7 +34,8 @@ pub(crate) fn services(
     for (place, external) in endpoint.external_types.iter().enumerate() {
         let [request, reply] = names::service(endpoint, external, session.rules())?;
         let asks = role == Role::Client;
-        // The end of replies comes first, so that whoever finds that of requests soon finds it, too.
+        // The endpoint of replies comes first: a peer that has found the endpoint of requests soon
+        // finds it, too.
         let (own, other) = (EndpointKind::Writer, EndpointKind::Reader);
         let kinds = if asks { [other, own] } else { [own, other] };
         for (topic, kind) in [reply, request].into_iter().zip(kinds) {
@@ -64,11 +65,11 @@ pub(crate) fn services(
     Ok(services.collect())
 }
 
-/// What stands before a body, and what beside it.
+/// How a sample is marked as a request, or as the reply to one.
 pub(crate) struct Mark {
-    /// Before the body.
+    /// The header before the body.
     pub(crate) header: Vec<u8>,
-    /// Beside it, for the library.
+    /// The related sample identity beside the body.
     pub(crate) related: Option<(Guid, i64)>,
 }
 
@@ -76,7 +77,7 @@ pub(crate) struct Mark {
 /// nothing was executed, and why stands in its body; only ends of ours send and are sent that.
 pub(crate) type Id = (Guid, i64);
 
-/// From this length on, with its mark, a reply may be sent in fragments.
+/// From this length on, mark included, a reply may be sent in fragments.
 pub(crate) const LARGE: usize = 1024;
 
 /// Whether the Enhanced mapping cannot carry a reply: `rustdds` writes fragments with something beside them in a form that
@@ -106,7 +107,8 @@ pub(crate) fn mark(mapping: Mapping, id: Id, is_reply: bool) -> Mark {
     }
 }
 
-/// What a sample is or answers, and how many bytes of it are not its body; why that cannot be told.
+/// The identity of a request, or of the request that a reply belongs to, and the number of bytes
+/// before the body.
 pub(crate) fn read(
     mapping: Mapping,
     sample: &Sample,
@@ -114,7 +116,7 @@ pub(crate) fn read(
 ) -> Result<(Id, usize), String> {
     let read = told_apart(mapping, sample, client)?;
     match read {
-        // The sign of a number has a meaning of its own, and this one cannot have another sign.
+        // The sign has a meaning, and this number has no counterpart of the other sign.
         ((_, i64::MIN), _) => Err("a sample has a number that no request has".to_owned()),
         read => Ok(read),
     }
@@ -131,9 +133,9 @@ fn told_apart(
             let own = i64::try_from(sample.sequence).unwrap_or(0);
             match (sample.related, client) {
                 (Some(id), Some(_)) => Ok((id, 0)),
-                // A large reply of one of ours to one of ours.
+                // A large reply of a component to a component.
                 (None, Some(client)) => in_header(sample.taken.body()?, client),
-                // Fast DDS names the reader that waits for the answer, and leaves the number open.
+                // Fast DDS gives the reader that waits for the reply, and leaves the number open.
                 (Some((reader, number)), None) if reader != [0; 16] => {
                     Ok(((reader, if number > 0 { number } else { own }), 0))
                 }

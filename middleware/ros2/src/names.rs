@@ -1,13 +1,13 @@
-//! What addresses and types are called in ROS 2, and below it in DDS.
+//! The names of addresses and types in ROS 2, and in DDS below it.
 
 use rc_middleware::{Endpoint, ExternalType, OpenError};
 use rc_settings::ros::{self, ResolvedRemapping};
 use ros2_client::{MessageTypeName, NodeName, ServiceTypeName};
 
-/// A topic of DDS, and its type.
+/// The names of a topic of DDS and of its type.
 pub(crate) type Topic = (String, String);
 
-/// The topic of a publisher or subscriber; its address has the operation.
+/// The topic of a publisher or subscriber, whose address includes the operation.
 pub(crate) fn topic(endpoint: &Endpoint, rules: &[ResolvedRemapping]) -> Result<Topic, OpenError> {
     let external = endpoint
         .external_types
@@ -19,7 +19,7 @@ pub(crate) fn topic(endpoint: &Endpoint, rules: &[ResolvedRemapping]) -> Result<
     Ok((format!("rt{name}"), type_name))
 }
 
-/// The topics of requests and of replies of an operation of a client or server.
+/// The topics of the requests and of the replies of an operation.
 pub(crate) fn service(
     endpoint: &Endpoint,
     external: &ExternalType,
@@ -69,7 +69,7 @@ fn renamed(address: &str, external: &ExternalType, rules: &[ResolvedRemapping]) 
     ros::operation(address, &external.slot, &external.operation, rules)
 }
 
-/// The node of a component.
+/// The name of the node of a component.
 pub(crate) fn node(namespace: &str, name: &str) -> Result<NodeName, String> {
     NodeName::new(namespace, name).map_err(|error| format!("`{namespace}` `{name}`: {error}"))
 }

@@ -1,4 +1,4 @@
-//! What a node tells of its parameters on `/parameter_events`, on a thread of its own.
+//! Publishes changes of parameters on `/parameter_events`, on a thread of its own.
 
 use crate::endpoint_state::STRANGER;
 use crate::qos;
@@ -14,22 +14,25 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// All nodes have the same one.
+/// The topic of all nodes.
 const TOPIC: &str = "/parameter_events";
-/// How many may wait to be sent, and are kept until all have confirmed them: as `rclcpp` has it.
+/// Most events that wait to be sent, or are kept until all subscribers have confirmed them, as in
+/// `rclcpp`.
 const MOST: u32 = 1000;
-/// So long after a node began the others have found it, also with Fast DDS; what is told before is heard by nobody.
+/// Time after which other nodes have found a new node, also with Fast DDS. Nobody receives earlier
+/// events.
 const DISCOVERY: Duration = Duration::from_millis(1500);
 
-/// What is told, and when it happened, in nanoseconds since 1970.
+/// An event and its time, in nanoseconds since 1970.
 type Told = (i64, ParameterEvent);
 
-/// What tells of parameters, as long as this is there.
+/// Publishes events until it is dropped.
 pub(crate) struct Events {
-    /// Who it has not told yet: whoever listens to the parameters has no other way to the thread, which ends without it.
+    /// The queue to the thread. The listener of the parameters holds it weakly: dropping it here
+    /// ends the thread.
     queue: Option<Arc<SyncSender<Told>>>,
     thread: Option<JoinHandle<()>>,
-    /// Goes after the thread.
+    /// Dropped after the thread has ended.
     _port: Port,
 }
 
@@ -103,7 +106,7 @@ impl Drop for Events {
     }
 }
 
-/// Says that nobody hears of a change.
+/// Logs that a change was not published.
 fn untold(rate_limit: &RateLimit, reason: &str) {
     if let Some(passed) = rate_limit.allow() {
         let count = passed + 1;
@@ -128,7 +131,7 @@ impl Sender {
         {
             held.push(told);
         }
-        // A node that ends by now tells what it has to.
+        // A node that ends during this time publishes its events at once.
         for (stamp, event) in held.into_iter().chain(events) {
             if let Err(reason) = self.send(stamp, &event) {
                 untold(&self.rate_limit, &reason);

@@ -1,4 +1,4 @@
-//! The parameter services of a node, answered on a thread of their own.
+//! The parameter services of a node, on a thread of their own.
 
 use crate::calls::{self, Id};
 use crate::config::Mapping;
@@ -16,22 +16,22 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How many requests may wait; what comes then is lost, as with a slow node of ROS.
+/// Most requests that wait; further ones are lost, as with a slow node of ROS.
 const MOST: usize = 64;
-/// How long a request waits until its client can be answered.
+/// How long a request waits until its client can be reached.
 const HOLD: Duration = Duration::from_millis(200);
-/// How often that is looked at.
+/// Pause between two looks for the client.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// A request that was told apart.
+/// A request with its identity.
 struct Asked {
     sample: Sample,
     id: Id,
-    /// What of the sample is not its body.
+    /// Number of bytes before the body of the sample.
     skipped: usize,
 }
 
-/// What the thread that listens hands on.
+/// Hands requests from the thread that listens to the thread of the services.
 struct Incoming {
     mapping: Mapping,
     asked: SyncSender<Asked>,
@@ -63,13 +63,13 @@ impl Inbox for Incoming {
     }
 }
 
-/// The services of a node, as long as this is there.
+/// The services of a node. Dropping it closes them.
 pub(crate) struct Services {
     ports: Vec<Port>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Where the answers of a service go.
+/// The writer of the replies of a service.
 struct Replies {
     service: Service,
     state: Arc<EndpointState>,
@@ -148,7 +148,7 @@ impl Services {
 
 impl Drop for Services {
     fn drop(&mut self) {
-        // Nothing is asked any more, which ends the thread.
+        // Without readers no request arrives, which ends the thread.
         self.ports.clear();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();

@@ -1,4 +1,4 @@
-//! What components of ours tell each other beside their topics and services, on two hidden topics of ROS.
+//! What components exchange besides their topics and services, on two hidden topics of ROS.
 //!
 //! ROS 2 has no word for the hash of a type, and its discovery misses a process that was killed only after most of a
 //! minute. On `/_robocomp/ends` each component says who its ends are and whom they have found, whenever that changes; on
@@ -17,19 +17,20 @@ pub(crate) const ALIVE: &str = "rt/_robocomp/alive";
 /// The type of both.
 pub(crate) const TYPE: &str = "std_msgs::msg::dds_::String_";
 
-/// An end as its component tells of it.
+/// An endpoint, as its component describes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Told {
     pub(crate) info: EndpointInfo,
-    /// The number of its connection in its component: the ends of the operations of one client have the same.
+    /// The number of its connection in its component. All endpoints of one client have the same
+    /// number.
     pub(crate) connection: u32,
     /// The topic of DDS.
     pub(crate) topic: String,
-    /// Whom it has found.
+    /// The peers that it has found.
     pub(crate) found: BTreeSet<Guid>,
 }
 
-/// What begins the first line.
+/// The beginning of the first line.
 const LEASE: &str = "lease ";
 
 /// A component as a message: its lease in milliseconds, and its ends, a line each: its identity, its connection, its topic,
@@ -60,7 +61,7 @@ pub(crate) fn string(text: &str) -> Body {
     Body::of(&[&writer.into_bytes()])
 }
 
-/// The lease and the ends that a message tells of; what cannot be read is passed over.
+/// Reads the lease and the endpoints of a message. It skips lines that cannot be read.
 pub(crate) fn read(body: &[u8]) -> (Duration, BTreeMap<Guid, Told>) {
     let Ok(text) = String::decode(&mut Reader::new(body)) else {
         return Default::default();
@@ -126,7 +127,7 @@ mod tests {
         for wrong in [&[][..], &[9, 0, 0, 0], &body[..40]] {
             assert_eq!(read(wrong), (Duration::ZERO, BTreeMap::new()));
         }
-        // Of one that says nothing of its lease, or no time.
+        // A message without a valid lease.
         for other in ["", "lease \n", "lease -1\n", "lease 99999999999999999999\n"] {
             let Ok(bytes) = Passing::to_bytes(&string(other));
             assert_eq!(read(&bytes), (Duration::ZERO, BTreeMap::new()));

@@ -1,4 +1,4 @@
-//! The sending end of a topic.
+//! The publisher of a topic.
 
 use crate::names;
 use crate::qos;
@@ -40,7 +40,7 @@ impl Publisher for RosPublisher {
         let (body, stamp) = (Body::of(&[body]), stamp(header.sent));
         match self.port.send(body, stamp, None, None) {
             Ok(_) => Ok(()),
-            // Who is slow loses values, and delays nobody.
+            // A slow subscriber loses samples, and delays nobody.
             Err(Unsent::Full) => self.port.renew().map_err(failed),
             Err(Unsent::Failed(reason)) => Err(failed(reason)),
         }

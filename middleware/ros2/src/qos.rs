@@ -1,18 +1,19 @@
-//! Quality of service in the library's terms. Nothing is left to defaults, which ROS and DDS have different ones of.
+//! Quality of service for the library. It sets every policy, because the defaults of ROS and DDS
+//! differ.
 
 use rc_middleware::{Durability, Qos, Reliability};
 use rc_network::QosContract;
 use rustdds::policy::{self, History, Lifespan, Liveliness, ResourceLimits};
 use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 
-/// How long a sender waits for room: what the library has not sent yet goes out in that time.
+/// Longest wait of a sender for room: the library sends waiting samples in that time.
 const ROOM: Duration = Duration::from_millis(20);
-/// The same of calls, whose other ends are waited for.
+/// The same for calls.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// How many samples of calls may be under way: as many as there are clients, times what each may have.
+/// Most samples of calls at a time: the number of clients times the pending requests of each.
 const CALLS: i32 = 8192;
 
-/// The quality of service of an end, for the library and for the other end.
+/// The quality of service of an endpoint, for the library and for its peers.
 pub(crate) struct Ends {
     pub(crate) policies: QosPolicies,
     pub(crate) contract: QosContract,
@@ -30,7 +31,7 @@ fn limits(samples: i32) -> ResourceLimits {
     }
 }
 
-/// Of a topic.
+/// The quality of service of a topic.
 pub(crate) fn topic(wanted: &Qos) -> Ends {
     let depth = i32::try_from(wanted.depth.max(1)).unwrap_or(i32::MAX);
     let mut policies = QosPolicyBuilder::new()
@@ -58,7 +59,8 @@ pub(crate) fn topic(wanted: &Qos) -> Ends {
     }
 }
 
-/// Of calls, which lose nothing: how much may wait is counted by the ends themselves.
+/// The quality of service of calls, which lose nothing: clients and servers limit how many requests
+/// wait.
 pub(crate) fn call() -> Ends {
     Ends {
         policies: QosPolicyBuilder::new()
@@ -71,18 +73,18 @@ pub(crate) fn call() -> Ends {
     }
 }
 
-/// Of what components tell each other of themselves: the last word, also for those who come late.
+/// The quality of service of [`crate::presence::ENDS`]: late readers get the last message.
 pub(crate) fn ends() -> QosPolicies {
     QosPolicyBuilder::new()
         .reliable(ROOM)
         .durability(policy::Durability::TransientLocal)
         .history(History::KeepLast { depth: 1 })
-        // All of them are in one queue of the reader's.
+        // The messages of all writers share one queue of the reader.
         .resource_limits(limits(CALLS))
         .build()
 }
 
-/// Of the sign that a component lives.
+/// The quality of service of [`crate::presence::ALIVE`].
 pub(crate) fn alive() -> QosPolicies {
     QosPolicyBuilder::new()
         .best_effort()

@@ -1,4 +1,5 @@
-//! The parameter services and events of ROS 2 as bytes: the messages of `rcl_interfaces`, and what answers requests.
+//! The parameter services and events of ROS 2 as bytes: the messages of `rcl_interfaces`, and
+//! replies to requests.
 
 use rc_middleware::parameters::{Parameter, ParameterEvent, ParameterService, ParameterValue};
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
@@ -15,7 +16,8 @@ pub(crate) enum Service {
 }
 
 impl Service {
-    /// All, each with its name below the node and that of its type in `rcl_interfaces`.
+    /// All services, each with its name below the node and the name of its type in
+    /// `rcl_interfaces`.
     pub(crate) const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Describe, "describe_parameters", "DescribeParameters"),
         (Self::GetTypes, "get_parameter_types", "GetParameterTypes"),
@@ -65,7 +67,7 @@ impl Cdr for Value {
             ParameterValue::Text(value) => text(value, writer),
             _ => text("", writer),
         }
-        // Bytes, which no parameter has.
+        // An array of bytes, which no parameter has.
         writer.length(0);
         match value {
             ParameterValue::Bools(values) => writer.put(values),
@@ -116,7 +118,7 @@ impl Cdr for Value {
     }
 }
 
-/// Writes a text; CDR has none with zeros in it.
+/// Writes a text without its zero bytes, which CDR does not allow.
 fn text(text: &str, writer: &mut Writer) {
     rc_middleware::cdr::text(&text.replace('\0', " "), writer);
 }
@@ -144,13 +146,13 @@ fn describe(name: &str, known: Option<&Parameter>, writer: &mut Writer) {
     text(known.map_or("", |known| &known.doc), writer);
     text(known.map_or("", |known| &known.allowed), writer);
     writer.put(&known.is_some_and(|known| !known.editable));
-    // None has another type after a change.
+    // `dynamic_typing`: no parameter changes its type.
     writer.put(&false);
     let range = known.and_then(|known| known.range.as_ref());
     match range {
         Some((ParameterValue::Float(min), ParameterValue::Float(max))) => {
             writer.length(1);
-            // From, to, and a step of any size.
+            // Minimum, maximum, and a step of any size.
             writer.put(&[*min, *max, 0.0]);
             writer.length(0);
         }
@@ -185,7 +187,7 @@ pub(crate) fn event(stamp: i64, node: &str, event: &ParameterEvent) -> Result<Ve
             writer.put(&Named(path.clone(), value.clone()));
         }
     }
-    // None is ever taken away.
+    // Deleted parameters: none.
     writer.length(0);
     let body = writer.finish().map_err(|error| error.to_string())?;
     Ok(body.to_vec())
@@ -218,7 +220,8 @@ fn listed(all: &[Parameter], prefixes: &[String], depth: u64) -> (Vec<String>, V
     (names, within)
 }
 
-/// The body that answers a request; an error is a request that cannot be read, or a component that does not tell.
+/// The body of the reply to a request. It fails if the request cannot be read, or the component
+/// does not respond.
 pub(crate) fn answer(
     service: Service,
     request: &[u8],
@@ -355,7 +358,7 @@ mod tests {
         assert_eq!(reader.rest(), [0; 0]);
     }
 
-    /// Whatever comes, it is an answer or an error, and asks for no memory.
+    /// Any request gives a reply or an error, and allocates little memory.
     #[test]
     fn hostile_requests_are_errors() {
         let mut wanted = Writer::default();
@@ -371,7 +374,7 @@ mod tests {
                 answer(Service::Set, &wanted[..end], &Fixed).is_err(),
                 "{end}"
             );
-            // One byte is another one: any answer will do.
+            // One byte differs: any reply is allowed.
             let mut spoilt = wanted.clone();
             spoilt[end] ^= 0x55;
             let _ = answer(Service::Set, &spoilt, &Fixed);

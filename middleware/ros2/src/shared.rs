@@ -1,4 +1,5 @@
-//! What the thread that listens and the component share: the ends of this one, and what others have told of theirs.
+//! What the thread that listens and the component share: the endpoints of this component, and what
+//! other components have told of theirs.
 
 use crate::endpoint_state::EndpointState;
 use crate::presence::Told;
