@@ -8,10 +8,11 @@ const LIMIT: Duration = Duration::from_secs(20);
 
 /// Makes ends with the library.
 ///
-/// Where that takes too long, the process ends with exit code 3, as one that has lost its middleware: two threads of the library
-/// and the one that makes an end may wait for each other for ever (`rustdds` 0.15.1: `Discovery::add_local_writer` sends to
-/// a full channel while it reads what was discovered, its receiver wants to read that, and both are behind who wants to
-/// write). A goodbye would wait for the same threads.
+/// Where that takes too long, the process ends with exit code 3, as one that has lost its
+/// middleware: two threads of the library and the one that makes an end may wait for each other for
+/// ever (`rustdds` 0.15.1: `Discovery::add_local_writer` sends to a full channel while it reads
+/// what was discovered, its receiver wants to read that, and both are behind who wants to write). A
+/// goodbye would wait for the same threads.
 pub(crate) fn bounded<T>(make: impl FnOnce() -> T) -> Result<T, String> {
     within(LIMIT, make)
 }

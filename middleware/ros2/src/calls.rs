@@ -19,8 +19,8 @@ pub(crate) struct Service {
     pub(crate) replies: Port,
 }
 
-/// Opens the services of an interface, in the order of its operations. What they hear goes into `inbox`, in the order in
-/// which it comes.
+/// Opens the services of an interface, in the order of its operations. Samples go into `inbox` in
+/// the order of their arrival.
 pub(crate) fn services(
     session: &Rc<Session>,
     endpoint: &Endpoint,
@@ -73,23 +73,25 @@ pub(crate) struct Mark {
     pub(crate) related: Option<(Guid, i64)>,
 }
 
-/// A request, as its client names it: the client, and the number of the request. A negative number in a reply says that
-/// nothing was executed, and why stands in its body; only ends of ours send and are sent that.
+/// Identifies a request by its client and its number. A negative number in a reply says that
+/// nothing was executed, and the body holds the reason; only components send such replies, and only
+/// to components.
 pub(crate) type Id = (Guid, i64);
 
 /// From this length on, mark included, a reply may be sent in fragments.
 pub(crate) const LARGE: usize = 1024;
 
-/// Whether the Enhanced mapping cannot carry a reply: `rustdds` writes fragments with something beside them in a form that
-/// nobody can read (0.15.1, `DataFrag::write_to`).
+/// Whether the Enhanced mapping cannot carry a reply: `rustdds` writes fragments with inline
+/// parameters in a form that nobody can read (0.15.1, `DataFrag::write_to`).
 pub(crate) fn is_too_large(mapping: Mapping, length: usize) -> bool {
     mapping == Mapping::Enhanced && length > LARGE
 }
 
 /// The mark of a request, or of a reply to it.
 ///
-/// Enhanced (as `rmw_fastrtps`): a request has the number of its sample, a reply that of its request beside it. Cyclone (as
-/// `rmw_cyclonedds`): both have a header of the second half of the client's identity and the number.
+/// Enhanced (as in `rmw_fastrtps`): a request has the number of its sample, and a reply has the
+/// identity of its request beside the body. Cyclone (as in `rmw_cyclonedds`): both have a header
+/// with the second half of the client's identity and the number.
 pub(crate) fn mark(mapping: Mapping, id: Id, is_reply: bool) -> Mark {
     match mapping {
         Mapping::Enhanced => Mark {

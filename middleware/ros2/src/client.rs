@@ -1,4 +1,4 @@
-//! The calling end of a connection: for each operation a service, a writer of requests and a reader of replies.
+//! The client: for each operation a service, with a writer of requests and a reader of replies.
 
 use crate::calls::{self, Service};
 use crate::config::Mapping;
@@ -17,22 +17,24 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Longest wait before a stop is looked for: the wake-up of an interrupt can be meant for somebody else.
+/// Longest wait before the client looks for a stop: somebody else may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
-/// How long a full queue is given to make room: what the server has taken already is on its way to us.
+/// Longest wait for room in a full queue: replies to requests that the server has taken are on
+/// their way.
 const ROOM: Duration = Duration::from_millis(50);
-/// How long a server that was found is given to find this client: a tenth of a second where it is a stranger.
+/// Longest wait until a server that was found has found this client. A server of another program
+/// counts as ready after a tenth of a second.
 const MEETING: Duration = Duration::from_millis(200);
-/// How often it is looked whether it has.
+/// Pause between two looks for it.
 const LOOK: Duration = Duration::from_millis(2);
-/// After this a stranger is not waited for any more that has not answered a request.
+/// After this time a request to a server of another program no longer counts as pending.
 const SILENCE: Duration = Duration::from_secs(1);
-/// How long the answer of a server that has gone is waited for.
+/// Longest wait for the reply of a server that has gone.
 const LAST_WORDS: Duration = Duration::from_millis(20);
-/// How many answers may be unread. There are as many as there are requests, unless somebody floods.
+/// Most replies that wait here. More than there are requests come only from a flood.
 const MOST_ANSWERS: usize = 256;
 
-/// The answers to one client.
+/// The replies to one client.
 struct Answers {
     address: String,
     mapping: Mapping,
@@ -43,10 +45,10 @@ struct Answers {
 }
 
 struct Answer {
-    /// The operation, and the number of the request; negative where it was refused.
+    /// The operation, and the number of the request; negative if it was refused.
     request: (usize, i64),
     sample: Sample,
-    /// What of the sample is not its body.
+    /// Number of bytes before the body of the sample.
     skipped: usize,
 }
 
@@ -73,7 +75,7 @@ impl Inbox for Answers {
                 continue;
             };
             match calls::read(self.mapping, &sample, Some(&client)) {
-                // Every client hears the answers to all.
+                // Every client receives the replies to all.
                 Ok(((writer, _), _)) if writer != client => {}
                 Ok(((_, number), skipped)) => {
                     let mut samples = lock(&self.samples);
@@ -149,25 +151,25 @@ pub(crate) struct RosClient {
     signal: WakeEvent,
     wake_event: WakeEvent,
     spin: Duration,
-    /// How many requests there were, for the mapping that numbers them itself.
+    /// Number of requests, for the mapping that numbers them itself.
     sent: i64,
-    /// Requests that were sent and not answered yet, by operation and number: what the caller calls them, and when they
-    /// were sent. Each is answered, a command by an empty response.
+    /// Requests without a reply, by operation and number, with the identity that the caller uses
+    /// and the time of sending. Each gets a reply, a command an empty response.
     under_way: BTreeMap<(usize, i64), (RequestId, Instant)>,
-    /// Who has them.
+    /// The server that has them.
     asked: Option<GuidPrefix>,
-    /// The operation that was asked for last.
+    /// The operation of the last request.
     last: usize,
 }
 
 impl Service {
-    /// Whether this server hears and answers this client.
+    /// Whether this client can reach `server` and `server` can reach this client.
     fn meets(&self, server: GuidPrefix) -> bool {
         let same = |peer: &Peer| peer.prefix() == server && is_server(peer) && is_ready(peer);
         self.replies.state.has(same) && self.requests.state.has(same)
     }
 
-    /// The servers that hear and answer this client.
+    /// The servers that this client can reach and that can reach it.
     fn servers(&self) -> BTreeSet<GuidPrefix> {
         let member = |peer: &Peer| (is_server(peer) && is_ready(peer)).then_some(peer.prefix());
         let answering = self.replies.state.usable(member);
@@ -177,7 +179,7 @@ impl Service {
         hearing
     }
 
-    /// One of them, which is given a moment to find this client, too.
+    /// One of them; waits a moment for it to find this client.
     fn find_server(&self) -> Option<GuidPrefix> {
         let (mut servers, begin) = (self.servers(), Instant::now());
         while servers.is_empty() && begin.elapsed() < MEETING {
@@ -191,7 +193,7 @@ impl Service {
         servers.first().copied()
     }
 
-    /// Whether a server has been found that has not found this client yet, as far as is known.
+    /// Whether a server was found that has not found this client yet, as far as it tells.
     fn awaits_server(&self) -> bool {
         self.requests.state.search();
         self.replies.state.search();
@@ -199,7 +201,7 @@ impl Service {
         self.requests.state.has(coming) || self.replies.state.has(coming)
     }
 
-    /// Whether this one is there.
+    /// Whether `server` is there.
     fn has(&self, server: GuidPrefix) -> bool {
         let same = |peer: &Peer| peer.prefix() == server && is_server(peer);
         self.replies.state.has(same) && self.requests.state.has(same)
@@ -214,14 +216,14 @@ impl RosClient {
         }
     }
 
-    /// Takes in what has come.
+    /// Takes in the samples that have arrived.
     fn hear(&self) {
         if let Some(service) = self.services.first() {
             service.replies.state.hear();
         }
     }
 
-    /// The operation that a request is for.
+    /// The operation of a request.
     fn operation(&self, request: &[u8]) -> Result<(usize, RequestId), CallError> {
         let (id, operation) = rpc::open_request(&mut Reader::new(request))?;
         let at = self
@@ -234,7 +236,7 @@ impl RosClient {
         Ok((at, id))
     }
 
-    /// Takes what was answered; waits until there is room for one more.
+    /// Takes replies, and waits until there is room for one more request.
     fn make_room(&mut self, server: GuidPrefix, at: usize) -> Result<(), CallError> {
         if self.asked != Some(server) {
             self.asked = Some(server);
@@ -262,7 +264,8 @@ impl RosClient {
             }
             wait(&[self.signal.as_fd()], left);
         }
-        // Services keep no order among each other: what was asked of another one has to have arrived.
+        // Services are independent of each other: the requests to another one must have arrived
+        // first.
         let pending = self
             .under_way
             .keys()
@@ -273,7 +276,7 @@ impl RosClient {
         Ok(())
     }
 
-    /// Sends a request; gives its operation, its number and who has it.
+    /// Sends a request; gives its operation, its number and its server.
     fn submit(
         &mut self,
         header: Header,
@@ -298,7 +301,7 @@ impl RosClient {
                     reason,
                 })?;
                 self.answers.of(at, port.guid);
-                // The answers to these are for the writer that is no more.
+                // Their replies are for the writer that was replaced.
                 self.under_way.retain(|(operation, _), _| *operation != at);
                 return Err(CallError::QueueFull(self.address.clone()));
             }
@@ -313,7 +316,8 @@ impl RosClient {
         Ok((at, number, server))
     }
 
-    /// The answer to `wanted`, if it is there; what else is there is taken note of.
+    /// Hands the reply to request `wanted` to `take`, if it is there. Other replies only end their
+    /// requests.
     fn answer(
         &mut self,
         wanted: (usize, i64),
@@ -387,7 +391,8 @@ impl Client for RosClient {
         let mut interrupted = false;
         loop {
             signal.clear();
-            // Who is there is looked up first: what it sent before it left has come by then, or comes at once.
+            // The server is looked up first: a reply that it sent before it left is there by then,
+            // or comes at once.
             let there = self.services[at].has(server);
             if let Some(result) = self.answer((at, number), take) {
                 return result;
@@ -411,7 +416,7 @@ impl Client for RosClient {
                 std::hint::spin_loop();
                 continue;
             }
-            // The wake-up of somebody else stays where it is, and is not waited for again.
+            // The wake event stays readable for its owner: this call does not wait for it twice.
             let descriptors = [signal.as_fd(), wake_event.as_fd()];
             let waited = if interrupted { 1 } else { 2 };
             let left = limit.saturating_sub(elapsed);

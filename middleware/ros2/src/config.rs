@@ -1,4 +1,5 @@
-//! The settings of `[middleware.ros2]`, and what the environment of ROS 2 says where they leave something open.
+//! The settings of `[middleware.ros2]`, and what the environment of ROS 2 says where they leave
+//! something open.
 
 use crate::names;
 use rc_middleware::{Environment, OpenError};

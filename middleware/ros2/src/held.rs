@@ -1,10 +1,11 @@
-//! Samples whose writer is not known yet. The library hands them over before the thread that listens has added the
-//! writer, and without the writer nobody knows whether the types match.
+//! Samples whose writer is not known yet. The library hands them over before the thread that
+//! listens has added the writer, and without the writer nobody knows whether the types match.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Longest time that a sample of an unknown writer is held. Then its writer counts as one of another program.
+/// Longest time that a sample of an unknown writer is held. Then its writer counts as one of
+/// another program.
 pub(crate) const UNKNOWN: Duration = Duration::from_millis(20);
 
 /// Samples of unknown writers, in the order in which they arrived.

@@ -1,5 +1,6 @@
-//! The three patterns over ROS 2: a component is a node, its topics are topics and its operations services of ROS. How
-//! addresses and types are called there is in `README.md`, how an IDSL becomes messages in `MAPPING.md`.
+//! The backend for ROS 2: a component is a node, its topics are topics of ROS, and its operations
+//! are services. `README.md` documents the names of addresses and types, `MAPPING.md` the mapping
+//! of an IDSL to messages.
 
 mod bound;
 mod calls;
@@ -36,7 +37,8 @@ use std::time::Duration;
 /// The name of this middleware in the languages and on command lines.
 pub const NAME: &str = "ros2";
 
-/// Joins the network of `environment` as a node, by the settings of `[middleware.ros2]` and the variables of ROS 2.
+/// Joins the network of `environment` as a node, by the settings of `[middleware.ros2]` and the
+/// variables of ROS 2.
 pub fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
     Ok(Box::new(Ros2 {
         parameters: RefCell::default(),

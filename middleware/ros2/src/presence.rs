@@ -1,8 +1,9 @@
 //! What components exchange besides their topics and services, on two hidden topics of ROS.
 //!
-//! ROS 2 has no word for the hash of a type, and its discovery misses a process that was killed only after most of a
-//! minute. On `/_robocomp/ends` each component says who its ends are and whom they have found, whenever that changes; on
-//! `/_robocomp/alive` it says four times a lease that it lives. Both are `std_msgs/msg/String`.
+//! ROS 2 does not transport type hashes, and its discovery notices a killed process only after most
+//! of a minute. On `/_robocomp/ends` each component publishes its endpoints and the peers that they
+//! have found, whenever that changes. On `/_robocomp/alive` it publishes a sign of life four times
+//! a lease. Both are `std_msgs/msg/String`.
 
 use crate::wire::Body;
 use rc_middleware::{Cdr, Reader, Writer};
@@ -33,8 +34,8 @@ pub(crate) struct Told {
 /// The beginning of the first line.
 const LEASE: &str = "lease ";
 
-/// A component as a message: its lease in milliseconds, and its ends, a line each: its identity, its connection, its topic,
-/// who it is, `|`, whom it has found.
+/// The message of a component: its lease in milliseconds, and a line for each endpoint with its
+/// identity, its connection, its topic, its info, `|` and the peers that it has found.
 pub(crate) fn message<'a>(lease: Duration, ends: impl Iterator<Item = (&'a Guid, Told)>) -> Body {
     let mut text = format!("{LEASE}{}\n", lease.as_millis());
     for (guid, told) in ends {

@@ -193,8 +193,8 @@ pub(crate) fn event(stamp: i64, node: &str, event: &ParameterEvent) -> Result<Ve
     Ok(body.to_vec())
 }
 
-/// The names with one of `prefixes`, or all where there is none, at most `depth` parts long behind it, or of any length where
-/// that is 0; and the paths that they are in.
+/// The names with one of `prefixes`, or all names if there is none, and the paths above them. A
+/// name has at most `depth` parts after its prefix; 0 allows any number.
 fn listed(all: &[Parameter], prefixes: &[String], depth: u64) -> (Vec<String>, Vec<String>) {
     let parts = |text: &str| text.matches('.').count() as u64;
     let is_in = |name: &str| {

@@ -1,4 +1,4 @@
-//! The answering end of a connection: for each operation a service, a reader of requests and a writer of replies.
+//! The server: for each operation a service, with a reader of requests and a writer of replies.
 
 use crate::calls::{self, Id, Service};
 use crate::config::Mapping;
@@ -20,16 +20,17 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// How long a request waits until its client can be answered. A client whose reader was not found by then has none.
+/// How long a request waits until its client can be reached. A client whose reader was not found by
+/// then has none.
 const HOLD: Duration = Duration::from_millis(200);
-/// How many requests are kept that found no place, to be refused.
+/// Most requests without room that are kept for a refusal.
 const MOST_REFUSED: usize = 64;
 
-/// A request that was told apart.
+/// A request with its identity.
 struct Asked {
     sample: Sample,
     id: Id,
-    /// What of the sample is not its body.
+    /// Number of bytes before the body of the sample.
     skipped: usize,
 }
 
@@ -38,7 +39,7 @@ struct Queue {
     mapping: Mapping,
     shared: Arc<Shared>,
     requests: RequestQueues<Guid, Asked>,
-    /// What found no place.
+    /// Requests that found no room.
     refused: Mutex<VecDeque<(usize, Guid, Id)>>,
     reasons: Reasons,
 }
@@ -116,7 +117,7 @@ pub(crate) struct RosServer {
     rate_limit: RateLimit,
 }
 
-/// Where the answer to a request goes, in the form of ROS.
+/// Takes the reply to a request, in the form of ROS.
 struct RosReply(Vec<u8>);
 
 impl Reply for RosReply {
@@ -130,7 +131,8 @@ impl Reply for RosReply {
 }
 
 impl Service {
-    /// Whether to serve a request now: its client is known, and the reply reaches it, or the client has gone and gets none.
+    /// Whether to serve a request now: its client is known, and the reply reaches it, or the client
+    /// has gone and gets none.
     fn may_serve(&self, waiting: &QueuedRequest<Asked>) -> bool {
         let member = waiting.sample.sample.prefix();
         let same = |peer: &Peer| peer.prefix() == member;
@@ -146,7 +148,7 @@ impl Service {
 }
 
 impl RosServer {
-    /// Takes in what has come.
+    /// Takes in the samples that have arrived.
     fn hear(&self) {
         if let Some(service) = self.services.first() {
             service.requests.state.hear();
@@ -160,7 +162,7 @@ impl RosServer {
         }
     }
 
-    /// Sends the answer to a request of the client that wrote with `writer`.
+    /// Sends the reply to a request that the client wrote with `writer`.
     fn answer(
         &mut self,
         place: usize,
@@ -182,8 +184,8 @@ impl RosServer {
         }
         let mark = calls::mark(mapping, id, true);
         let port = &mut self.services[place].replies;
-        // What is large, or no answer to strangers, goes to the one end of that process that waits for it; what is small costs
-        // less to send to all than to tell the others that they miss nothing.
+        // A large reply, or one only for components, goes to the one reader of that process. A
+        // small reply goes to all: that costs less than to tell the others that they miss nothing.
         let mut to = None;
         if body.len() > calls::LARGE || id.1 < 0 {
             let same = |peer: &Peer| (peer.prefix() == member).then_some(peer.guid);
@@ -210,7 +212,8 @@ impl RosServer {
         }
     }
 
-    /// Tells a client of ours that nothing was executed, and why; ROS has no word for it.
+    /// Tells the client, if it is a component, that nothing was executed, and why. ROS has no
+    /// message for that.
     fn refuse(
         &mut self,
         place: usize,
@@ -248,7 +251,7 @@ impl Server for RosServer {
         &mut self,
         answer: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
-        // All that has come is in the queue, so that clients are served in turn.
+        // All samples that have arrived are in the queue, so that clients take turns.
         self.hear();
         if let Some(reason) = self.queue.reasons.next() {
             return Err(self.failed(reason));
@@ -298,7 +301,7 @@ impl Server for RosServer {
         answer(header, body, &mut reply);
         let RosReply(reply) = reply;
         let done = if reply.is_empty() {
-            // A command; an empty structure is one octet.
+            // A command: its empty structure is one octet.
             self.answer(place, &writer, id, &[0])
         } else {
             match rpc::open_reply(&mut Reader::new(&reply), operation) {

@@ -1,4 +1,5 @@
-//! One component's part in a domain: the participant, its node, what is known of others, and the thread that listens.
+//! One component's part in a domain: the participant, its node, what is known of others, and the
+//! thread that listens.
 
 use crate::bound::bounded;
 use crate::config::{self, Config, Mapping};
@@ -21,7 +22,8 @@ use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// A process whose first announcement was lost, as where very many start at once, announces itself again after ten seconds.
+/// A process whose first announcement was lost, as where very many start at once, announces itself
+/// again after ten seconds.
 const PATIENCE: Patience = Patience {
     local: Duration::from_secs(12),
     remote: Duration::from_millis(400),
@@ -72,7 +74,8 @@ pub(crate) struct EndpointSpec<'a> {
     pub(crate) kind: EndpointKind,
     pub(crate) qos: Ends,
     pub(crate) signal: WakeEvent,
-    /// Whether what comes is put into the inbox by the thread that listens, and not by who owns the end.
+    /// Whether what comes is put into the inbox by the thread that listens, and not by who owns the
+    /// end.
     pub(crate) is_watched: bool,
     pub(crate) inbox: Arc<dyn Inbox>,
     /// Those that put into the same inbox, and the number of this one among them.
@@ -146,8 +149,9 @@ impl Session {
         &self.config.rules
     }
 
-    /// What an end has to have in common with those that it meets. Of a service, the mapping is a part of it: with another
-    /// one, the mark of a request would be executed as its first parameters.
+    /// What an end has to have in common with those that it meets. Of a service, the mapping is a
+    /// part of it: with another one, the mark of a request would be executed as its first
+    /// parameters.
     fn types(&self, spec: &EndpointSpec<'_>) -> TypeIdentity {
         let mut types = spec.types.clone();
         let calls = matches!(spec.role, Role::Client | Role::Server);
@@ -157,7 +161,8 @@ impl Session {
         types
     }
 
-    /// Opens endpoints, all or none, and waits until they and their peers on this machine have found each other.
+    /// Opens endpoints, all or none, and waits until they and their peers on this machine have
+    /// found each other.
     pub(crate) fn ports(
         self: &Rc<Self>,
         specs: Vec<EndpointSpec<'_>>,
@@ -326,8 +331,8 @@ impl Port {
         }
     }
 
-    /// Sends a body, to one end where `to` names it. `related` is the request that it answers. Gives the number of the
-    /// sample.
+    /// Sends a body, to one end where `to` names it. `related` is the request that it answers.
+    /// Gives the number of the sample.
     pub(crate) fn send(
         &mut self,
         body: Body,
@@ -336,8 +341,8 @@ impl Port {
         to: Option<Guid>,
     ) -> Result<i64, Unsent> {
         let length = body.len();
-        // Looked at before it is sent: what is told to be refused never went out, and what went out just now is confirmed by
-        // nobody yet.
+        // Looked at before it is sent: what is told to be refused never went out, and what went out
+        // just now is confirmed by nobody yet.
         if self.unconfirmed + length > MOST_UNCONFIRMED {
             if !self.is_confirmed(ROOM) && self.unconfirmed > 0 {
                 return Err(Unsent::Full);
@@ -360,8 +365,9 @@ impl Port {
         matches!(confirmed, Some(Ok(true)))
     }
 
-    /// Takes a new writer in the place of one that is held up by somebody who confirms nothing: the library drops such a
-    /// one only after most of a minute. The others find the new one in a moment; what is sent until then is lost to them.
+    /// Takes a new writer in the place of one that is held up by somebody who confirms nothing: the
+    /// library drops such a one only after most of a minute. The others find the new one in a
+    /// moment; what is sent until then is lost to them.
     pub(crate) fn renew(&mut self) -> Result<(), String> {
         if let Some(passed) = self.state.report_limit.allow() {
             let (count, topic) = (passed + 1, self.state.topic());
@@ -369,7 +375,8 @@ impl Port {
                 "somebody who hears `{topic}` confirms nothing any more and is left behind ({count} times)"
             );
         }
-        // Where there is no other one, the old one stays, and the next thing that is sent tries again.
+        // Where there is no other one, the old one stays, and the next thing that is sent tries
+        // again.
         let entity = self
             .session
             .entity(&self.topic, &self.qos, EndpointKind::Writer)?;

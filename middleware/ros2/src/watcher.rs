@@ -1,5 +1,6 @@
-//! The thread of a component that listens: to what the library discovers, to what other components tell of themselves, and
-//! to what comes to ends that nobody looks after. It also tells others of this component, and ROS of its node.
+//! The thread of a component that listens: to what the library discovers, to what other components
+//! tell of themselves, and to what comes to ends that nobody looks after. It also tells others of
+//! this component, and ROS of its node.
 
 use crate::config::Config;
 use crate::endpoint_state::{EndpointState, Peer};
@@ -39,8 +40,8 @@ const OPENING: Duration = Duration::from_secs(1);
 const MOST_EARLY: usize = 1024;
 /// How often it is looked at what has come to all ends.
 const LISTEN: Duration = Duration::from_millis(250);
-/// After so much silence nothing is known of a component any more. The library forgets it after 50 s; if it is back, it tells all
-/// again.
+/// After so much silence nothing is known of a component any more. The library forgets it after 50
+/// s; if it is back, it tells all again.
 const FORGOTTEN: Duration = Duration::from_mins(5);
 /// How often a component says in one lease that it lives.
 const BEATS: u32 = 4;
@@ -249,9 +250,9 @@ impl Watcher {
         }
     }
 
-    /// Notes where the library does not discover any more. Its threads end for good when a wait of theirs is interrupted
-    /// (`rustdds` 0.15.1, `Discovery::discovery_event_loop`), and nothing but a new process has new ones. The one that
-    /// discovers takes no commands then.
+    /// Notes where the library does not discover any more. Its threads end for good when a wait of
+    /// theirs is interrupted (`rustdds` 0.15.1, `Discovery::discovery_event_loop`), and nothing but
+    /// a new process has new ones. The one that discovers takes no commands then.
     fn look_at_library(&mut self) {
         if self.shared.lost.get().is_none() && self.participant.assert_liveliness().is_err() {
             let reason = "ROS 2 finds nobody any more and is found by nobody: rustdds ends where its process was stopped and resumed, or its machine slept. Start this component anew";
@@ -333,7 +334,8 @@ impl Watcher {
         }
     }
 
-    /// Says where somebody on another machine serves an address of ours: before it was discovered, nobody could refuse it.
+    /// Says where somebody on another machine serves an address of ours: before it was discovered,
+    /// nobody could refuse it.
     fn compare_servers(&self, guid: &Guid, told: &Told) {
         let info = &told.info;
         if info.role != Role::Server || info.host == self.shared.host {
@@ -487,7 +489,8 @@ impl Watcher {
         mismatches.qos_differs(&state.identity, info.as_ref(), &other, &differences);
     }
 
-    /// Tells others of the ends of this component, and ROS of its node. What does not go out is told again after a pause.
+    /// Tells others of the ends of this component, and ROS of its node. What does not go out is
+    /// told again after a pause.
     fn tell(&self) {
         let is_new = self.shared.is_new.swap(false, Ordering::SeqCst);
         self.shared.has_found.store(false, Ordering::SeqCst);

@@ -1,7 +1,8 @@
 //! Samples as bytes: what goes to `rustdds` and what comes from it.
 //!
-//! Bodies pass through it as they are; its serializers are not used. A body that is sent is filled up to a multiple of
-//! four bytes: Cyclone DDS never gets a larger sample of another length that came in fragments.
+//! Bodies pass through it as they are; its serializers are not used. A body that is sent is filled
+//! up to a multiple of four bytes: Cyclone DDS never gets a larger sample of another length that
+//! came in fragments.
 
 use rc_middleware::rpc::ENVELOPE;
 use rc_network::{Guid, GuidPrefix, lock, prefix};
@@ -11,7 +12,8 @@ use rustdds::{GUID, RepresentationIdentifier, Timestamp};
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex};
 
-/// Where the header of a call in the Cyclone mapping is: a number of the client and one of the request.
+/// Where the header of a call in the Cyclone mapping is: a number of the client and one of the
+/// request.
 pub(crate) const CYCLONE_HEADER: usize = 16;
 
 /// A body that is sent.
@@ -39,8 +41,8 @@ impl Body {
 /// What a spare buffer has room for, at most; more costs more to fill than to get.
 const MOST_SPARE: usize = 4 << 20;
 
-/// A buffer that what has come is copied into, and that comes back when it was read: large ones would be got from the system, and
-/// given back to it, for each sample.
+/// A buffer that what has come is copied into, and that comes back when it was read: large ones
+/// would be got from the system, and given back to it, for each sample.
 #[derive(Default)]
 pub(crate) struct Spare(Mutex<Vec<u8>>);
 
