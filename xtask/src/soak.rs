@@ -18,10 +18,9 @@ use bench_protocol::soak::{Counts, HALF, TICKS_A_SECOND, WARM_UP_TICKS, WITHOUT_
 use judge::{Sample, complaint, grown, lost, row, shares};
 use rc_cdsl::model::Backend;
 use rc_deploy_network::Profile;
+use rc_management::{Client, component};
 use serde_json::Value;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt as _;
 use std::path::PathBuf;
 use std::process::Command;
@@ -35,8 +34,6 @@ const COUNTS: Duration = Duration::from_secs(20);
 const END: Duration = Duration::from_secs(5);
 /// The limit for a management answer.
 const ANSWER: Duration = Duration::from_secs(2);
-/// The longest status, in bytes.
-const LONGEST: u64 = 1 << 20;
 /// The pause between two polls for a signal.
 const LOOK: Duration = Duration::from_millis(50);
 /// The pause between two measurements of the memory.
@@ -323,14 +320,6 @@ fn counts(line: &str) -> Result<Counts, Failure> {
 
 /// The status of a component.
 fn status(network: &Network, name: &str) -> Result<Value, Failure> {
-    let path = network.directory.socket(name);
-    let mut stream = UnixStream::connect(&path)?;
-    stream.set_read_timeout(Some(ANSWER))?;
-    stream.set_write_timeout(Some(ANSWER))?;
-    stream.write_all(b"{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"status\"}\n")?;
-    let mut line = String::new();
-    BufReader::new(stream.take(LONGEST)).read_line(&mut line)?;
-    let answer: Value = serde_json::from_str(&line)?;
-    let status = answer.get("result").cloned();
-    status.ok_or_else(|| format!("{name} does not tell its status: {line}").into())
+    let mut client = Client::connect(&network.directory.socket(name), ANSWER)?;
+    Ok(client.call(&component::Request::Status, ANSWER)?)
 }

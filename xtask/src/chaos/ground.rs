@@ -2,12 +2,11 @@
 //! them.
 
 use crate::programs::{Failure, root, target};
+use rc_management::{Client, component};
 use rc_middleware::RunDirectory;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 use serde_json::Value;
 use std::fs::File;
-use std::io::{BufRead as _, BufReader, Write as _};
-use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -78,14 +77,8 @@ impl Ground {
 
     /// Requests the status over `NAME.sock`.
     pub(super) fn status(&self, name: &str) -> Result<Value, Failure> {
-        let mut stream = UnixStream::connect(self.directory().socket(name))?;
-        stream.set_read_timeout(Some(ANSWER))?;
-        stream.set_write_timeout(Some(ANSWER))?;
-        stream.write_all(b"{\"jsonrpc\": \"2.0\", \"id\": 1, \"method\": \"status\"}\n")?;
-        let mut line = String::new();
-        BufReader::new(stream).read_line(&mut line)?;
-        let mut answer: Value = serde_json::from_str(&line)?;
-        Ok(answer["result"].take())
+        let mut client = Client::connect(&self.directory().socket(name), ANSWER)?;
+        Ok(client.call(&component::Request::Status, ANSWER)?)
     }
 
     /// Whether a component reports that it runs.
