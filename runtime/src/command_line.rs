@@ -160,23 +160,23 @@ fn help(description: &Description) -> String {
     let mut out = format!(
         "{name}, a component\n\nUsage: {name} [OPTIONS]\n\nOptions:\n  \
          --config FILE         configuration (default: etc/config.toml here or in the component's folder)\n  \
-         --network NAME        the network it belongs to (default: default)\n  \
-         --name NAME           its name in the network (default: {name})\n  \
-         --bind SLOT=ADDRESS   where a slot meets its other end (default: NETWORK/Interface)\n  \
+         --network NAME        network of the component (default: default)\n  \
+         --name NAME           name of the component in its network (default: {name})\n  \
+         --bind SLOT=ADDRESS   address of a slot (default: NETWORK/Interface)\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
-         a setting of [middleware.MIDDLEWARE], as in dds.domain=7; a list has commas\n  \
+         setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \
          --log LEVEL           error, warn, info, debug or trace (default: info)\n  \
-         --check               checks the configuration and ends\n  \
-         --probe               asks the component of this --network and --name, which runs already: exit code 0 where it\n                        \
-         is ready, 1 where it is there and starts, stops, hangs or does not answer in 2 s, 3 where it is not there\n  \
-         --wait SECONDS        with --probe: waits so long for it to be ready\n  \
-         --help, --version\n\nExit codes: 0 done, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
+         --check               check the configuration and exit\n  \
+         --probe               ask the running component of this --network and --name: exit code 0 if it is ready,\n                        \
+         1 if it starts, stops, hangs or does not answer in 2 s, 3 if it does not run\n  \
+         --wait SECONDS        with --probe: wait until it is ready, at most this long\n  \
+         --help, --version\n\nExit codes: 0 success, 1 wrong configuration, 2 wrong usage, 3 the system refused or the worker failed\n"
     );
     if description.backends.iter().any(|(name, _)| *name == ROS2) {
         out.push_str(
             "\nAs a node of ROS 2, NAME … --ros-args … [--]:\n  \
-             -r FROM:=TO           another name; FROM is a slot, SLOT/operation, a name in full, __node or __ns\n  \
-             -p NAME:=VALUE        a parameter, for this run\n  \
+             -r FROM:=TO           rename; FROM is a slot, SLOT/operation, a full name, __node or __ns\n  \
+             -p NAME:=VALUE        set a parameter for this run\n  \
              --log-level LEVEL     debug, info, warn, error or fatal\n",
         );
     }

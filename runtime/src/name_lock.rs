@@ -9,17 +9,17 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// The lock of a deployer. Where there is one, it is the deployer that removes what the dead leave.
+/// The lock of a supervisor. If it exists, the supervisor cleans up after components that were killed.
 const SUPERVISOR_LOCK: &str = "rcdeploy.lock";
 
-/// A name that is taken, and given back when this is dropped.
+/// The lock of a component's name, released on drop.
 pub(crate) struct NameLock {
     socket: PathBuf,
     _lock: File,
 }
 
 impl NameLock {
-    /// Takes the name of this component, if no other one has it.
+    /// Locks the name of this component. An error says that another component has it.
     pub(crate) fn acquire(environment: &Environment) -> Result<Self, StartError> {
         let Environment {
             network, instance, ..
@@ -27,16 +27,14 @@ impl NameLock {
         let socket = environment.directory.socket(instance);
         let path = socket.with_extension("lock");
         let lock = lock(&path, || match File::create(&path) {
-            // The last one out has removed the folder since it was made.
+            // The last component of the network has removed the folder since it was created.
             Err(error) if error.kind() == ErrorKind::NotFound => {
                 RunDirectory::open(network)?;
                 File::create(&path)
             }
             file => file,
         });
-        let lock = lock.map_err(|e| {
-            StartError::System(format!("the lock of this name cannot be made: {e}"))
-        })?;
+        let lock = lock.map_err(|e| StartError::System(format!("cannot lock the name: {e}")))?;
         match lock {
             Some(lock) => Ok(Self {
                 socket,
@@ -48,13 +46,13 @@ impl NameLock {
         }
     }
 
-    /// Where the management socket has its place.
+    /// The path of the management socket.
     pub(crate) fn socket(&self) -> &Path {
         &self.socket
     }
 }
 
-/// Gives the name back, and those of components that were killed and not started again.
+/// Releases the name, and removes the sockets of components that were killed and not restarted.
 impl Drop for NameLock {
     fn drop(&mut self) {
         remove(&self.socket);
@@ -73,19 +71,19 @@ impl Drop for NameLock {
                 }
             }
         }
-        // The last one of a network that nobody supervises leaves an empty folder behind otherwise.
+        // Without a supervisor, the last component of a network removes the folder.
         let _ = std::fs::remove_dir(folder);
     }
 }
 
-/// Locks the file that `open` opens at `path`; `None` where somebody else has locked it.
+/// Locks the file that `open` opens at `path`. The result is none if another process has locked it.
 fn lock(path: &Path, open: impl Fn() -> io::Result<File>) -> io::Result<Option<File>> {
     loop {
         let file = open()?;
         if flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() {
             return Ok(None);
         }
-        // The one who had it before may have removed it since it was opened.
+        // The previous owner may have removed it since it was opened.
         let ours = file.metadata()?;
         match std::fs::metadata(path) {
             Ok(there) if (there.dev(), there.ino()) == (ours.dev(), ours.ino()) => {
@@ -96,7 +94,7 @@ fn lock(path: &Path, open: impl Fn() -> io::Result<File>) -> io::Result<Option<F
     }
 }
 
-/// Removes a socket and its lock, in the order in which a new owner expects them.
+/// Removes a socket, then its lock: a new owner first locks, then listens.
 fn remove(socket: &Path) {
     let _ = std::fs::remove_file(socket);
     let _ = std::fs::remove_file(socket.with_extension("lock"));

@@ -15,30 +15,29 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The receiving ends, which the loop serves.
+/// A receiving end, which the event loop serves.
 pub(crate) enum Receiver {
     Server(Box<dyn Server>),
     Subscriber {
         port: Box<dyn Subscriber>,
         operation: usize,
-        /// The longest time between two values.
+        /// The longest time between two samples.
         deadline: Option<Duration>,
     },
 }
 
-/// Opens connections; generated code takes its sending ends from here.
+/// Opens the connections of a component. Generated code gets its publishers and clients from here.
 pub struct Ports {
     description: &'static Description,
     backends: Vec<(&'static str, Box<dyn Backend>)>,
     addresses: Vec<Address>,
     settings: Settings,
-    /// What the sending ends count, each with the number of its slot.
+    /// The counters of the sending ends, each with the index of its slot.
     sent: RefCell<Vec<(usize, Counter)>>,
 }
 
 impl Ports {
-    /// Connects to the middlewares of `description`. A slot's address is what `bindings` says, else
-    /// `NETWORK/Interface`.
+    /// Opens the middlewares of `description`. `bindings` sets addresses of slots; the default is `NETWORK/Interface`.
     pub(crate) fn new(
         description: &'static Description,
         environment: &Environment,
@@ -79,7 +78,7 @@ impl Ports {
         Ok(client)
     }
 
-    /// The receiving ends of all slots, each with the number of its slot.
+    /// Opens the receiving ends of all slots, each with the index of its slot.
     pub(crate) fn receivers(&self) -> Result<Vec<(usize, Receiver)>, OpenError> {
         let mut receivers = Vec::new();
         for (at, slot) in self.description.slots.iter().enumerate() {
@@ -109,18 +108,18 @@ impl Ports {
         Ok(receivers)
     }
 
-    /// The address of every slot.
+    /// The addresses of all slots.
     pub(crate) fn addresses(&self) -> &[Address] {
         &self.addresses
     }
 
-    /// Shows the parameters of the component to the middlewares.
+    /// Gives the parameters of the component to the middlewares.
     pub(crate) fn parameters(&self, service: &Arc<dyn ParameterService>) -> Result<(), OpenError> {
         let mut backends = self.backends.iter();
         backends.try_for_each(|(_, backend)| backend.parameters(Arc::clone(service)))
     }
 
-    /// What the sending ends count, each with the number of its slot.
+    /// The counters of the sending ends, each with the index of its slot.
     pub(crate) fn sent(&self) -> Vec<(usize, Counter)> {
         self.sent.borrow().clone()
     }
@@ -129,18 +128,18 @@ impl Ports {
         self.sent.borrow_mut().push((slot, counter.clone()));
     }
 
-    /// What was found since the last look and does not fit to these connections.
+    /// Peers that were discovered since the last call and do not fit.
     pub(crate) fn mismatches(&self) -> Vec<String> {
         let all = self.backends.iter().map(|(_, backend)| backend);
         all.flat_map(|backend| backend.mismatches()).collect()
     }
 
-    /// Why a middleware works no more in this process, if one does not.
+    /// Why a middleware has failed in this process, if one has.
     pub(crate) fn lost(&self) -> Option<String> {
         self.backends.iter().find_map(|(_, backend)| backend.lost())
     }
 
-    /// Lets what was sent arrive.
+    /// Waits until the last messages have arrived, at most for `limit`.
     pub(crate) fn linger(&self, limit: Duration) {
         for (_, backend) in &self.backends {
             backend.linger(limit);
@@ -200,7 +199,7 @@ impl Ports {
 }
 
 impl Slot {
-    /// Its operations as a middleware with types of its own knows them.
+    /// The operations, for a middleware that has types of its own.
     fn external_types(&self) -> impl Iterator<Item = ExternalType> {
         let operations = self.operations.iter().zip(self.external_types);
         operations.map(|(operation, type_name)| ExternalType {
@@ -213,7 +212,7 @@ impl Slot {
 }
 
 impl Receiver {
-    /// Takes the wake-ups back; `woken`: whether the descriptor was readable.
+    /// Clears readiness. `woken` says whether the descriptor was readable.
     pub(crate) fn acknowledge(&mut self, woken: bool) {
         match self {
             Self::Server(port) => port.acknowledge(woken),

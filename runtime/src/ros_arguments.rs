@@ -7,7 +7,7 @@ use rc_settings::qos::Policy;
 use rc_settings::{Scalar, Value};
 use std::ffi::OsString;
 
-/// Parts the command line into what is between `--ros-args` and the next `--` or the end, and the rest.
+/// Splits the command line into the arguments outside and inside `--ros-args … --`.
 pub(crate) fn split(
     args: impl IntoIterator<Item = OsString>,
 ) -> (Vec<OsString>, Option<Vec<OsString>>) {
@@ -26,10 +26,10 @@ pub(crate) fn split(
     (own, ros)
 }
 
-/// How names of parameters begin that are the quality of service of topics.
+/// The prefix of parameters that set the quality of service of topics.
 const QOS: &str = "qos_overrides.";
 
-/// Takes what ROS 2 says into `out`; an error says what is allowed.
+/// Adds the arguments of ROS 2 to `out`. An error says what is allowed.
 pub(crate) fn read(
     description: &Description,
     args: Vec<OsString>,
@@ -113,13 +113,13 @@ fn parameter(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// The level in our words.
+/// The level of the log for a level of ROS 2.
 fn level(text: &str) -> Result<&'static str, String> {
     Ok(match text.to_ascii_lowercase().as_str() {
         "debug" => "debug",
         "info" => "info",
         "warn" => "warn",
-        // Nothing is more than an error here.
+        // `error` is the highest level.
         "error" | "fatal" => "error",
         _ => {
             return Err(format!(
@@ -129,8 +129,8 @@ fn level(text: &str) -> Result<&'static str, String> {
     })
 }
 
-/// Reads `TOPIC.publisher.POLICY` or `TOPIC.subscription.POLICY`, and the value in the words of ROS 2; none where it says what
-/// holds in any case. Times are whole numbers of nanoseconds.
+/// Parses `TOPIC.publisher.POLICY` or `TOPIC.subscription.POLICY` with a value in the words of ROS 2. Durations are
+/// integers, in nanoseconds. The result is none for a value that always holds.
 fn quality(name: &str, value: &str) -> Result<Option<RosOverride>, String> {
     let form = || {
         format!(

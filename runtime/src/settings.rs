@@ -1,4 +1,4 @@
-//! What is set of middlewares: by the configuration, and by the command line in its place.
+//! The settings of middlewares. The command line precedes the configuration.
 
 use crate::addresses::address;
 use crate::arguments::{Arguments, ROS2, RosOverride};
@@ -10,7 +10,8 @@ use rc_settings::qos::{self, Policy};
 use rc_settings::{Value, ros};
 use std::collections::BTreeMap;
 
-/// Everything that is set. What concerns nothing of the component is told in the log: a network may have it for another one.
+/// Collects all settings. The log reports a rule that matches nothing in the component; a network may have it for
+/// another component.
 pub(crate) fn settings(
     description: &Description,
     arguments: &Arguments,
@@ -36,7 +37,7 @@ pub(crate) fn settings(
     Ok(settings)
 }
 
-/// Puts rules before those that are set.
+/// Adds rules in front of those that are set.
 fn prepend(settings: &mut Settings, key: &str, mut rules: Value) {
     if let Some(later) = settings.value(ROS2, key) {
         rules.append(later.clone());
@@ -52,7 +53,7 @@ fn topics(description: &Description, middleware: &str) -> impl Iterator<Item = &
     })
 }
 
-/// What the command line of ROS 2 says of topics by their names there, as rules for slots and operations.
+/// The quality of service that the command line of ROS 2 sets by topic, as rules by slot and operation.
 fn overrides(
     description: &Description,
     arguments: &Arguments,
@@ -111,7 +112,7 @@ fn overrides(
     Ok(rules)
 }
 
-/// Tells of rules that concern nothing of this component.
+/// Logs the rules that match nothing in this component.
 fn warn(description: &Description, settings: &Settings) {
     let of = |slot: &Slot| slot.operations.iter().map(|o| o.name).collect();
     let name = description.name;
@@ -136,7 +137,7 @@ fn warn(description: &Description, settings: &Settings) {
     }
 }
 
-/// The quality of service of an operation of a slot that is a topic.
+/// The quality of service of a topic: that of its slot, changed by the settings.
 pub(crate) fn topic_qos(slot: &Slot, operation: usize, settings: &Settings) -> Qos {
     let mut qos = slot.qos;
     let rules = settings.qos(slot.backend, "qos");
