@@ -1,7 +1,7 @@
-//! The one loop of a component: handlers as messages arrive, `compute()` on its period, both on one thread.
+//! The event loop of a component: it runs handlers as messages arrive and `compute()` on its period, on one thread.
 //!
-//! Handlers that are ready run boundedly, then a `compute()` that is due runs. A `compute()` or handler that
-//! takes longer than the period is counted and reported; what was missed is never made up for.
+//! A turn runs a bounded number of handlers, then `compute()` if it is due. The loop counts and reports a `compute()`
+//! or a handler that takes longer than the period. It never catches up on missed periods.
 
 use crate::commands::{Command, CommandQueue};
 use crate::component::{Component, WorkerError};
@@ -21,15 +21,15 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Handlers that run before a `compute()` that is due.
+/// The most handlers that run in a turn, before a `compute()` that is due.
 const HANDLERS_A_TURN: usize = 64;
-/// No wait is longer: the heartbeat wants the loop to come round, and a backend may lose a wake-up
-/// (iceoryx2 0.10 does, rarely), so every port is looked at this often, whatever else happens.
+/// The longest wait. The heartbeat reports the age of the last turn, and a backend may lose a wake-up (iceoryx2 0.10
+/// does, rarely), so the loop looks at every port this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
-/// The same complaint is logged at most this often.
-const COMPLAINT_PAUSE: Duration = Duration::from_secs(1);
-/// How often the numbers of peers are looked up.
-const PEERS_PAUSE: Duration = Duration::from_secs(1);
+/// The shortest time between two log messages about the same port, or about `compute()`.
+const LOG_PAUSE: Duration = Duration::from_secs(1);
+/// The interval at which the loop counts peers.
+const PEERS_INTERVAL: Duration = Duration::from_secs(1);
 
 const TIMER: u64 = u64::MAX;
 const WAKE_EVENT: u64 = u64::MAX - 1;
@@ -50,7 +50,7 @@ pub(crate) struct EventLoop<'a> {
     peers_at: Option<Instant>,
     swept: Instant,
     fatal: Option<String>,
-    complained: Option<Instant>,
+    logged: Option<Instant>,
 }
 
 /// One handled message.
@@ -67,35 +67,36 @@ struct Port {
     receiver: Receiver,
     ready: bool,
     gaps: Gaps,
-    /// How often in a row nothing could be taken from it.
+    /// Consecutive messages that could not be read.
     failures: usize,
-    /// Whether its descriptor was readable, so that there is a wake-up to take back.
+    /// Whether the descriptor was readable, so that there is a wake-up to clear.
     woken: bool,
-    /// Whether the wake-ups were taken back since it became ready.
+    /// Whether the wake-ups were cleared since the port became ready.
     acknowledged: bool,
-    /// Until when it is looked at again and again, without sleeping.
-    awake_until: Option<Instant>,
-    complained: Option<Instant>,
-    /// The longest time between two values of a topic, and when the last one came, or its first publisher.
+    /// Until when the loop looks at the port again and again, without sleeping.
+    spin_until: Option<Instant>,
+    logged: Option<Instant>,
+    /// The longest time between two samples of a topic.
     deadline: Option<Duration>,
-    heard: Option<Instant>,
+    /// When the last sample came, or the first publisher.
+    last_sample: Option<Instant>,
 }
 
 impl Port {
-    /// It is to be looked at; `woken`: because its descriptor is readable.
+    /// Makes the loop look at the port. `woken` says whether the descriptor is readable.
     fn wake(&mut self, woken: bool) {
         self.ready = true;
         self.woken = woken;
         self.acknowledged = false;
     }
 
-    /// Nothing is there. What came before its wake-up was taken back has to be looked for once more; what comes later
-    /// wakes.
+    /// The port has no message. After its wake-ups are cleared, the loop looks once more for a message that came before;
+    /// a later message wakes the loop.
     fn rest(&mut self, now: Instant) {
-        if self.awake_until.is_some_and(|until| now < until) {
-            // Its wake-up stays, and spares those who send another one.
+        if self.spin_until.is_some_and(|until| now < until) {
+            // The wake-up stays set, so that senders need not set it again.
             self.ready = false;
-        } else if self.awake_until.take().is_some() {
+        } else if self.spin_until.take().is_some() {
             self.wake(false);
         } else if self.acknowledged {
             self.ready = false;
@@ -136,7 +137,7 @@ impl<'a> EventLoop<'a> {
                 Receiver::Subscriber { port, .. } => watch(port.descriptor(), at as u64)?,
             }
         }
-        // What arrived before the first wait is served at once.
+        // The first turn serves messages that have arrived before.
         let ports = receivers
             .into_iter()
             .map(|(slot, receiver)| Port {
@@ -151,9 +152,9 @@ impl<'a> EventLoop<'a> {
                 failures: 0,
                 woken: false,
                 acknowledged: false,
-                awake_until: None,
-                complained: None,
-                heard: None,
+                spin_until: None,
+                logged: None,
+                last_sample: None,
             })
             .collect();
         let period = component.core().period();
@@ -172,11 +173,11 @@ impl<'a> EventLoop<'a> {
             peers_at: None,
             swept: Instant::now(),
             fatal: None,
-            complained: None,
+            logged: None,
         })
     }
 
-    /// Runs until a stop; an error is what made the worker end.
+    /// Runs until the component is to stop. An error is the reason of a worker or a middleware that failed.
     pub(crate) fn run(&mut self) -> Result<(), String> {
         self.arm(Duration::from_nanos(1))
             .map_err(|e| format!("the timer cannot be set: {e}"))?;
@@ -186,16 +187,16 @@ impl<'a> EventLoop<'a> {
                 .wait()
                 .map_err(|e| format!("waiting for events failed: {e}"))?;
             let now = Instant::now();
-            self.sweep(now);
+            self.wake_all(now);
             self.shared.turned(now);
             self.execute_commands();
-            self.handlers(now);
-            self.listen();
+            self.serve(now);
+            self.check_deadlines();
             if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
-            self.new_period();
-            self.peers(now);
+            self.apply_period();
+            self.update_peers(now);
         }
         self.enter(State::Stopping);
         self.component.finalize();
@@ -223,12 +224,12 @@ impl<'a> EventLoop<'a> {
         Ok(())
     }
 
-    /// Waits for anything; says whether a `compute()` is due.
+    /// Waits for an event. Returns whether a `compute()` is due.
     fn wait(&mut self) -> io::Result<bool> {
         let awake = self
             .ports
             .iter_mut()
-            .filter(|port| port.awake_until.is_some());
+            .filter(|port| port.spin_until.is_some());
         for port in awake {
             port.ready = true;
         }
@@ -261,8 +262,8 @@ impl<'a> EventLoop<'a> {
         Ok(due)
     }
 
-    /// Has every port looked at, where that was not done for as long as a wait may be.
-    fn sweep(&mut self, now: Instant) {
+    /// Makes the loop look at every port, once in the time of the longest wait.
+    fn wake_all(&mut self, now: Instant) {
         if now.saturating_duration_since(self.swept) >= LONGEST_WAIT {
             self.swept = now;
             for port in self.ports.iter_mut().filter(|port| !port.ready) {
@@ -288,8 +289,8 @@ impl<'a> EventLoop<'a> {
             match command {
                 Command::Period(period) => self.component.core().new_period = Some(period),
                 Command::Parameters(proposal) => {
-                    let said = proposal.put_to(self.component);
-                    self.heed(said);
+                    let result = proposal.put_to(self.component);
+                    self.apply(result);
                 }
                 Command::Emergency(true) => self.enter_emergency("asked for by management"),
                 Command::Emergency(false) => {
@@ -309,8 +310,8 @@ impl<'a> EventLoop<'a> {
         }
     }
 
-    /// Serves what is ready, one message a port in turn, within the bound.
-    fn handlers(&mut self, now: Instant) {
+    /// Serves ready ports within the bound of a turn, one message each in rotation.
+    fn serve(&mut self, now: Instant) {
         let mut start = now;
         let count = self.ports.len();
         let mut left = HANDLERS_A_TURN;
@@ -325,7 +326,7 @@ impl<'a> EventLoop<'a> {
                     break 'turn;
                 }
                 if left > 0 && self.ports[at].ready {
-                    start = self.handle(at, start);
+                    start = self.serve_port(at, start);
                     left -= 1;
                 }
             }
@@ -333,8 +334,8 @@ impl<'a> EventLoop<'a> {
         self.count_handled();
     }
 
-    /// Serves one message of a port, where one is there. `start` is now; says what is now afterwards.
-    fn handle(&mut self, at: usize, start: Instant) -> Instant {
+    /// Serves one message of a port, if there is one. `start` is the time now; returns the time afterwards.
+    fn serve_port(&mut self, at: usize, start: Instant) -> Instant {
         let Self {
             component,
             ports,
@@ -367,22 +368,22 @@ impl<'a> EventLoop<'a> {
             Ok(true) => {
                 port.failures = 0;
                 let now = Instant::now();
-                port.heard = Some(now);
+                port.last_sample = Some(now);
                 let spin = self.description.slots[slot].qos.spin;
                 if !spin.is_zero() {
-                    self.ports[at].awake_until = Some(now + spin);
+                    self.ports[at].spin_until = Some(now + spin);
                 }
                 self.handled(at, now.saturating_duration_since(start), lost, result);
                 return now;
             }
             Err(error) => {
-                // What cannot be read does not hold up what comes behind it; a port that gives nothing else does not
-                // keep the loop busy.
+                // A message that cannot be read does not hold up later ones, and a port that has no others does not keep
+                // the loop busy.
                 port.failures += 1;
                 if port.failures % HANDLERS_A_TURN == 0 {
                     port.receiver.acknowledge(false);
                     port.ready = false;
-                    port.awake_until = None;
+                    port.spin_until = None;
                 }
                 let now = Instant::now();
                 let error = HandlerError(error.to_string());
@@ -405,10 +406,10 @@ impl<'a> EventLoop<'a> {
                 "a handler took {took:?}, longer than the period of {:?}",
                 self.period
             );
-            self.complain(at, &message);
+            self.log_failure(at, &message);
         }
         if let Err(error) = result {
-            self.complain(at, &format!("a message was not handled: {error}"));
+            self.log_failure(at, &format!("a message was not handled: {error}"));
         }
     }
 
@@ -432,14 +433,15 @@ impl<'a> EventLoop<'a> {
         }
     }
 
-    /// Notes topics from which nothing has come for longer than they promise. What has come and waits is no silence.
-    fn listen(&mut self) {
-        let late = |port: &&Port| !port.ready && port.deadline.is_some() && port.heard.is_some();
+    /// Notes topics that exceed their deadline. A sample that has come and waits to be handled counts as received.
+    fn check_deadlines(&mut self) {
+        let late =
+            |port: &&Port| !port.ready && port.deadline.is_some() && port.last_sample.is_some();
         for port in self.ports.iter().filter(late) {
-            if let (Receiver::Subscriber { operation, .. }, Some(heard), Some(deadline)) =
-                (&port.receiver, port.heard, port.deadline)
+            if let (Receiver::Subscriber { operation, .. }, Some(last_sample), Some(deadline)) =
+                (&port.receiver, port.last_sample, port.deadline)
             {
-                let silence = heard.elapsed();
+                let silence = last_sample.elapsed();
                 if silence > deadline {
                     let mut status = self.shared.status();
                     status.delta.silent(port.slot, *operation, silence);
@@ -448,15 +450,12 @@ impl<'a> EventLoop<'a> {
         }
     }
 
-    /// Logs what went wrong at a port, at most once a second.
-    fn complain(&mut self, at: usize, message: &str) {
+    /// Logs a failure at a port, at most once a second.
+    fn log_failure(&mut self, at: usize, message: &str) {
         let port = &mut self.ports[at];
         self.shared.status().last_error = Some(message.to_owned());
-        if port
-            .complained
-            .is_none_or(|last| last.elapsed() >= COMPLAINT_PAUSE)
-        {
-            port.complained = Some(Instant::now());
+        if port.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
+            port.logged = Some(Instant::now());
             tracing::warn!("slot {}: {message}", self.description.slots[port.slot].name);
         }
     }
@@ -469,7 +468,7 @@ impl<'a> EventLoop<'a> {
         let start = Instant::now();
         let result = self.component.compute();
         let took = start.elapsed();
-        let complain = {
+        let may_log = {
             let mut status = self.shared.status();
             status.compute.count(took, result.is_ok());
             if took > self.period {
@@ -479,12 +478,12 @@ impl<'a> EventLoop<'a> {
             if let Err(WorkerError::Failed(message)) = &result {
                 status.last_error = Some(message.clone());
             }
-            self.complained
-                .is_none_or(|last: Instant| last.elapsed() >= COMPLAINT_PAUSE)
+            self.logged
+                .is_none_or(|last: Instant| last.elapsed() >= LOG_PAUSE)
         };
         let slow = took > self.period && result.is_ok();
-        if complain && (slow || matches!(result, Err(WorkerError::Failed(_)))) {
-            self.complained = Some(Instant::now());
+        if may_log && (slow || matches!(result, Err(WorkerError::Failed(_)))) {
+            self.logged = Some(Instant::now());
             if slow {
                 tracing::warn!(
                     "compute() took {took:?}, longer than its period of {:?}",
@@ -495,19 +494,19 @@ impl<'a> EventLoop<'a> {
                 tracing::warn!("compute(): {message}");
             }
         }
-        self.heed(result);
+        self.apply(result);
     }
 
-    /// What an answer of the worker means for the state.
-    fn heed(&mut self, said: Result<(), WorkerError>) {
-        match said {
+    /// Changes the state as the result of the worker demands.
+    fn apply(&mut self, result: Result<(), WorkerError>) {
+        match result {
             Err(WorkerError::Emergency(reason)) => self.enter_emergency(&reason),
             Err(WorkerError::Fatal(reason)) => self.fatal = Some(reason),
             Ok(()) | Err(WorkerError::Failed(_)) => {}
         }
     }
 
-    fn new_period(&mut self) {
+    fn apply_period(&mut self) {
         let Some(period) = self.component.core().new_period.take() else {
             return;
         };
@@ -518,11 +517,11 @@ impl<'a> EventLoop<'a> {
         }
     }
 
-    /// Looks up who is connected, now and then.
-    fn peers(&mut self, now: Instant) {
+    /// Counts the peers of all slots, once in their interval.
+    fn update_peers(&mut self, now: Instant) {
         if self
             .peers_at
-            .is_some_and(|last| now.saturating_duration_since(last) < PEERS_PAUSE)
+            .is_some_and(|last| now.saturating_duration_since(last) < PEERS_INTERVAL)
         {
             return;
         }
@@ -536,7 +535,7 @@ impl<'a> EventLoop<'a> {
                 } => {
                     let peers = subscriber.peers();
                     if peers > 0 {
-                        port.heard.get_or_insert(now);
+                        port.last_sample.get_or_insert(now);
                     }
                     peers.max(counts[port.slot])
                 }
@@ -550,14 +549,15 @@ impl<'a> EventLoop<'a> {
         }
         status.delta.mismatches.extend(mismatches);
         drop(status);
-        // Whoever keeps components alive starts a new one.
+        // The component ends, so that its supervisor restarts it.
         if self.fatal.is_none() {
             self.fatal = self.connections.lost();
         }
     }
 }
 
-/// Opens the envelope, lets the worker answer, closes it. A request without envelope gets no answer.
+/// Reads the envelope of a request, lets the worker answer and sends the reply. A request without an envelope gets no
+/// reply.
 fn answer(
     component: &mut dyn Component,
     slot: usize,
