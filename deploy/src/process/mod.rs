@@ -1,7 +1,8 @@
-//! The processes of this machine: how they start, who they are, and how they end.
+//! The processes of this machine: identity, start, signals, end.
 
 pub mod identity;
 pub(crate) mod launch;
+pub(crate) mod listener;
 pub mod machine;
 pub(crate) mod orphans;
 pub(crate) mod realtime;

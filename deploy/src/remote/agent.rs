@@ -1,5 +1,5 @@
-//! `rcdeploy agent`: what a supervisor on another machine runs here, over ssh. It starts and ends processes as it is
-//! told to, and tells what becomes of them. Its standard streams are the connection; when that ends, so does all.
+//! `rcdeploy agent`: runs components of this machine for a supervisor on another one, over ssh. Its
+//! standard streams are the connection. When the connection ends, the agent ends all components.
 
 use super::SupervisorMessage;
 use super::copies;
@@ -33,17 +33,17 @@ use std::time::{Duration, Instant};
 
 /// How long it waits for an earlier agent of the network to end.
 const PATIENCE: Duration = Duration::from_secs(15);
-/// The shortest time between two looks at the logs.
+/// The shortest time between two reads of the logs.
 const LOOK: Duration = Duration::from_millis(50);
-/// How much may wait to be written before logs are read on.
+/// How many bytes of output may wait before logs are read on.
 const ROOM: usize = 256 * 1024;
-/// How much may wait to be written at all.
+/// How many bytes of output may wait in total.
 const WAITING: usize = 8 << 20;
 
-/// The agent: the whole of `rcdeploy agent`, never typed by a person.
+/// Runs the agent: `rcdeploy agent`, which people never type.
 ///
-/// `cleanup` wipes what the middleware keeps in memory for a network; it has to bear being called when there is
-/// nothing to wipe.
+/// `cleanup` removes what the middleware keeps in memory for a network. It is also called if there
+/// is nothing to remove.
 pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
     match serve(cleanup) {
         Ok(()) => ExitCode::SUCCESS,
@@ -94,14 +94,14 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     };
     let directory = lock.directory().clone();
     let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
-    // Nothing was started yet, and the error that is told is the first one.
+    // Nothing was started yet. The first error is reported.
     let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
     agent.say(&AgentMessage::Ready { root, recovered });
     agent.run(&cleanup);
     Ok(())
 }
 
-/// Takes the copies that are not there yet.
+/// Receives the files that are missing here.
 fn receive(
     network: &str,
     files: &[File],
@@ -131,7 +131,7 @@ fn receive(
     Ok(root)
 }
 
-/// Takes the network; an agent whose connection has ended may still have it for a moment.
+/// Takes the network. An earlier agent whose connection has ended may still hold it for a moment.
 fn acquire(network: &str, output: &mut TimedStream) -> Result<Lock, Error> {
     let deadline = Instant::now() + PATIENCE;
     loop {
@@ -168,7 +168,7 @@ enum Ending {
     Alone(String),
 }
 
-/// A process, and the run of its component that it is.
+/// A process and its run.
 struct Running {
     process: LocalProcess,
     run: String,
@@ -182,11 +182,11 @@ struct Agent {
     signals: Signals,
     logs: PathBuf,
     watch: DirectoryWatch,
-    /// When to look at the logs, if something was written.
+    /// When to read the logs after a write.
     look: Option<Instant>,
     printed: BTreeMap<String, LogTail>,
     running: BTreeMap<String, Running>,
-    /// Those that have ended, while what they left behind is looked for.
+    /// The components that have ended, until their orphans are killed.
     ended: BTreeMap<String, Exit>,
     sweeps: OrphanSweeps,
     connections: ProxyConnections,
@@ -234,7 +234,7 @@ impl Agent {
             ended: BTreeMap::new(),
             sweeps: OrphanSweeps::default(),
             connections: ProxyConnections::default(),
-            // The supervisor waits for the answer: nothing is left in the buffer.
+            // The supervisor waits for the answer, so the buffer is empty.
             input: input.into_inner().0,
             lines: Lines::up_to(LONGEST, Overlong::Skip),
             output: output.0,
@@ -263,7 +263,7 @@ impl Agent {
                 break Ending::Alone(why);
             }
             if now >= self.heard + HOST_LIMIT {
-                break Ending::Alone(format!("nothing was heard of it for {HOST_LIMIT:?}"));
+                break Ending::Alone(format!("no message came from it for {HOST_LIMIT:?}"));
             }
             let mut ending = None;
             for source in self.wait() {
@@ -300,7 +300,7 @@ impl Agent {
         for (number, descriptor, flags) in self.connections.descriptors() {
             add(Source::ProxyConnection(number), descriptor, flags);
         }
-        // Links come before processes: last words count.
+        // Links come before processes, so that the last messages of a component count.
         for (name, Running { process, .. }) in &self.running {
             if let Some(link) = process.link() {
                 add(Source::Link(name.clone()), link.as_fd(), PollFlags::IN);
@@ -327,7 +327,7 @@ impl Agent {
                 .filter(|(fd, _)| !fd.revents().is_empty())
                 .map(|(_, source)| source)
                 .collect(),
-            // Interrupted, or short of memory for a moment.
+            // Interrupted, or out of memory for a moment.
             Err(error) => {
                 if error != rustix::io::Errno::INTR {
                     std::thread::sleep(Duration::from_millis(10));
@@ -408,7 +408,7 @@ impl Agent {
                 Some(SupervisorMessage::Heartbeat) => {}
                 Some(SupervisorMessage::Farewell) => return Some(Ending::Farewell),
                 Some(SupervisorMessage::Network { .. }) | None => {
-                    let why = "its supervisor said what is no message".to_owned();
+                    let why = "its supervisor sent an unknown message".to_owned();
                     return Some(Ending::Alone(why));
                 }
             }
@@ -446,7 +446,7 @@ impl Agent {
             let printed = printed.map_err(|e| cannot("make its log", e))?;
             self.printed.insert(component.name.clone(), printed);
         }
-        // A folder that its user has named has to be there.
+        // A workspace that the user has named must exist.
         if component.directory.starts_with(&self.root) {
             copies::make_folder(&component.directory)
                 .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
@@ -455,7 +455,8 @@ impl Agent {
         LocalProcess::start(component, run, greeting, log, self.custody.mark())
     }
 
-    /// The account of processes is needed only where all of rcdeploy is killed.
+    /// Reports that the process registry could not be written. It is needed only if all of rcdeploy
+    /// is killed.
     fn note(&mut self, change: impl FnOnce(&mut Custody) -> io::Result<()>) {
         if let Err(error) = change(&mut self.custody) {
             let text = format!(
@@ -494,20 +495,21 @@ impl Agent {
         self.said(name, words);
         let exit = process.reap();
         self.note(|custody| custody.ended(name));
-        // What it printed last belongs to the account of its end.
+        // Its last output belongs to the report of its end.
         self.tell(name);
-        // Its end is told when it may be started again.
+        // Its end is reported when it may restart.
         self.ended.insert(name.to_owned(), exit);
         self.sweeps.begin(name, self.custody.mark(), run);
     }
 
-    /// Tells of those that have ended, and left nothing any more, or what takes too long to find.
+    /// Reports components that have ended, once their orphans are killed or the search takes too
+    /// long.
     fn tell_ends(&mut self) {
         for (name, left) in self.sweeps.done() {
             if let Some(exit) = self.ended.remove(&name) {
                 self.say(&AgentMessage::Ended { name, exit, left });
             } else if left > 0 {
-                let text = format!("killed {left} processes that {name} had left behind");
+                let text = format!("killed {left} orphaned processes of {name}");
                 self.say(&AgentMessage::Note(text));
             }
         }
@@ -535,7 +537,7 @@ impl Agent {
         }
     }
 
-    /// Tells what a component has printed, as far as there is room; gives whether there is more.
+    /// Sends the output of a component as far as there is room. Returns whether there is more.
     fn tell(&mut self, name: &str) -> bool {
         let start = self.out.len();
         while self.out.len() < start.max(ROOM) + ROOM && self.out.len() < WAITING / 2 {
@@ -547,7 +549,7 @@ impl Agent {
         true
     }
 
-    /// Tells the rest of all that was printed.
+    /// Sends the rest of the output of all components.
     fn tell_all(&mut self) {
         while let Some(name) = self.printed.keys().next().cloned() {
             if !self.tell(&name)
@@ -561,7 +563,7 @@ impl Agent {
         }
     }
 
-    /// Writes all that waits; `false` where nobody reads it.
+    /// Writes all output. Returns `false` if the supervisor does not read it.
     fn write_all(&mut self) -> bool {
         let Ok(output) = self.output.try_clone() else {
             return false;
@@ -580,12 +582,12 @@ impl Agent {
             }
         }
         if self.out.len() > WAITING {
-            return Err("it reads nothing any more".to_owned());
+            return Err("it does not read any more".to_owned());
         }
         Ok(())
     }
 
-    /// Ends what is left, cleans up, and tells it where somebody hears it.
+    /// Ends all components, cleans up, and reports it if the supervisor is still connected.
     fn end(mut self, ending: &Ending, cleanup: &dyn Fn()) {
         if let Ending::Alone(why) = ending {
             let names: Vec<&str> = self.running.keys().map(String::as_str).collect();
@@ -595,7 +597,7 @@ impl Agent {
                 names.join(", ")
             ));
         }
-        // Whoever does not mind the signal sees the end of its link.
+        // A component that ignores the signal sees the end of its link.
         for Running { process, .. } in self.running.values() {
             process.terminate();
         }

@@ -1,4 +1,4 @@
-//! The beginning of a connection, which waits and copies, on a thread of its own.
+//! Sets up a connection on a separate thread, because that waits and copies.
 
 use super::SupervisorMessage;
 use super::copies;
@@ -12,35 +12,35 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver};
 
-/// This program, as it runs, also when its file has been replaced since.
+/// This program, even if its file has been replaced.
 const OWN: &str = "/proc/self/exe";
-/// How many lines a login may print before it runs what it was asked to.
+/// How many lines a login may print before the script starts.
 const GREETING: usize = 1000;
 
-/// What a connection begins with.
+/// What an agent needs before it starts.
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     pub(crate) network: String,
-    /// What has to be there, each once.
+    /// The files that the other machine needs, without duplicates.
     pub(crate) files: Vec<PathBuf>,
-    /// The services that the guard there holds.
+    /// The services that the guard there holds, as JSON.
     pub(crate) services: Option<String>,
 }
 
-/// An agent that has begun its work.
+/// An agent that is ready.
 #[derive(Debug)]
 pub(crate) struct AgentReady {
-    /// Where the copies are.
+    /// The folder of the copies.
     pub(crate) root: PathBuf,
-    /// How many files were copied, and how many bytes.
+    /// The number of copied files, and of their bytes.
     pub(crate) copied: (usize, u64),
-    /// Whether there has been one before.
+    /// Whether the machine was connected before.
     pub(crate) again: bool,
-    /// How many processes of an earlier run had to be killed there.
+    /// How many orphans of an earlier run were killed there.
     pub(crate) recovered: Option<usize>,
 }
 
-/// A beginning that is under way.
+/// A setup in progress.
 #[derive(Debug)]
 pub(crate) struct SetupThread {
     /// Becomes readable when it is over.
@@ -48,27 +48,28 @@ pub(crate) struct SetupThread {
     result: Receiver<Result<AgentReady, String>>,
 }
 
-/// The program that is to be the agent.
+/// The program that becomes the agent.
 pub(crate) fn own_program() -> io::Result<File> {
     copies::describe(Path::new(OWN))
 }
 
 impl SetupThread {
-    /// Begins over `stream`, the streams of an ssh that runs the script for `program`.
+    /// Begins a setup over `stream`, the standard streams of an ssh that runs the script for
+    /// `program`.
     pub(crate) fn start(stream: OwnedFd, program: File, setup: Setup) -> io::Result<Self> {
         let (over, done) = UnixStream::pair()?;
         let (sender, result) = mpsc::channel();
         std::thread::Builder::new()
             .name("host".to_owned())
             .spawn(move || {
-                // Nobody hears it where the network has ended by now.
+                // The network may have ended in the meantime.
                 let _ = sender.send(begin(stream, &program, &setup));
                 drop(done);
             })?;
         Ok(Self { over, result })
     }
 
-    /// How it went.
+    /// The result of the setup.
     pub(crate) fn result(self) -> Result<AgentReady, String> {
         let result = self.result.recv();
         result.unwrap_or_else(|_| Err("the thread that connects has panicked".to_owned()))
@@ -118,7 +119,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
     loop {
         let text = read_line(&mut input).map_err(lost)?;
         let message = serde_json::from_str(&text);
-        match message.map_err(|_| format!("its agent said `{text}`, which is none of its words"))? {
+        match message.map_err(|_| format!("its agent sent an unknown message: `{text}`"))? {
             AgentMessage::Missing(wanted) => {
                 for at in wanted.into_iter().filter(|at| *at < files.len()) {
                     let file = &files[at];
@@ -136,13 +137,13 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
                 });
             }
             AgentMessage::Refused(why) => return Err(why),
-            // It waits for an earlier one to end.
+            // It waits for an earlier agent to end.
             _ => {}
         }
     }
 }
 
-/// The rest of the next line of the script.
+/// The rest of the next line that the script prints.
 fn said(input: &mut BufReader<TimedStream>) -> io::Result<String> {
     for _ in 0..GREETING {
         let line = read_line(input)?;

@@ -1,4 +1,4 @@
-//! The files of a network that are copied to another machine, compared by their hashes.
+//! Files of a network that are copied to another machine if their hashes differ.
 
 use super::timed_stream::{TimedStream, bytes};
 use rc_management::agent::File;
@@ -10,10 +10,10 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// A copy of rcdeploy that nobody has used for so long is removed.
+/// A copy of rcdeploy that was not used for this long is removed.
 const UNUSED: Duration = Duration::from_hours(30 * 24);
 
-/// The hash of all that can be read, and how much it was.
+/// The hash and the length of a stream.
 fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> {
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 256 * 1024];
@@ -36,7 +36,7 @@ fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> 
     ))
 }
 
-/// Describes a file of this machine, as an agent needs it.
+/// Describes a file of this machine for an agent.
 pub(crate) fn describe(path: &Path) -> io::Result<File> {
     let file = open(path)?;
     let executable = file.metadata()?.permissions().mode() & 0o111 != 0;
@@ -49,13 +49,13 @@ pub(crate) fn describe(path: &Path) -> io::Result<File> {
     })
 }
 
-/// Whether it is already below `root` as it is to be.
+/// Whether the same file is already below `root`.
 pub(crate) fn is_below(file: &File, root: &Path) -> bool {
     let there = describe(&mirrored(root, &file.path));
     there.is_ok_and(|there| (there.hash, there.executable) == (file.hash.clone(), file.executable))
 }
 
-/// Writes the bytes that `from` has here, just as many as were announced.
+/// Sends the bytes of `from`, exactly as many as announced.
 pub(crate) fn send(file: &File, from: &Path, out: &mut impl Write) -> io::Result<()> {
     let sent = io::copy(&mut open(from)?.take(file.size), out)?;
     if sent == file.size {
@@ -68,7 +68,7 @@ pub(crate) fn send(file: &File, from: &Path, out: &mut impl Write) -> io::Result
     Err(io::Error::other(message))
 }
 
-/// Puts its bytes in their place below `root`, in one step.
+/// Receives its bytes and stores them below `root`, atomically.
 pub(crate) fn receive(
     file: &File,
     root: &Path,
@@ -80,7 +80,7 @@ pub(crate) fn receive(
     let name = place.file_name().unwrap_or_default().to_string_lossy();
     let new = folder.join(format!(".{name}.{}", std::process::id()));
     let received = receive_as(file, &new, input).and_then(|()| {
-        // A folder that was a file here before, or the other way round.
+        // It was a file before and is a folder now, or the other way round.
         if place.is_dir() {
             fs::remove_dir_all(&place)?;
         }
@@ -114,7 +114,8 @@ fn receive_as(expected: &File, new: &Path, input: &mut BufReader<TimedStream>) -
     file.sync_data()
 }
 
-/// Where an absolute path of this machine is below `root`. What leads elsewhere stays below it all the same.
+/// The place below `root` of an absolute path of the supervisor's machine. The result never leads
+/// out of `root`.
 pub(crate) fn mirrored(root: &Path, path: &Path) -> PathBuf {
     let mut mirrored = PathBuf::new();
     for part in path.components() {
@@ -127,7 +128,7 @@ pub(crate) fn mirrored(root: &Path, path: &Path) -> PathBuf {
     root.join(mirrored)
 }
 
-/// Opens a file, and nothing that could be waited for.
+/// Opens a regular file. A pipe is refused, because reading it could block.
 fn open(path: &Path) -> io::Result<fs::File> {
     let file = rustix::fs::open(
         path,
@@ -142,7 +143,7 @@ fn open(path: &Path) -> io::Result<fs::File> {
     }
 }
 
-/// Makes a folder that is private to its user.
+/// Creates a folder that only its user can access.
 pub(crate) fn make_folder(path: &Path) -> io::Result<()> {
     fs::DirBuilder::new()
         .recursive(true)
@@ -158,7 +159,7 @@ pub(crate) fn root(program: &Path, network: &str) -> io::Result<PathBuf> {
     Ok(root)
 }
 
-/// Removes copies of rcdeploy that nobody has used for long.
+/// Removes copies of rcdeploy that were not used for long.
 pub(crate) fn remove_unused(program: &Path) {
     let cache = program.parent().unwrap_or(Path::new("/"));
     let now = SystemTime::now();

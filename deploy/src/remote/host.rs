@@ -1,4 +1,4 @@
-//! A machine of the network as its supervisor sees it: it connects, loses the connection, and connects again.
+//! Another machine, as the supervisor sees it: connection, loss of the connection, reconnection.
 
 use super::SupervisorMessage;
 use super::connection::{AgentReady, Setup, SetupThread, own_program};
@@ -22,20 +22,20 @@ use std::process::Child;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// The pause before the first attempt to connect again; it doubles up to [`LONGEST_PAUSE`].
+/// The pause before the first reconnection. It doubles up to [`LONGEST_PAUSE`].
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
-/// How much may wait to be written to a machine that does not read.
+/// How many bytes may wait for a machine that does not read.
 const WAITING: usize = 4 << 20;
 /// How long an agent may take to clean up.
 const FAREWELL_LIMIT: Duration = Duration::from_secs(10);
-/// How many reads are made in one turn: a machine that prints much is not the only one.
+/// How many reads one machine gets in one iteration of the event loop.
 const READS: usize = 16;
-/// How long an ssh whose connection has ended may take to say why.
+/// How long ssh may take to report why the connection has ended.
 const SETTLE_LIMIT: Duration = Duration::from_millis(300);
-/// How much of what ssh complains of is shown.
+/// How much of the error output of ssh is shown.
 const COMPLAINT: usize = 2000;
 
-/// What is to be written to an agent; shared by its host and the units that run there.
+/// The messages for an agent. Its host and the units there share them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outbox(Rc<RefCell<Vec<u8>>>);
 
@@ -51,13 +51,14 @@ pub(crate) struct RemoteProcess {
     name: String,
     outbox: Outbox,
     pub(crate) pid: Option<i32>,
-    /// Whether the component can still speak.
+    /// Whether the link of the component is open.
     pub(crate) linked: bool,
     exit: Option<Exit>,
 }
 
 impl RemoteProcess {
-    /// Asks the agent to start a process, whose link begins with `greeting`; `run` tells this one from earlier ones.
+    /// Asks the agent to start a process. `greeting` is the first line on its link; `run` names
+    /// this start.
     pub(crate) fn start(
         component: &Component,
         run: String,
@@ -90,47 +91,47 @@ impl RemoteProcess {
             .push(&SupervisorMessage::Kill(self.name.clone()));
     }
 
-    /// It has ended in this way.
+    /// Notes how it ended.
     pub(crate) fn ended(&mut self, exit: Exit) {
         self.exit = Some(exit);
     }
 
     /// How it ended.
     pub(crate) fn exit(&mut self) -> Exit {
-        let unknown = || Exit::without_status("nobody knows how".to_owned());
+        let unknown = || Exit::without_status("unknown".to_owned());
         self.exit.take().unwrap_or_else(unknown)
     }
 }
 
-/// What has become of a host.
+/// What happened to a host.
 #[derive(Debug)]
 pub(crate) enum HostEvent {
-    /// Its agent runs.
+    /// Its agent is ready.
     Connected(AgentReady),
-    /// There is no connection, and none was there before.
+    /// The attempt to connect failed.
     Unreachable(String),
     /// The connection has ended.
     Lost(String),
-    /// The agent tells something.
+    /// A message of the agent.
     Message(AgentMessage),
 }
 
-/// Something of a host that is waited for.
+/// A descriptor of a host.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum HostSource {
     /// The connection.
     Link,
-    /// A socket that stands for one there, or who has called it.
+    /// A socket of a remote component, or a caller of it.
     Socket(u64),
 }
 
 #[derive(Debug)]
 enum Link {
-    /// There is none; the next attempt is then.
+    /// Not connected. The next attempt is at this time.
     None(Instant),
     SettingUp(Ssh, SetupThread),
     There(Ssh, Lines),
-    /// There will be none any more.
+    /// Disconnected for good.
     Over,
 }
 
@@ -141,7 +142,7 @@ struct Ssh {
 }
 
 impl Ssh {
-    /// Lets one whose connection has ended say why.
+    /// Waits until ssh has reported why the connection ended.
     fn settle(&self) {
         if let Ok(process) = pidfd_open(Pid::from_child(&self.child), PidfdFlags::empty()) {
             first_readable([&process], SETTLE_LIMIT);
@@ -149,7 +150,7 @@ impl Ssh {
     }
 }
 
-/// Ends it at once; one that has ended is only reaped.
+/// Kills ssh if it still runs, and reaps it.
 impl Drop for Ssh {
     fn drop(&mut self) {
         kill_group(Pid::from_child(&self.child));
@@ -165,25 +166,25 @@ pub(crate) struct Host {
     setup: Setup,
     /// Standard error of ssh and of the agent.
     pub(crate) log: PathBuf,
-    /// Where in the log the complaints of this attempt begin.
+    /// The position in the log where the errors of this attempt begin.
     complaints: u64,
     link: Link,
     /// When the present attempt began.
     began: Instant,
     sockets: SocketProxy,
-    /// When it was last heard of.
+    /// When its last message came.
     heard: Instant,
     next_beat: Instant,
     pause: Duration,
-    /// The limit of its farewell, once that was said.
+    /// The deadline of its farewell.
     leaves: Option<Instant>,
-    /// Where the copies are there.
+    /// The folder of the copies there.
     root: PathBuf,
     was_there: bool,
 }
 
 impl Host {
-    /// A machine that is to be connected to at once.
+    /// A machine that is connected at the next check.
     pub(crate) fn new(host: plan::Host, setup: Setup, log: PathBuf) -> Self {
         let now = Instant::now();
         Self {
@@ -204,22 +205,22 @@ impl Host {
         }
     }
 
-    /// Where it is, as one types it.
+    /// Its destination as in `ssh DESTINATION`.
     pub(crate) fn destination(&self) -> String {
         ssh::destination(&self.plan)
     }
 
-    /// Whether processes can be started there.
+    /// Whether it is connected.
     pub(crate) fn is_there(&self) -> bool {
         matches!(self.link, Link::There(..)) && self.leaves.is_none()
     }
 
-    /// Whether it has been there at any time.
+    /// Whether it was connected before.
     pub(crate) fn was_there(&self) -> bool {
         self.was_there
     }
 
-    /// The component with its paths as they are there.
+    /// The component with the paths of that machine.
     pub(crate) fn component(&self, component: &Component) -> Component {
         let there = |path: &Path| mirrored(&self.root, path);
         let argument = |text: &String| {
@@ -237,14 +238,14 @@ impl Host {
                 None => there(&component.directory),
             },
             args: component.args.iter().map(argument).collect(),
-            // The agent has no use for these.
+            // The agent does not need these.
             files: Vec::new(),
             after: Vec::new(),
             ..component.clone()
         }
     }
 
-    /// What is waited for: the connection, and those who call components there.
+    /// The descriptors to wait for: the connection, sockets of components and their callers.
     pub(crate) fn descriptors(
         &self,
     ) -> impl Iterator<Item = (HostSource, BorrowedFd<'_>, PollFlags)> {
@@ -271,21 +272,24 @@ impl Host {
         }
     }
 
-    /// When the passing of time next matters.
+    /// The next deadline.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         match &self.link {
             Link::None(at) => Some(*at),
             Link::There(..) => {
                 let limit = self.heard + HOST_LIMIT;
-                Some(limit.min(self.leaves.unwrap_or(limit)).min(self.next_beat))
+                let pause = self.sockets.deadline().unwrap_or(limit);
+                let leaves = self.leaves.unwrap_or(limit);
+                Some(limit.min(leaves).min(self.next_beat).min(pause))
             }
             Link::SettingUp(..) => Some(self.began + SET_UP_LIMIT),
             Link::Over => None,
         }
     }
 
-    /// Looks at the clock: connects, says that this side is there, notices that the other one is not.
+    /// Handles deadlines: connects, sends heartbeats, and detects a lost connection.
     pub(crate) fn check(&mut self, now: Instant, mark: &Mark) -> Option<HostEvent> {
+        self.sockets.resume(now);
         match &self.link {
             Link::None(at) if now >= *at => {
                 let connected = self.connect(mark);
@@ -293,7 +297,7 @@ impl Host {
             }
             Link::SettingUp(..) if now >= self.began + SET_UP_LIMIT => {
                 self.link = Link::Over;
-                let why = format!("it was not there within {SET_UP_LIMIT:?}");
+                let why = format!("it did not connect within {SET_UP_LIMIT:?}");
                 Some(self.failed(now, &why))
             }
             Link::There(..) => {
@@ -301,7 +305,7 @@ impl Host {
                     return Some(self.lose(now, "its agent does not end"));
                 }
                 if now >= self.heard + HOST_LIMIT {
-                    let why = format!("nothing was heard of it for {HOST_LIMIT:?}");
+                    let why = format!("no message came from it for {HOST_LIMIT:?}");
                     return Some(self.lose(now, &why));
                 }
                 if now >= self.next_beat {
@@ -334,17 +338,17 @@ impl Host {
         Ok(())
     }
 
-    /// Lets a component that runs there be called at `path`.
+    /// Makes the management socket of a component available at `path`.
     pub(crate) fn listen(&mut self, component: &str, path: &Path) -> io::Result<()> {
         self.sockets.listen(component, path)
     }
 
-    /// A component has ended: nobody can call it.
+    /// Closes the management socket of a component that has ended.
     pub(crate) fn close(&mut self, component: &str) {
         self.sockets.close(component);
     }
 
-    /// Hands on what callers of components say.
+    /// Forwards what callers of components send.
     pub(crate) fn turn_socket(&mut self, number: u64) {
         if let Some((wire, name)) = self.sockets.accept(number) {
             self.outbox.push(&SupervisorMessage::Connect { wire, name });
@@ -359,7 +363,7 @@ impl Host {
         }
     }
 
-    /// Something can be read or written.
+    /// Reads and writes.
     pub(crate) fn turn(&mut self, now: Instant) -> Vec<HostEvent> {
         match std::mem::replace(&mut self.link, Link::Over) {
             Link::SettingUp(ssh, setup) => vec![match setup.result() {
@@ -421,7 +425,7 @@ impl Host {
                     }
                     Some(message) => events.push(HostEvent::Message(message)),
                     None => {
-                        events.push(self.lose(now, "its agent said what is none of its words"));
+                        events.push(self.lose(now, "its agent sent an unknown message"));
                         return events;
                     }
                 }
@@ -438,7 +442,7 @@ impl Host {
         events
     }
 
-    /// Writes what can be written.
+    /// Writes as much as the connection takes.
     pub(crate) fn write(&mut self, now: Instant) -> Option<HostEvent> {
         let Link::There(ssh, _) = &self.link else {
             return None;
@@ -449,7 +453,7 @@ impl Host {
                 Ok(count) => drop(out.drain(..count)),
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-                // The end of the connection is read, with what came before it.
+                // The end of the connection is noticed when it is read.
                 Err(_) => {
                     out.clear();
                     break;
@@ -458,10 +462,10 @@ impl Host {
         }
         let full = out.len() > WAITING;
         drop(out);
-        full.then(|| self.lose(now, "it reads nothing any more"))
+        full.then(|| self.lose(now, "it does not read any more"))
     }
 
-    /// All that ran there has ended: the agent is to go, or an attempt to connect ends.
+    /// Disconnects: asks the agent to end, or stops connecting.
     pub(crate) fn leave(&mut self, now: Instant) {
         match &self.link {
             Link::There(..) if self.leaves.is_none() => {
@@ -473,7 +477,7 @@ impl Host {
         }
     }
 
-    /// Whether nothing is to come from it any more.
+    /// Whether it is disconnected for good.
     pub(crate) fn is_over(&self) -> bool {
         matches!(self.link, Link::Over)
     }
@@ -499,7 +503,7 @@ impl Host {
         HostEvent::Lost(why)
     }
 
-    /// What was noticed, with what ssh and the other side complained of.
+    /// An explanation of a failure, with the errors of ssh and of the other machine.
     fn explain(&self, ssh: Ssh, noticed: &str) -> String {
         drop(ssh);
         let log = fs::read(&self.log).unwrap_or_default();
@@ -509,7 +513,7 @@ impl Host {
         ssh::explain(&self.plan, noticed, &complaint)
     }
 
-    /// The pause before the next attempt.
+    /// The time until the next attempt.
     pub(crate) fn next_attempt(&self, now: Instant) -> Duration {
         match self.link {
             Link::None(at) => at.saturating_duration_since(now),

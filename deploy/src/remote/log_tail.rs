@@ -1,7 +1,7 @@
-//! What the components of an agent print: read from their logs as these grow, and told in pieces.
+//! Reads the logs of an agent's components in pieces as they grow.
 //!
-//! The logs are files, so that a component never waits for a slow connection. What has been told is given back to the
-//! disk.
+//! The output goes to files, so that a slow connection never blocks a component. Space that was
+//! sent is given back to the disk.
 
 use rc_deploy_client::logs;
 use rustix::fs::{FallocateFlags, fallocate};
@@ -10,9 +10,9 @@ use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
-/// The most that is told at once: as JSON it fits into a line of the protocol, whatever it consists of.
+/// The size of a piece in bytes. As JSON, it fits into a line of the protocol.
 const PIECE: usize = 8 * 1024;
-/// How much is told before it is given back.
+/// How many bytes are sent before their space is given back.
 const BLOCK: u64 = 1 << 20;
 
 /// The log of one component.
@@ -42,14 +42,14 @@ impl LogTail {
         &self.path
     }
 
-    /// The next piece; none where all has been told.
+    /// The next piece. `None` if everything was sent.
     pub(crate) fn next(&mut self) -> Option<String> {
         let mut buffer = [0; PIECE];
         let count = self.file.read_at(&mut buffer, self.told).unwrap_or(0);
         let whole = &buffer[..whole(&buffer[..count])];
         self.told += whole.len() as u64;
         if self.told >= self.given_back + BLOCK {
-            // Where the file system cannot do that, the log keeps all.
+            // If the file system does not support this, the log keeps everything.
             let hole = FallocateFlags::PUNCH_HOLE | FallocateFlags::KEEP_SIZE;
             let _ = fallocate(&self.file, hole, 0, self.told);
             self.given_back = self.told;
@@ -57,13 +57,13 @@ impl LogTail {
         (!whole.is_empty()).then(|| String::from_utf8_lossy(whole).into_owned())
     }
 
-    /// Removes the log; it was told.
+    /// Removes the log, which was sent completely.
     pub(crate) fn remove(self) {
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
-/// How many of these bytes are no part of a character whose end is still to come.
+/// The length without an incomplete character at the end.
 pub(super) fn whole(bytes: &[u8]) -> usize {
     let start = bytes.len().saturating_sub(3);
     for (at, byte) in bytes.iter().enumerate().skip(start).rev() {

@@ -1,35 +1,37 @@
-//! The management sockets of components on other machines: each is there on this one, too, and what is said to it goes
-//! over the connection to the agent and back.
+//! Makes the management sockets of remote components available on this machine, over the connection
+//! to their agent.
 
 use super::log_tail::whole;
+use crate::process::listener::Listener;
 use rc_management::lines::LIMIT;
 use rustix::event::PollFlags;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-/// How many callers there may be at once; a further one is refused.
+/// How many callers may be connected. Further callers are refused.
 const MOST: usize = 32;
-/// How much is read at once: as JSON it fits into a line of the protocol, whatever it consists of.
+/// The size of a read in bytes. As JSON, it fits into a line of the protocol.
 const PIECE: usize = LIMIT / 8;
-/// How much may wait for a side that does not read.
+/// How many bytes may wait for a side that does not read.
 const WAITING: usize = 4 << 20;
 
 /// One caller of a component, at either end.
 #[derive(Debug)]
 struct ProxyConnection {
     stream: UnixStream,
-    /// What is still to be written.
+    /// Output that waits.
     out: Vec<u8>,
-    /// The beginning of a character.
+    /// The beginning of an incomplete character.
     part: Vec<u8>,
 }
 
 impl ProxyConnection {
-    /// One read: its text, and whether the other side is still there.
+    /// Reads once. Returns the text, and whether the other side is still connected.
     fn read(&mut self) -> (String, bool) {
         let mut buffer = [0; PIECE];
         let there = match self.stream.read(&mut buffer) {
@@ -48,7 +50,7 @@ impl ProxyConnection {
         (String::from_utf8_lossy(&whole).into_owned(), there)
     }
 
-    /// Writes what can be written; `false` if the other side is lost.
+    /// Writes as much as the other side takes. Returns `false` if the connection is lost.
     fn write(&mut self) -> bool {
         while !self.out.is_empty() {
             match self.stream.write(&self.out) {
@@ -62,20 +64,20 @@ impl ProxyConnection {
     }
 }
 
-/// What comes from a wire.
+/// What was read from a connection.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Received {
     pub(crate) text: String,
-    /// The other side is still there.
+    /// Whether the other side is still connected.
     pub(crate) there: bool,
 }
 
-/// All wires of one end, by the numbers that both ends give them.
+/// The connections of one side, by numbers that both sides use.
 #[derive(Debug, Default)]
 pub(crate) struct ProxyConnections(BTreeMap<u64, ProxyConnection>);
 
 impl ProxyConnections {
-    /// Calls a component of this machine. It has to answer at once.
+    /// Connects to a component of this machine. It must accept at once.
     pub(crate) fn call(&mut self, number: u64, path: &Path) -> io::Result<()> {
         let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
         let socket = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
@@ -93,7 +95,7 @@ impl ProxyConnections {
         self.0.insert(number, wire);
     }
 
-    /// What is waited for.
+    /// The descriptors to wait for.
     pub(crate) fn descriptors(&self) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
         self.0.iter().map(|(number, wire)| {
             let flags = if wire.out.is_empty() {
@@ -105,7 +107,7 @@ impl ProxyConnections {
         })
     }
 
-    /// Something can be read or written; none where there is no such wire any more.
+    /// Reads and writes. `None` if the connection does not exist any more.
     pub(crate) fn turn(&mut self, number: u64) -> Option<Received> {
         let wire = self.0.get_mut(&number)?;
         let (text, there) = wire.read();
@@ -116,10 +118,11 @@ impl ProxyConnections {
         Some(Received { text, there })
     }
 
-    /// Writes what has come from the other end; `false` if that is to be told that nobody hears it.
+    /// Writes what came from the other side. Returns `false` if the connection is lost, which the
+    /// other side does not know yet.
     pub(crate) fn send(&mut self, number: u64, text: &str) -> bool {
         let Some(wire) = self.0.get_mut(&number) else {
-            // It was told already.
+            // The other side knows it already.
             return true;
         };
         wire.out.extend_from_slice(text.as_bytes());
@@ -141,36 +144,34 @@ impl ProxyConnections {
     }
 }
 
-/// The sockets that stand for those of another machine, and who has called them.
+/// Sockets of remote components, and their callers.
 #[derive(Debug, Default)]
 pub(crate) struct SocketProxy {
-    listeners: BTreeMap<u64, Listener>,
+    listeners: BTreeMap<u64, ComponentSocket>,
     pub(crate) connections: ProxyConnections,
     next: u64,
 }
 
 #[derive(Debug)]
-struct Listener {
+struct ComponentSocket {
     component: String,
-    socket: UnixListener,
+    socket: Listener,
     path: PathBuf,
 }
 
-impl Drop for Listener {
+impl Drop for ComponentSocket {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
 impl SocketProxy {
-    /// Lets a component be called here.
+    /// Listens for callers of a component.
     pub(crate) fn listen(&mut self, component: &str, path: &Path) -> io::Result<()> {
         self.close(component);
-        let socket = UnixListener::bind(path)?;
-        socket.set_nonblocking(true)?;
-        let listener = Listener {
+        let listener = ComponentSocket {
             component: component.to_owned(),
-            socket,
+            socket: Listener::bind(path)?,
             path: path.to_owned(),
         };
         self.listeners.insert(self.next, listener);
@@ -178,29 +179,45 @@ impl SocketProxy {
         Ok(())
     }
 
-    /// A component has ended.
+    /// Stops listening for callers of a component.
     pub(crate) fn close(&mut self, component: &str) {
         self.listeners.retain(|_, l| l.component != component);
     }
 
-    /// The connection has ended.
+    /// Closes everything: the connection to the agent has ended.
     pub(crate) fn clear(&mut self) {
         self.listeners.clear();
         self.connections.clear();
     }
 
-    /// What is waited for.
+    /// The descriptors to wait for.
     pub(crate) fn descriptors(&self) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
         let listeners = self.listeners.iter();
-        let listeners = listeners.map(|(at, l)| (*at, l.socket.as_fd(), PollFlags::IN));
+        let listeners = listeners
+            .filter_map(|(number, l)| Some((*number, l.socket.descriptor()?, PollFlags::IN)));
         listeners.chain(self.connections.descriptors())
     }
 
-    /// Lets a caller in where `number` is that of a socket: gives the number of the wire, and who is called.
+    /// When a pause of a socket is over.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.listeners
+            .values()
+            .filter_map(|l| l.socket.deadline())
+            .min()
+    }
+
+    /// Accepts callers again where a pause is over.
+    pub(crate) fn resume(&mut self, now: Instant) {
+        for listener in self.listeners.values_mut() {
+            listener.socket.resume(now);
+        }
+    }
+
+    /// Accepts a caller if `number` is that of a socket. Returns the number of the connection, and
+    /// the component.
     pub(crate) fn accept(&mut self, number: u64) -> Option<(u64, String)> {
-        let listener = self.listeners.get(&number)?;
-        let (stream, _) = listener.socket.accept().ok()?;
-        stream.set_nonblocking(true).ok()?;
+        let listener = self.listeners.get_mut(&number)?;
+        let stream = listener.socket.accept()?;
         if self.connections.0.len() >= MOST {
             return None;
         }
@@ -215,6 +232,7 @@ impl SocketProxy {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::net::UnixListener;
 
     #[test]
     fn a_caller_is_heard_at_the_other_end() {

@@ -1,4 +1,4 @@
-//! The `ssh` program: how it is called, what it runs on the other machine, and what its refusals mean.
+//! Runs `ssh`: its arguments, its script on the other machine, and the meaning of its errors.
 
 use crate::process::identity::{MARK, Mark};
 use rc_deploy_network::plan::Host;
@@ -9,16 +9,17 @@ use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 
-/// The environment variable with another command than `ssh`, and with its first arguments, separated by blanks.
+/// The environment variable with a command in place of `ssh`, and with its first arguments,
+/// separated by blanks.
 const COMMAND: &str = "RC_SSH";
 
-/// How the names of the copies of rcdeploy begin; the hash of the program follows.
+/// The prefix of the names of copies of rcdeploy. The hash of the program follows.
 pub(crate) const COPY: &str = "rcdeploy-";
 
-/// How the lines of the script begin; what a login prints besides is passed over.
+/// The prefix of the lines that the script prints. Other lines come from the login and are ignored.
 pub(crate) const TOKEN: &str = "rcdeploy agent:";
 
-/// The user's keys and settings hold, a password is never asked for, and a connection that is dead ends.
+/// Uses the user's keys and settings, never asks for a password, and ends a dead connection.
 const OPTIONS: [&str; 9] = [
     "BatchMode=yes",
     "ConnectTimeout=5",
@@ -26,14 +27,15 @@ const OPTIONS: [&str; 9] = [
     "ServerAliveCountMax=2",
     "ClearAllForwardings=yes",
     "ForwardAgent=no",
-    // A connection of its own, which nobody else ends.
+    // A separate connection, so that no other ssh ends it.
     "ControlMaster=no",
     "ControlPath=none",
     "LogLevel=ERROR",
 ];
 
-/// Starts ssh, which runs `script` there. Both its streams are the socket that is given back; what it complains of
-/// goes to `log`. It is out of the reach of the terminal's Ctrl-C, and carries the mark of the network.
+/// Starts ssh, which runs `script` there. The returned socket is its standard input and output; its
+/// errors go to `log`. Ctrl-C of the terminal does not reach it. It carries the mark of the
+/// network.
 pub(crate) fn start(
     host: &Host,
     script: &str,
@@ -63,7 +65,7 @@ pub(crate) fn start(
     }
     let child = command
         .args(["--", &host.address])
-        // Whatever shell logs in there, this is read by `sh`; it has no apostrophe and no line end.
+        // `sh` reads this, whatever the login shell is. It has no apostrophe and no line end.
         .arg(format!("exec sh -c '{script}'"))
         .env(MARK, mark.value())
         .process_group(0)
@@ -74,8 +76,8 @@ pub(crate) fn start(
     Ok((child.map_err(failed)?, stream))
 }
 
-/// What runs there: it says what machine that is, takes the copy of rcdeploy where there is none with this hash, and
-/// becomes its agent.
+/// The script: it prints the kind of the machine, receives the copy of rcdeploy if there is none
+/// with this hash, and becomes its agent.
 pub(crate) fn script(hash: &str, size: u64) -> String {
     format!(
         "umask 077; d=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; f=\"$d/{COPY}{hash}\"; n=\"$f.$$\"; \
@@ -89,7 +91,7 @@ pub(crate) fn script(hash: &str, size: u64) -> String {
     )
 }
 
-/// The destination as one types it.
+/// The destination as in `ssh DESTINATION`.
 pub(crate) fn destination(host: &Host) -> String {
     match &host.user {
         Some(user) => format!("{user}@{}", host.address),
@@ -97,7 +99,7 @@ pub(crate) fn destination(host: &Host) -> String {
     }
 }
 
-/// Why there is no agent, and what to do: from what ssh and the other side complained of, and what was noticed here.
+/// Explains why there is no agent, and what to do, from the errors of ssh and of the other machine.
 pub(crate) fn explain(host: &Host, noticed: &str, complaint: &str) -> String {
     let to = destination(host);
     let complaint = complaint.trim();

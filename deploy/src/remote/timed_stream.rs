@@ -1,14 +1,14 @@
-//! Reading and writing with limits while a connection begins, when each side waits for the other.
+//! Reads and writes with limits during the setup, when each side waits for the other.
 
 use super::STEP_LIMIT;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, BufRead, BufReader, Read, Take, Write};
 use std::os::fd::{AsFd, OwnedFd};
 
-/// The longest line of the beginning: it names all files and services of a network.
+/// The longest line of the setup: it names all files and services of a network.
 const LONGEST: u64 = 64 << 20;
 
-/// A stream that does not block, on which no byte may be waited for longer than [`STEP_LIMIT`].
+/// A non-blocking stream. A read or write waits at most [`STEP_LIMIT`] for the next byte.
 #[derive(Debug)]
 pub(crate) struct TimedStream(pub(crate) OwnedFd);
 

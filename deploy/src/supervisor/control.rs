@@ -1,9 +1,11 @@
 //! The supervisor's socket, `rcdeploy.sock` in the run directory.
 //!
-//! It decodes requests and sends answers and events; the supervisor decides what the answers are. A client that does
-//! not read its answers is dropped. A client that reads events too slowly loses some, and gets their number.
+//! It decodes requests and sends answers and events; the supervisor decides what the answers are. A
+//! client that does not read its answers is dropped. A client that reads events too slowly loses
+//! some, and gets their number.
 
 use crate::log::journal::Journal;
+use crate::process::listener::Listener;
 use rc_management::Output;
 use rc_management::lines::{Line, Lines, Overlong};
 use rc_management::rpc::{self, Call, Error};
@@ -12,8 +14,9 @@ use rc_management::supervisor::{
 };
 use serde_json::Value;
 use std::io;
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::net::UnixStream;
 use std::path::Path;
+use std::time::Instant;
 
 /// How many clients may be connected at once.
 const MAX_CLIENTS: usize = 16;
@@ -25,7 +28,7 @@ const MAX_EVENT_OUTPUT: usize = 64 << 10;
 /// The listening socket and its clients.
 #[derive(Debug)]
 pub(crate) struct Control {
-    listener: UnixListener,
+    listener: Listener,
     clients: Vec<Client>,
     next: u64,
 }
@@ -113,37 +116,39 @@ impl Client {
 }
 
 impl Control {
-    /// Listens at `path`, and replaces the socket of a supervisor that was killed. The caller owns the path.
+    /// Listens at `path`, and replaces the socket of a supervisor that was killed. The caller owns
+    /// the path.
     pub(crate) fn listen(path: &Path) -> io::Result<Self> {
         match std::fs::remove_file(path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
         }
-        let listener = UnixListener::bind(path)?;
-        listener.set_nonblocking(true)?;
         Ok(Self {
-            listener,
+            listener: Listener::bind(path)?,
             clients: Vec::new(),
             next: 0,
         })
     }
 
-    pub(crate) fn listener(&self) -> &UnixListener {
+    pub(crate) fn listener(&self) -> &Listener {
         &self.listener
+    }
+
+    /// Accepts clients again when a pause is over.
+    pub(crate) fn resume(&mut self, now: Instant) {
+        self.listener.resume(now);
     }
 
     pub(crate) fn clients(&self) -> &[Client] {
         &self.clients
     }
 
-    /// Accepts one client. If there are too many, the oldest that does not wait for an answer is dropped.
+    /// Accepts one client. If there are too many, the oldest that does not wait for an answer is
+    /// dropped.
     pub(crate) fn accept(&mut self) {
-        let Ok((stream, _)) = self.listener.accept() else {
+        let Some(stream) = self.listener.accept() else {
             return;
         };
-        if stream.set_nonblocking(true).is_err() {
-            return;
-        }
         if self.clients.len() >= MAX_CLIENTS {
             let oldest = self.clients.iter().position(|c| c.awaits == 0);
             self.clients.remove(oldest.unwrap_or(0));

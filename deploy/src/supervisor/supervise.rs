@@ -1,6 +1,6 @@
-//! The loop: one thread, one `poll`, which starts, watches and stops the units of a plan.
+//! The event loop of the supervisor: one thread, one `poll`. It starts, watches and stops the units
+//! of a plan.
 
-use super::hosts;
 use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
@@ -9,14 +9,14 @@ use crate::log::reporter::Reporter;
 use crate::log::rotation::{self, Rotation};
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
-use crate::remote::{Host, HostSource};
+use crate::remote::{self, Host, HostSource};
 use crate::supervisor::commands::{self, Commands};
 use crate::supervisor::control::{ClientRequest, Control};
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::health::MemoryRounds;
+use crate::supervisor::options::{Options, Outcome};
 use crate::supervisor::restart::Next;
 use crate::supervisor::unit::{Overdue, Unit, until};
-use crate::supervisor::up::{Options, Outcome};
 use rc_deploy_client::error::{Error, ErrorContext, advice};
 use rc_deploy_client::logs;
 use rc_deploy_client::status::digest;
@@ -29,7 +29,7 @@ use std::io;
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
-/// How often the memory of processes is looked at.
+/// How often the supervisor reads the memory of the components.
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 
 /// Why the network ends.
@@ -57,13 +57,13 @@ enum Source {
 /// A network while it is up.
 pub(crate) struct Supervisor<'p> {
     pub(super) plan: &'p Plan,
-    /// Of the `.ddsl` as it was at the start.
+    /// Digest of the `.ddsl` at the start.
     digest: Option<String>,
     pub(super) report: &'p Reporter,
     pub(super) units: Vec<Unit>,
-    /// Whom each unit waits for.
+    /// For each unit, the units that must be ready before it starts.
     needs: Vec<BTreeSet<usize>>,
-    /// The other machines, and for each unit that runs on one of them, which.
+    /// The other machines, and the index of its machine for each unit that runs on one of them.
     pub(super) hosts: Vec<Host>,
     pub(super) host_of: Vec<Option<usize>>,
     pub(super) custody: Custody,
@@ -82,7 +82,7 @@ pub(crate) struct Supervisor<'p> {
 }
 
 impl<'p> Supervisor<'p> {
-    /// Makes all that the loop needs; nothing is started yet but the guard.
+    /// Makes everything that the loop needs. Starts the guard, but no unit.
     pub(crate) fn new(
         plan: &'p Plan,
         options: &Options,
@@ -97,7 +97,7 @@ impl<'p> Supervisor<'p> {
             .iter()
             .map(|c| Unit::new(c.clone(), logs::file(&log_directory, &c.name)))
             .collect();
-        let (hosts, host_of) = hosts::of(plan, options, &log_directory);
+        let (hosts, host_of) = remote::assign(plan, &options.services, &log_directory);
         for (unit, host) in units.iter_mut().zip(&host_of) {
             unit.outbox = host.map(|host| hosts[host].outbox.clone());
         }
@@ -152,12 +152,12 @@ impl<'p> Supervisor<'p> {
         })
     }
 
-    /// With someone who waits for the word that it is up.
+    /// Sets the process that waits until the network is up.
     pub(crate) fn with(self, launcher: Option<Launcher>) -> Self {
         Self { launcher, ..self }
     }
 
-    /// Starts the units and keeps them until they end or are to end.
+    /// Starts the units and supervises them until the network ends.
     pub(crate) fn run(mut self, cleanup: &dyn Fn()) -> Outcome {
         self.announce_hosts();
         loop {
@@ -190,7 +190,7 @@ impl<'p> Supervisor<'p> {
         self.report.event(Event::network(severity, code, message));
     }
 
-    /// Says whether there was one: others may wait for one that could not be started.
+    /// Returns whether a unit was started. Other units may wait for one that failed to start.
     fn start_ready_units(&mut self) -> bool {
         let mut any = false;
         for i in 0..self.units.len() {
@@ -205,7 +205,7 @@ impl<'p> Supervisor<'p> {
         any
     }
 
-    /// Goes on with what was asked for over the socket.
+    /// Continues the commands of clients.
     fn advance_commands(&mut self) {
         let answers = if self.ending.is_none() {
             self.commands.advance(&mut self.units, &self.needs)
@@ -217,7 +217,7 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    /// Takes a command, or tells why not.
+    /// Begins a command, or answers why it is refused.
     fn take(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
         let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
         let members = match commands::select(names, &all) {
@@ -250,7 +250,8 @@ impl<'p> Supervisor<'p> {
 
     pub(super) fn not_started(&mut self, i: usize, reason: &str) {
         let unit = &mut self.units[i];
-        // What has run before is tried again as its policy says: its program may be being built just now.
+        // A unit that has run before is restarted by its policy: somebody may be building its
+        // program.
         if !unit.is_restarted() {
             return self.fail(i, reason);
         }
@@ -261,7 +262,8 @@ impl<'p> Supervisor<'p> {
         self.follow_up(i, next, true);
     }
 
-    /// The next `up` needs the account of processes only if supervisor and guard are both killed.
+    /// Reports that the process registry could not be written. The next `up` needs it only if
+    /// supervisor and guard are both killed.
     fn account(&self, written: io::Result<()>) {
         if let Err(error) = written {
             let text = format!(
@@ -272,7 +274,7 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    /// A component did not get ready: there will be no network.
+    /// Stops the network: a component did not get ready.
     fn fail(&mut self, i: usize, reason: &str) {
         let unit = &self.units[i];
         let text = unit.failure(reason);
@@ -289,7 +291,7 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    /// Dependents first: a unit is asked when all that need it have ended.
+    /// Asks units to end, dependents first.
     fn stop_ready_units(&mut self) {
         if self.ending.is_none() {
             return;
@@ -313,7 +315,8 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    /// Waits until something happens, and says what. Links come before processes: last words count.
+    /// Waits for events and returns their sources. Links come before processes, so that the last
+    /// messages of a component count.
     fn wait(&self) -> Vec<Source> {
         let mut polled: Vec<PollFd<'_>> = Vec::new();
         let mut sources = Vec::new();
@@ -322,11 +325,9 @@ impl<'p> Supervisor<'p> {
             sources.push(source);
         };
         add(Source::Signals, self.signals.descriptor(), PollFlags::IN);
-        add(
-            Source::Listener,
-            self.control.listener().as_fd(),
-            PollFlags::IN,
-        );
+        if let Some(listener) = self.control.listener().descriptor() {
+            add(Source::Listener, listener, PollFlags::IN);
+        }
         if let Some(launcher) = &self.launcher {
             add(
                 Source::Launcher,
@@ -372,6 +373,7 @@ impl<'p> Supervisor<'p> {
         let hosts = self.hosts.iter().filter_map(Host::deadline);
         let deadline = units.chain(relay).chain(hosts).chain(commands);
         let deadline = deadline.chain(self.sweeps.deadline());
+        let deadline = deadline.chain(self.control.listener().deadline());
         let deadline = deadline.chain(self.rotation.deadline());
         let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
@@ -398,7 +400,7 @@ impl<'p> Supervisor<'p> {
             Source::Signals => self.signalled(),
             Source::Launcher => {
                 self.launcher = None;
-                self.stop(StopReason::Asked, "whoever started this is gone");
+                self.stop(StopReason::Asked, "the process that started it has ended");
             }
             Source::Relay => {
                 if let Some(relay) = &mut self.relay {
@@ -419,7 +421,10 @@ impl<'p> Supervisor<'p> {
     fn signalled(&mut self) {
         for _ in 0..self.signals.take() {
             if self.ending.is_none() {
-                self.stop(StopReason::Asked, "interrupted; once more kills at once");
+                self.stop(
+                    StopReason::Asked,
+                    "interrupted; a second interrupt kills at once",
+                );
             } else {
                 self.network_event(Severity::Warning, "stopping", "interrupted again: killing");
                 self.units.iter_mut().for_each(Unit::kill);
@@ -484,7 +489,8 @@ impl<'p> Supervisor<'p> {
         }
         let unit = &self.units[i];
         let goes_on = self.ending.is_none();
-        // At the end of the network all are looked for at once; on another machine, its agent has looked.
+        // At the end of the network all are looked for at once; on another machine, its agent has
+        // looked.
         if goes_on && self.host_of[i].is_none() {
             let mark = self.custody.mark();
             self.sweeps.begin(unit.name(), mark, unit.run());
@@ -505,8 +511,8 @@ impl<'p> Supervisor<'p> {
         if goes_on && !unit.is_ready() && !unit.is_restarted() {
             return self.fail(i, &format!("ended before it was ready: {}", end.text));
         }
-        // While the network goes on, only a component is asked that did not get ready again; others wait for one that
-        // ends without getting ready, however well it ends.
+        // While the network goes on, only a component is asked that did not get ready again; others
+        // wait for one that ends without getting ready, however well it ends.
         let failed = !end.done || (goes_on && (asked || !unit.is_ready()));
         let text = format!("ended: {}", end.text);
         if failed {
@@ -528,30 +534,30 @@ impl<'p> Supervisor<'p> {
         self.follow_up(i, next, failed && (goes_on || !asked));
     }
 
-    /// Tells how many processes a component had left behind.
+    /// Reports how many orphaned processes of a component were killed.
     pub(super) fn left_over(&self, name: &str, count: usize) {
         if count > 0 {
-            let text = format!("killed {count} processes that it had left behind");
+            let text = format!("killed {count} orphaned processes");
             let event = Event::component(name, Severity::Warning, "left-over", text);
             self.report.event(event);
         }
     }
 
-    /// Does what follows an end.
+    /// Restarts or gives up a unit that has ended.
     fn follow_up(&mut self, i: usize, next: Next, failed: bool) {
         let unit = &self.units[i];
         match next {
             Next::Nothing if failed => self.failed.push(unit.name().to_owned()),
             Next::Nothing => {}
             Next::Again(pause) => {
-                let text = format!("is started again in {pause:?}");
+                let text = format!("restarts in {pause:?}");
                 unit.event(self.report, Severity::Warning, "restarting", text);
             }
             Next::GiveUp(why) => {
                 let text = unit.failure(&why);
                 unit.event(self.report, Severity::Error, "gave-up", text.clone());
                 let message = format!("{}: {text}", unit.name());
-                let why = "a component ended more often than it may";
+                let why = "a component reached its restart limit";
                 self.stop(StopReason::Failed(message), why);
             }
         }
@@ -562,6 +568,7 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
         }
+        self.control.resume(now);
         self.check_hosts(now);
         self.rotation.look(now, self.report);
         if self.rounds.is_due(now) {
@@ -592,16 +599,16 @@ impl<'p> Supervisor<'p> {
                 Overdue::NotReady => self.units[i].ask_to_stop(),
                 Overdue::NotKilled => {
                     self.failed.push(self.units[i].name().to_owned());
-                    // Whoever needs it would wait for ever.
+                    // Dependents would wait for ever.
                     if self.ending.is_none() && !self.units[i].is_stopped() {
-                        self.fail(i, "cannot be ended, and so not be started again");
+                        self.fail(i, "does not end, so it cannot restart");
                     }
                 }
             }
         }
     }
 
-    /// All processes have ended.
+    /// Cleans up after all processes have ended.
     fn finish(mut self, cleanup: &dyn Fn()) -> Outcome {
         if let Some(relay) = &mut self.relay {
             relay.finish(self.report);
@@ -609,7 +616,7 @@ impl<'p> Supervisor<'p> {
         let (left, removed, lock) = self.custody.finish(cleanup);
         let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
         if left > 0 {
-            let text = format!("killed {left} processes that components had left behind");
+            let text = format!("killed {left} orphaned processes of components");
             event(Severity::Warning, "left-over", text);
         }
         if let Err(error) = removed {
@@ -633,7 +640,8 @@ impl<'p> Supervisor<'p> {
                 None => launcher.failed("it was stopped while it started"),
             }
         }
-        // Those who wait for the end may start the network anew: the lock goes before their connections.
+        // A client that waits for the end may start the network again, so the lock is released
+        // before the connections close.
         drop(lock);
         drop(self.control);
         outcome

@@ -5,12 +5,14 @@ mod bench;
 mod commands;
 #[path = "../../../codegen/tests/all/debian.rs"]
 mod debian;
+mod descriptors;
 mod events;
 mod explain;
 mod export;
 mod killed;
 mod logs;
 mod network;
+mod printing;
 mod pty;
 mod python;
 mod realtime;
