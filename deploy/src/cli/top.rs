@@ -1,12 +1,12 @@
 //! `rcdeploy top`.
 
-use super::{Failure, print_line};
+use super::output::{Failure, print_line};
 use crate::process::signals::Signals;
 use rc_deploy_client::error::ErrorContext;
 use rc_deploy_terminal::ViewEnd;
 
 /// Shows a network that is up.
-pub(crate) fn top(network: &str) -> Result<u8, Failure> {
+pub(super) fn top(network: &str) -> Result<u8, Failure> {
     if !rc_deploy_terminal::usable() {
         let message = "standard input and output are no terminal, or one that cannot show this; `rcdeploy status` prints how a network is";
         return Err(Failure(2, message.to_owned()));

@@ -1,0 +1,128 @@
+//! What the command lines have in common.
+
+use clap::{Args, Subcommand};
+use rc_cdsl::model::Backend;
+use rc_codegen::view::BACKENDS;
+use rc_deploy_client::Format;
+use rc_deploy_export::Engine;
+use rc_deploy_network::Profile;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub(super) struct Input {
+    /// The network.
+    #[arg(value_name = "FILE.ddsl")]
+    pub(super) file: PathBuf,
+    /// Searches this folder for imported files, too.
+    #[arg(short = 'I', value_name = "DIR")]
+    pub(super) include: Vec<PathBuf>,
+    /// The profile with which cargo has built the executables: release or dev.
+    #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>())]
+    pub(super) profile: Profile,
+    /// Runs all components on this middleware, whatever the files say: iceoryx2, dds or ros2.
+    ///
+    /// `up --build` builds these variants below target/rc. The folders of components are not
+    /// changed.
+    #[arg(long, value_parser = middleware)]
+    pub(super) middleware: Option<Backend>,
+}
+
+/// Components of a running network.
+#[derive(Args)]
+pub(super) struct Named {
+    /// The network or its .ddsl.
+    pub(super) network: String,
+    /// Components by their full names, or groups.
+    #[arg(required = true, value_name = "NAME")]
+    pub(super) names: Vec<String>,
+    /// The form of the output: human or json (one document).
+    #[arg(long, default_value = "human", value_parser = format)]
+    pub(super) format: Format,
+}
+
+/// A running component.
+#[derive(Args)]
+pub(super) struct Running {
+    /// The network or its .ddsl.
+    pub(super) network: String,
+    /// The component.
+    pub(super) name: String,
+    /// The form of the output: human or json (one document).
+    #[arg(long, default_value = "human", value_parser = format)]
+    pub(super) format: Format,
+}
+
+#[derive(Subcommand)]
+pub(super) enum Action {
+    /// Shows parameters as `PATH = VALUE`.
+    Get {
+        #[command(flatten)]
+        of: Running,
+        /// The parameters, as in `speed` or `motors[2].max`. A group or a list means all its
+        /// parameters.
+        #[arg(required = true, value_name = "PATH")]
+        paths: Vec<String>,
+    },
+    /// Changes parameters, all or none.
+    Set {
+        #[command(flatten)]
+        of: Running,
+        /// The changes, as in `speed=300`, `period=200ms`, `gains=[1,2,3]` or `name=left`. The
+        /// value `-` of a secret reads a line of standard input.
+        #[arg(required = true, value_name = "PATH=VALUE", value_parser = change)]
+        changes: Vec<(String, String)>,
+    },
+    /// Writes changed values into the configuration file. Comments and order are kept.
+    Save {
+        #[command(flatten)]
+        of: Running,
+    },
+}
+
+pub(super) fn switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("an emergency is on or off".to_owned()),
+    }
+}
+
+fn change(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((path, value)) => Ok((path.trim().to_owned(), value.to_owned())),
+        None => Err("a change looks like `speed=300`".to_owned()),
+    }
+}
+
+fn middleware(text: &str) -> Result<Backend, String> {
+    let all = BACKENDS.into_iter().filter(|b| *b != Backend::Local);
+    let words: Vec<&str> = all.clone().map(Backend::word).collect();
+    let found = all.clone().find(|backend| backend.word() == text);
+    found.ok_or_else(
+        || match rc_diagnostics::nearest(text, words.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", words.join(" and ")),
+        },
+    )
+}
+
+pub(super) fn engine(text: &str) -> Result<Engine, String> {
+    let words = Engine::WORDS.map(|(word, _)| word);
+    let found = Engine::WORDS.into_iter().find(|(word, _)| *word == text);
+    found
+        .map(|(_, engine)| engine)
+        .ok_or_else(|| match rc_diagnostics::nearest(text, words) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", words.join(", ")),
+        })
+}
+
+pub(super) fn format(text: &str) -> Result<Format, String> {
+    match text {
+        "human" => Ok(Format::Human),
+        "json" => Ok(Format::Json),
+        other => Err(format!(
+            "`{other}` is not a format; there are human and json"
+        )),
+    }
+}

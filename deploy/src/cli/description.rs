@@ -1,0 +1,64 @@
+//! Reads the description of a network and prints what is wrong with it.
+
+use super::arguments::Input;
+use super::output::{Failure, print_findings, print_line, system};
+use crate::process::machine;
+use rc_codegen::FileLoader;
+use rc_deploy_network::Network;
+use rc_diagnostics::{Diagnostics, SourceMap, render};
+
+/// Reads a network and all that it names, with `more` that is to be looked at; says what is wrong.
+pub(super) fn read(
+    input: &Input,
+    format: rc_diagnostics::Format,
+    more: impl FnOnce(&Network, &mut Diagnostics),
+) -> Result<(Option<Network>, SourceMap, Diagnostics), Failure> {
+    let mut sources = SourceMap::new();
+    let loader = FileLoader::new(&input.include);
+    let (network, mut found) =
+        rc_deploy_network::load(&input.file, input.middleware, &mut sources, &loader)
+            .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
+    if let Some(network) = &network {
+        more(network, &mut found);
+    }
+    print_findings(&render(&sources, &found, format));
+    Ok((network, sources, found))
+}
+
+/// The same where only a network without errors is of use.
+pub(super) fn load(
+    input: &Input,
+    format: rc_diagnostics::Format,
+    more: impl FnOnce(&Network, &mut Diagnostics),
+) -> Result<Network, Failure> {
+    let (network, _, found) = read(input, format, more)?;
+    network
+        .filter(|_| !found.has_errors())
+        .ok_or(Failure(1, String::new()))
+}
+
+/// What is looked at where nothing is to be started.
+pub(super) fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
+    move |network, found| {
+        if !unbuilt {
+            machine::check(network, false, found);
+            network.check_generated(found);
+            network.check_executables(input.profile, found);
+        }
+    }
+}
+
+pub(super) fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8, Failure> {
+    let network = load(input, format, examine(input, false))?;
+    if format == rc_diagnostics::Format::Human {
+        let (components, connections) = (
+            network.projects.len(),
+            network.connections.connections.len(),
+        );
+        print_line(format_args!(
+            "{}: {components} components, {connections} connections, nothing wrong",
+            network.name()
+        ));
+    }
+    Ok(0)
+}

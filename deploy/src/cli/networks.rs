@@ -1,0 +1,60 @@
+//! Which network a command means: its name, its file, or the only one that is up.
+
+use super::output::{Failure, print_findings, system};
+use rc_deploy_client::connection;
+use rc_diagnostics::{SourceMap, render};
+use std::path::Path;
+
+/// The network that an argument names, or the only one that is up.
+pub(super) fn named(argument: Option<String>) -> Result<String, Failure> {
+    if let Some(argument) = argument {
+        return network_of(&argument);
+    }
+    match connection::networks().as_slice() {
+        [one] => Ok(one.clone()),
+        [] => Err(Failure(3, "no network is up".to_owned())),
+        many => Err(Failure(
+            2,
+            format!("several networks are up: {}; name one", many.join(", ")),
+        )),
+    }
+}
+
+/// A network is named by its name or by its file, which may have changed since, or be broken by
+/// now: then it is the network that was started from it.
+pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
+    let path = Path::new(argument);
+    if path.extension().is_none_or(|e| e != "ddsl") {
+        return Ok(argument.to_owned());
+    }
+    let mut sources = SourceMap::new();
+    let read = std::fs::read_to_string(path).map(|text| {
+        let source = sources.add(path, text);
+        rc_ddsl::parse(&sources, source)
+    });
+    let deployment = read.as_ref().ok().and_then(|(f, _)| f.deployment.as_ref());
+    let named = deployment.map(|deployment| deployment.name.text.clone());
+    if let Some(name) = &named
+        && connection::networks().contains(name)
+    {
+        return Ok(name.clone());
+    }
+    match (connection::started_from(path).as_slice(), named) {
+        ([one], _) => Ok(one.clone()),
+        (_, Some(name)) => Ok(name),
+        ([], None) => {
+            let (_, found) = read.map_err(|e| system(&format!("{}: {e}", path.display())))?;
+            let human = rc_diagnostics::Format::Human;
+            print_findings(&render(&sources, &found, human));
+            Err(Failure(1, String::new()))
+        }
+        (many, None) => Err(Failure(
+            2,
+            format!(
+                "several networks were started from {}: {}; name one",
+                path.display(),
+                many.join(", ")
+            ),
+        )),
+    }
+}

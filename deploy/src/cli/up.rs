@@ -1,0 +1,128 @@
+//! `rcdeploy up`, with the processes that it starts: the guard, and the agents of other machines.
+
+use super::arguments::Input;
+use super::description::load;
+use super::output::{Failure, print_line, system};
+use crate::guard::services;
+use crate::process::machine;
+use crate::{GuardCommand, Options};
+use rc_deploy_client::error::print_error;
+use rc_deploy_client::status;
+use rc_deploy_network::{Network, Profile};
+use rc_diagnostics::Diagnostics;
+use rc_middleware::RunDirectory;
+use std::cell::RefCell;
+use std::process::Command as Process;
+
+pub(super) fn up(
+    input: &Input,
+    build: bool,
+    detach: bool,
+    options: &Options,
+) -> Result<u8, Failure> {
+    let human = rc_diagnostics::Format::Human;
+    let network = if build {
+        let network = load(input, human, |network, found| {
+            machine::check(network, true, found);
+            network.check_generated(found);
+        })?;
+        cargo_build(&network, input.profile)?;
+        let mut found = Diagnostics::new();
+        network.check_executables(input.profile, &mut found);
+        if found.is_empty() {
+            network
+        } else {
+            load(input, human, |n, f| n.check_executables(input.profile, f))?
+        }
+    } else {
+        load(input, human, |network, found| {
+            machine::check(network, true, found);
+            network.check_executables(input.profile, found);
+        })?
+    };
+    let plan = network.plan(input.profile).map_err(|e| system(&e))?;
+    if detach {
+        let mut command = Process::new(std::env::current_exe().map_err(|e| system(&e))?);
+        command
+            .arg("up")
+            .arg(&input.file)
+            .args(["--supervisor", "--format", "json"]);
+        command.args(["--profile", input.profile.word()]);
+        if let Some(bytes) = options.log_limit {
+            command.args(["--log-limit", &(bytes >> 20).to_string()]);
+        }
+        if let Some(middleware) = input.middleware {
+            command.args(["--middleware", middleware.word()]);
+        }
+        input.include.iter().for_each(|dir| {
+            command.arg("-I").arg(dir);
+        });
+        let outcome = crate::detach(&plan, command);
+        if let Some(message) = outcome.message() {
+            return Err(Failure(outcome.exit_code(), message));
+        }
+        print_line(format_args!(
+            "{}",
+            status::table(&crate::status(&plan.network)?).trim_end()
+        ));
+        return Ok(outcome.exit_code());
+    }
+    let own = GuardCommand::own().map_err(|e| system(&e))?;
+    let args = own
+        .args
+        .into_iter()
+        .chain(["--hold".to_owned(), network.services(None)])
+        .collect();
+    let options = Options {
+        guard: Some(GuardCommand { args, ..own }),
+        services: network.services_elsewhere(),
+        ..options.clone()
+    };
+    let name = plan.network.clone();
+    Ok(crate::up(&plan, &options, &|| wipe(&name)).exit_code())
+}
+
+fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
+    for build in network.builds(profile) {
+        let build = build?;
+        let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        let status = cargo
+            .current_dir(&build.root)
+            .args(&build.args)
+            .status()
+            .map_err(|e| system(&format!("cargo cannot be started: {e}")))?;
+        if !status.success() {
+            return Err(Failure(
+                3,
+                format!("cargo could not build {}", build.packages.join(", ")),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The process that cleans up when its supervisor is gone.
+pub(super) fn guard(network: &str, hold: &str) {
+    let held = RefCell::new(services::hold(network, hold));
+    let clean = || {
+        held.take();
+        wipe(network);
+    };
+    // Nobody reads its exit code: its supervisor is gone.
+    let _ = crate::guard(network, &clean);
+}
+
+/// What the supervisor of another machine runs here.
+pub(super) fn agent() {
+    // Nobody reads its exit code: it sends errors to its supervisor.
+    let _ = crate::agent(&wipe);
+}
+
+/// Removes what the default middleware keeps in memory for a network.
+fn wipe(network: &str) {
+    if let Err(error) = rc_iceoryx2::wipe(&RunDirectory::of(network)) {
+        print_error(format_args!(
+            "rcdeploy: the shared memory of {network} was not removed: {error}"
+        ));
+    }
+}
