@@ -6,10 +6,11 @@ use rc_deploy_network::Plan;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-/// The longest limit of a component: what is longer is a slip of the pen, and could not be added to a time.
+/// The longest limit of a component. A longer one is a mistake, and might overflow a time.
 const LONGEST: Duration = Duration::from_hours(24);
 
-/// Checks what the supervisor relies on: names that can be file names, no name twice, `after` names components.
+/// Checks what the supervisor relies on: names that can be file names, no name twice, `after` names
+/// components.
 pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
     check_name("network", &plan.network)?;
     let mut names = BTreeSet::new();

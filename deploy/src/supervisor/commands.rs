@@ -1,8 +1,8 @@
-//! `start`, `stop` and `restart` of components and groups while the network is up: which, in which order, and when it is done.
+//! `start`, `stop` and `restart` of components and groups of a running network.
 //!
-//! What is stopped stays so until it is started; what needs it runs on. Of the components of one command, the one that
-//! needs another one is stopped before it and started after it. Parameters that were changed and not saved survive a
-//! `restart`; a `start` begins with the configuration.
+//! A stopped component stays stopped until `start`; its dependents continue to run. Within one
+//! command, dependents stop first and start last. Unsaved parameter changes survive a `restart`; a
+//! `start` begins with the configuration.
 
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::unit::Unit;
@@ -12,11 +12,11 @@ use rc_management::supervisor::{CommandResult, FailedCommand, Verb};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// What is added to the limits of the components, which come first.
+/// The margin of a command beyond the limits of its components.
 const MARGIN: Duration = Duration::from_secs(5);
 
-/// Of the components called `all`, those that `names` mean: each a component, or a group with all that is in it. The error
-/// is for people.
+/// Selects the components of `all` that `names` mean. A name is a component, or a group with
+/// everything in it. The error is for people.
 pub(crate) fn select(names: &[String], all: &[&str]) -> Result<BTreeSet<usize>, String> {
     let mut selected = BTreeSet::new();
     for name in names {
@@ -46,11 +46,11 @@ fn unknown(name: &str, all: &[&str]) -> String {
     format!("there is no component and no group `{name}`; {help}")
 }
 
-/// The commands that are being carried out.
+/// The commands in progress.
 #[derive(Debug)]
 pub(crate) struct Commands {
     jobs: Vec<Job>,
-    /// Whom each unit needs, directly or through others.
+    /// For each unit, the units that it needs, directly or through others.
     reach: Vec<BTreeSet<usize>>,
 }
 
@@ -59,7 +59,7 @@ struct Job {
     request: ClientRequest,
     verb: Verb,
     members: BTreeSet<usize>,
-    /// Those that are to end first, and then those that are to start.
+    /// The units that still have to end, and then those that have to start.
     stops: BTreeSet<usize>,
     starts: BTreeSet<usize>,
     failed: BTreeMap<usize, String>,
@@ -74,7 +74,7 @@ impl Commands {
         }
     }
 
-    /// Takes a command. The components of an earlier one that it names, too, are its own from now on.
+    /// Begins a command. It takes over components that an earlier command names, too.
     pub(crate) fn take(
         &mut self,
         request: ClientRequest,
@@ -121,7 +121,7 @@ impl Commands {
         });
     }
 
-    /// A unit did not get ready, or ended in a way that was not asked for.
+    /// Notes that a unit did not get ready, or ended unexpectedly.
     pub(crate) fn failed(&mut self, i: usize, reason: &str) {
         for job in &mut self.jobs {
             if job.verb != Verb::Stop && job.stops.is_empty() && job.members.contains(&i) {
@@ -130,12 +130,12 @@ impl Commands {
         }
     }
 
-    /// When the passing of time next matters.
+    /// The next deadline.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.jobs.iter().map(|job| job.deadline).min()
     }
 
-    /// Does what is next, and gives the answers to what is done.
+    /// Takes the next steps. Returns the results of commands that have ended.
     pub(crate) fn advance(
         &mut self,
         units: &mut [Unit],
@@ -163,7 +163,7 @@ impl Commands {
         answers
     }
 
-    /// The network ends, and with it all that is not done.
+    /// Ends all commands, because the network stops.
     pub(crate) fn end(&mut self, units: &[Unit]) -> Vec<(ClientRequest, CommandResult)> {
         let ends = |mut job: Job| {
             for &i in &job.members {
@@ -180,7 +180,7 @@ impl Commands {
 }
 
 impl Job {
-    /// Asks those to end whom no other one needs any more that is to end.
+    /// Asks units to end that no other unit of this command needs any more.
     fn stop(&mut self, units: &mut [Unit], reach: &[BTreeSet<usize>]) {
         let stops = self.stops.iter().copied();
         let alive: Vec<usize> = stops.filter(|&i| units[i].is_alive()).collect();
@@ -201,7 +201,7 @@ impl Job {
         if self.verb == Verb::Stop {
             return true;
         }
-        // Who waits for one that has failed is not waited for, nor is who waits for that one in turn.
+        // A unit that waits for a failed unit fails as well, also indirectly.
         loop {
             let waits_in_vain = |&&i: &&usize| {
                 !self.failed.contains_key(&i)
@@ -240,7 +240,7 @@ impl Job {
     }
 }
 
-/// The units that must be ready first, and are not.
+/// The units that a unit still waits for.
 fn blockers<'a>(
     i: usize,
     units: &'a [Unit],
@@ -250,7 +250,7 @@ fn blockers<'a>(
     needed.filter(|&j| !units[j].lets_others_start())
 }
 
-/// Why a unit is not as it should be.
+/// Why a unit has not reached its goal.
 fn account(i: usize, units: &[Unit], needs: &[BTreeSet<usize>]) -> String {
     let unit = &units[i];
     let names: Vec<&str> = blockers(i, units, needs).map(|j| units[j].name()).collect();

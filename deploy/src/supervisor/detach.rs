@@ -1,9 +1,9 @@
-//! `up --detach`: a supervisor in the background, and the word that it sends to who started it.
+//! `up --detach`: a supervisor in the background, and its report to the process that started it.
 
 use crate::process::identity::first_readable;
 use crate::remote;
 use crate::supervisor::check;
-use crate::supervisor::up::Outcome;
+use crate::supervisor::options::Outcome;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
@@ -17,22 +17,23 @@ use std::os::unix::net::UnixStream;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// What a supervisor in the background says to who started it: one JSON line on its standard output.
+/// The report of a supervisor in the background: one JSON line on its standard output.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum StartReport {
     /// All components are ready.
     Up,
-    /// The start failed, with this message; everything was stopped again.
+    /// The start failed with this message. Everything was stopped again.
     Failed(String),
 }
 
-/// The background supervisor's end.
+/// The process that started this supervisor, as the supervisor sees it.
 #[derive(Debug)]
 pub(crate) struct Launcher(UnixStream);
 
 impl Launcher {
-    /// Standard output, which [`detach`] made a socket, in a session of its own.
+    /// Takes standard output, which [`detach`] made a socket, and leaves the session of the
+    /// terminal.
     pub(crate) fn inherited() -> io::Result<Self> {
         // A process that leads a group already is out of the terminal's reach, too.
         let _ = rustix::process::setsid();
@@ -42,7 +43,7 @@ impl Launcher {
         Ok(Self(stream))
     }
 
-    /// Becomes readable when whoever started this is gone: nothing is ever sent this way.
+    /// Becomes readable when the launcher ends. The launcher never sends anything.
     pub(crate) fn descriptor(&self) -> &UnixStream {
         &self.0
     }
@@ -57,7 +58,7 @@ impl Launcher {
 
     fn say(mut self, word: &StartReport) {
         if let Ok(line) = serde_json::to_string(word) {
-            // Who is gone does not want to know.
+            // The launcher may have ended.
             let _ = self.0.write_all((line + "\n").as_bytes());
         }
     }
@@ -66,8 +67,8 @@ impl Launcher {
 /// Starts `command`, which has to call [`up`](fn@crate::supervisor::up::up) for the same plan with
 /// [`Options::supervisor`](crate::Options), and waits until the network is up or has failed.
 ///
-/// What failed is in the outcome's message, and not printed. Whoever ends this process while it waits, as by
-/// Ctrl-C, stops the start.
+/// The outcome has the message of a failure; nothing is printed. A signal that ends this process
+/// while it waits, such as Ctrl-C, stops the start.
 pub fn detach(plan: &Plan, mut command: Command) -> Outcome {
     match start(plan, &mut command) {
         Ok(outcome) => outcome,
@@ -135,7 +136,7 @@ fn listen(socket: OwnedFd, limit: Duration) -> Option<StartReport> {
     }
 }
 
-/// The longest time that an `up` of this plan may take until it succeeds or has failed and stopped everything.
+/// The longest time until an `up` of this plan has succeeded, or has failed and stopped everything.
 fn start_limit(plan: &Plan) -> Duration {
     let components: Duration = plan.components.iter().map(|c| c.ready + c.stop).sum();
     let remote = plan.components.iter().any(|c| c.host.is_some());
@@ -147,7 +148,7 @@ fn start_limit(plan: &Plan) -> Duration {
     components + hosts + Duration::from_secs(15)
 }
 
-/// The longest time that stopping this plan may take.
+/// The longest time until this plan has stopped.
 fn stop_limit(plan: &Plan) -> Duration {
     let components: Duration = plan.components.iter().map(|c| c.stop).sum();
     components + Duration::from_secs(10)

@@ -1,7 +1,7 @@
-//! What goes wrong in a component that runs: told when it begins and when it is over, and never in between.
+//! Conditions of a running component. They are reported when they start and when they end.
 //!
-//! The component notices it and says so in its heartbeats. Something is over when no heartbeat of the last five seconds
-//! told of it, so that what comes and goes is one event and not many.
+//! The component detects them and sends them in its heartbeats. A condition ends when no heartbeat
+//! of the last five seconds had it, so that a condition that comes and goes is one event.
 
 use crate::supervisor::memory_growth::Growth;
 use rc_management::event::Severity;
@@ -10,38 +10,38 @@ use rc_management::supervisor::Trouble;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant, SystemTime};
 
-/// How many heartbeats in a row have to be good until a trouble is over.
+/// How many heartbeats in a row without a condition end it.
 const CALM: u32 = 10;
-/// How many ends that do not fit are kept for `status`.
+/// How many mismatching peers are kept for `status`.
 const MISMATCHES: usize = 8;
 
-/// An event, but for the component.
+/// Severity, code and message of an event.
 pub(crate) type HealthEvent = (Severity, &'static str, String);
 
-/// The code of a trouble, and what it is about: a slot, a topic.
+/// The code of a condition, and its subject: a slot or a topic.
 type Key = (&'static str, String);
 
-/// What is watched of one run of a component.
+/// The conditions of one run of a component.
 #[derive(Debug, Default)]
 pub(crate) struct HealthMonitor {
-    /// For how many more good heartbeats overruns, and silences by topic, are not over.
+    /// How many more heartbeats without it an overrun, or the silence of a topic, needs to end.
     overrun: u32,
     silent: BTreeMap<String, u32>,
-    /// Whether a slot has somebody at its other end; none where it never had.
+    /// Whether a slot has a peer. A slot that never had one is left out.
     peers: BTreeMap<String, bool>,
     growth: Growth,
     troubles: BTreeMap<Key, (SystemTime, String)>,
-    /// The network ends: others that go are no news.
+    /// The network stops: vanishing peers are expected.
     quiet: bool,
 }
 
 impl HealthMonitor {
-    /// Others go from now on because they are to.
+    /// Stops reporting: the network stops, so peers vanish.
     pub(crate) fn be_quiet(&mut self) {
         self.quiet = true;
     }
 
-    /// What a heartbeat has news of.
+    /// Takes a heartbeat. Returns the events that follow from it.
     pub(crate) fn heartbeat(&mut self, heartbeat: Heartbeat) -> Vec<HealthEvent> {
         let mut happened = Vec::new();
         if self.quiet {
@@ -92,11 +92,11 @@ impl HealthMonitor {
         for topic in over {
             self.silent.remove(&topic);
             self.over("silent", &topic);
-            let text = format!("{topic} is heard again in time");
+            let text = format!("samples of {topic} come in time again");
             happened.push((Severity::Info, "heard-again", text));
         }
         for (topic, ms) in silent {
-            let text = format!("nothing came from {topic} for {ms} ms, longer than its deadline");
+            let text = format!("no sample of {topic} came for {ms} ms, longer than its deadline");
             self.begin("silent", &topic, &text);
             if self.silent.insert(topic, CALM).is_none() {
                 happened.push((Severity::Warning, "silent", text));
@@ -107,13 +107,13 @@ impl HealthMonitor {
     fn peers(&mut self, slot: String, there: bool, happened: &mut Vec<HealthEvent>) {
         match (self.peers.get(&slot), there) {
             (Some(true), false) => {
-                let text = format!("nobody is at the other end of {slot} any more");
+                let text = format!("slot {slot} has no peer any more");
                 self.begin("peer-vanished", &slot, &text);
                 happened.push((Severity::Warning, "peer-vanished", text));
             }
             (Some(false), true) => {
                 self.over("peer-vanished", &slot);
-                let text = format!("somebody is at the other end of {slot} again");
+                let text = format!("slot {slot} has a peer again");
                 happened.push((Severity::Info, "peer-back", text));
             }
             (None, false) => return,
@@ -122,7 +122,7 @@ impl HealthMonitor {
         self.peers.insert(slot, there);
     }
 
-    /// Takes how much memory the process has, in bytes. `pause` is the time between two of these.
+    /// Takes the resident memory of the process in bytes, `pause` after the last reading.
     pub(crate) fn memory(&mut self, bytes: u64, pause: Duration) -> Option<HealthEvent> {
         let text = self.growth.sample(bytes, pause)?;
         self.begin("memory-growth", "", &text);
@@ -139,7 +139,7 @@ impl HealthMonitor {
         self.troubles.remove(&(code, about.to_owned()));
     }
 
-    /// What is wrong now.
+    /// The present conditions.
     pub(crate) fn troubles(&self) -> Vec<Trouble> {
         let troubles = self.troubles.iter();
         troubles
@@ -152,14 +152,14 @@ impl HealthMonitor {
     }
 }
 
-/// Counts a good heartbeat; says whether it was the last one that a trouble needed to be over.
+/// Counts a heartbeat without the condition. Returns whether it ends the condition.
 fn end_of(calm: &mut u32) -> bool {
     let before = *calm;
     *calm = before.saturating_sub(1);
     before == 1
 }
 
-/// When the memory of processes is read next.
+/// When to read the memory of processes.
 #[derive(Debug)]
 pub(crate) struct MemoryRounds {
     pub(crate) pause: Duration,
@@ -188,7 +188,7 @@ impl MemoryRounds {
     }
 }
 
-/// How much of a process is in memory, in bytes: `VmRSS` of its `status` in proc(5).
+/// The resident memory of a process in bytes: `VmRSS` of `/proc/PID/status`.
 pub(crate) fn resident(pid: i32) -> Option<u64> {
     let text = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
@@ -264,7 +264,7 @@ mod tests {
         }
         let heard = watch.heartbeat(silent(&["b"]));
         assert_eq!(codes(&heard), ["heard-again"]);
-        assert!(heard[0].2.starts_with("a is heard"), "{heard:?}");
+        assert!(heard[0].2.starts_with("samples of a come"), "{heard:?}");
         assert_eq!(watch.troubles().len(), 1);
     }
 

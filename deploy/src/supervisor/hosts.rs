@@ -1,64 +1,19 @@
-//! The other machines of a network: what the supervisor makes of their news.
+//! Handles the events of other machines.
 
 use super::supervise::{StopReason, Supervisor};
-use crate::remote::{AgentReady, Host, HostEvent, Setup};
-use crate::supervisor::up::Options;
+use crate::remote::{AgentReady, Host, HostEvent};
 use rc_deploy_client::error::advice;
-use rc_deploy_client::logs;
-use rc_deploy_network::plan::Plan;
 use rc_deploy_network::process_name;
 use rc_management::agent::{AgentMessage, Exit};
 use rc_management::event::Severity;
 use rc_management::lines::Line;
 use std::fs::OpenOptions;
 use std::io::Write;
-use std::path::Path;
 use std::time::Instant;
 
-/// The machines that the plan names, and for each component, which of them it runs on. Those with one address and one
-/// user are one.
-pub(super) fn of(
-    plan: &Plan,
-    options: &Options,
-    log_directory: &Path,
-) -> (Vec<Host>, Vec<Option<usize>>) {
-    let mut hosts: Vec<rc_deploy_network::plan::Host> = Vec::new();
-    let mut host_of = Vec::new();
-    for component in &plan.components {
-        host_of.push(component.host.as_ref().map(|host| {
-            let same = |h: &rc_deploy_network::plan::Host| {
-                (&h.address, &h.user) == (&host.address, &host.user)
-            };
-            hosts.iter().position(same).unwrap_or_else(|| {
-                hosts.push(host.clone());
-                hosts.len() - 1
-            })
-        }));
-    }
-    let hosts = hosts.into_iter().enumerate().map(|(h, host)| {
-        let components = plan.components.iter().zip(&host_of);
-        let components = components.filter(|(_, of)| **of == Some(h));
-        let files = components.flat_map(|(c, _)| c.files.iter().chain([&c.executable]));
-        let mut files: Vec<_> = files.cloned().collect();
-        files.sort();
-        files.dedup();
-        let setup = Setup {
-            network: plan.network.clone(),
-            files,
-            services: options.services.get(&host.name).cloned(),
-        };
-        let log = logs::file(
-            log_directory,
-            &format!("{}-{}", logs::SUPERVISOR, host.name),
-        );
-        Host::new(host, setup, log)
-    });
-    (hosts.collect(), host_of)
-}
-
 impl Supervisor<'_> {
-    /// Whether a unit can be started as far as its machine matters. Nothing starts before all machines have been
-    /// there: what cannot be reached is known before anything moves.
+    /// Whether the machine of a unit is connected. Nothing starts before all machines were
+    /// connected, so that an unreachable machine is known early.
     pub(super) fn has_host(&self, i: usize) -> bool {
         self.hosts.iter().all(Host::was_there)
             && self.host_of[i].is_none_or(|h| self.hosts[h].is_there())
@@ -71,7 +26,8 @@ impl Supervisor<'_> {
         }
     }
 
-    /// All components have ended: lets the machines go, and gives whether they have gone.
+    /// Disconnects the machines after all components have ended. Returns whether all are
+    /// disconnected.
     pub(super) fn leave_hosts(&mut self) -> bool {
         let now = Instant::now();
         self.hosts.iter_mut().for_each(|host| host.leave(now));
@@ -86,7 +42,7 @@ impl Supervisor<'_> {
 
     pub(super) fn check_hosts(&mut self, now: Instant) {
         for h in 0..self.hosts.len() {
-            // Where all ends, nobody connects again.
+            // No reconnection while the network stops.
             if self.ending.is_some() && !self.hosts[h].is_there() {
                 self.hosts[h].leave(now);
             }
@@ -128,7 +84,7 @@ impl Supervisor<'_> {
         }
         if let Some(count) = began.recovered {
             let text = format!(
-                "an earlier run there had lost its agent and its guard; what it left was removed, {count} processes were killed"
+                "an earlier run there lost its agent and its guard; its files were removed and {count} orphaned processes were killed"
             );
             self.host_event(h, Severity::Warning, "recovered", &text);
         }
@@ -139,7 +95,7 @@ impl Supervisor<'_> {
             _ => format!("{files} files were copied, {:.1} MB", bytes as f64 / 1e6),
         };
         if began.again {
-            let text = format!("it is back; {copied}");
+            let text = format!("connected again; {copied}");
             self.host_event(h, Severity::Info, "host-back", &text);
         } else {
             let text = format!("connected; {copied}");
@@ -153,7 +109,7 @@ impl Supervisor<'_> {
         on.map(|(i, _)| i).collect::<Vec<_>>().into_iter()
     }
 
-    /// All that ran there has ended, as far as the network is concerned; the agent sees to it that it has.
+    /// Marks all components of a lost machine as ended. The agent there ends them.
     fn host_lost(&mut self, h: usize, why: &str) {
         let severity = if self.ending.is_some() {
             Severity::Warning
@@ -167,7 +123,7 @@ impl Supervisor<'_> {
         }
     }
 
-    /// Lets the management of a component there be called as if it was here.
+    /// Makes the management socket of a remote component available here.
     fn proxy_socket(&mut self, h: usize, name: &str) {
         let path = self.custody.directory().socket(&process_name(name));
         if let Err(error) = self.hosts[h].listen(name, &path) {
@@ -231,10 +187,10 @@ impl Supervisor<'_> {
             }
             AgentMessage::Note(text) => self.host_event(h, Severity::Warning, "host-note", &text),
             AgentMessage::Finished { left } if left > 0 => {
-                let text = format!("killed {left} processes that components had left behind");
+                let text = format!("killed {left} orphaned processes of components");
                 self.host_event(h, Severity::Warning, "left-over", &text);
             }
-            // The others are of the beginning only, or are no business of the supervisor.
+            // The other messages belong to the setup, or do not concern the supervisor.
             AgentMessage::Finished { .. }
             | AgentMessage::Data { .. }
             | AgentMessage::Close(_)
@@ -245,7 +201,7 @@ impl Supervisor<'_> {
         }
     }
 
-    /// Appends to the log here what a component has printed there.
+    /// Appends the output of a remote component to its log here.
     fn print(&self, i: usize, text: &str) {
         let log = &self.units[i].log;
         let file = OpenOptions::new().create(true).append(true).open(log);

@@ -1,12 +1,13 @@
 //! Whether a process takes more and more memory.
 //!
-//! The rule is to have few false alarms. The memory is read at the same pace all the time (twice a minute), and nothing
-//! counts of the first two minutes of a run. Looked at are the last twenty minutes, and the last five hours. It grows
-//! steadily where, of the four quarters of such a time, each has a higher minimum than the one before, by at least a tenth
-//! of all that was gained, where that is both 8 MiB and a tenth of what there was, and where the last quarter has more
-//! throughout than there ever was before that time. So neither one step (a map that is loaded), nor up and down (a cache
-//! that is emptied), nor what flattens out (memory that is used again) is growth. It is told again when it has doubled
-//! since.
+//! The rule is to have few false alarms. The memory is read at the same pace all the time (twice a
+//! minute), and nothing counts of the first two minutes of a run. Looked at are the last twenty
+//! minutes, and the last five hours. It grows steadily where, of the four quarters of such a time,
+//! each has a higher minimum than the one before, by at least a tenth of all that was gained, where
+//! that is both 8 MiB and a tenth of what there was, and where the last quarter has more throughout
+//! than there ever was before that time. So neither one step (a map that is loaded), nor up and
+//! down (a cache that is emptied), nor what flattens out (memory that is used again) is growth. It
+//! is told again when it has doubled since.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -40,7 +41,8 @@ impl Default for Growth {
 }
 
 impl Growth {
-    /// Takes a reading in bytes, `pause` after the one before; a text where it shows growth that was not told yet.
+    /// Takes a reading in bytes, `pause` after the one before; a text where it shows growth that
+    /// was not told yet.
     pub(crate) fn sample(&mut self, bytes: u64, pause: Duration) -> Option<String> {
         self.seen = self.seen.saturating_add(1);
         if self.seen <= WARM_UP {

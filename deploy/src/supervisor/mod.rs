@@ -7,6 +7,7 @@ pub mod detach;
 mod health;
 mod hosts;
 mod memory_growth;
+pub mod options;
 mod parameter_changes;
 mod process_handle;
 pub(crate) mod restart;

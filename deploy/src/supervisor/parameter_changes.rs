@@ -1,9 +1,9 @@
-//! Parameters that were changed while a component ran, and not saved: its next run gets them again.
+//! Unsaved parameter changes of a component, which its next run restores.
 
 use rc_management::link::{SupervisorMessage, UnsavedParameters};
 use rc_management::rpc;
 
-/// What one component has changed, as it said last.
+/// The last report of a component about its unsaved changes.
 #[derive(Debug, Default)]
 pub(crate) struct Changes(UnsavedParameters);
 
@@ -12,7 +12,7 @@ impl Changes {
         Self(unsaved)
     }
 
-    /// What a new run is told as its first line; none where nothing is to be restored.
+    /// The first line for a new run. `None` if there is nothing to restore.
     pub(crate) fn line(&self) -> Option<String> {
         let changes = self.0.changed.clone();
         (!changes.is_empty()).then(|| {
@@ -21,13 +21,14 @@ impl Changes {
         })
     }
 
-    /// A text of what was set again.
+    /// The message about restored changes.
     pub(crate) fn restored(&self) -> String {
         let paths: Vec<&str> = self.0.changed.keys().map(String::as_str).collect();
         format!("has its changed parameters again: {}", paths.join(", "))
     }
 
-    /// A text of what was not, since the component keeps it for itself. It is told once.
+    /// The message about changes that cannot be restored: only the component knows them. It is
+    /// returned once.
     pub(crate) fn lost(&mut self) -> Option<String> {
         let unkept = std::mem::take(&mut self.0.unkept);
         (!unkept.is_empty()).then(|| {

@@ -1,4 +1,5 @@
-//! The process behind a unit, on this machine or on another one: the one place where that makes a difference.
+//! The process behind a unit, on this machine or on another one: the one place where that makes a
+//! difference.
 
 use crate::process::launch::LocalProcess;
 use crate::remote::RemoteProcess;

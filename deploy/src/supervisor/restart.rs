@@ -1,19 +1,19 @@
-//! Whether and when a component that has ended is started again. It only counts; others start.
+//! Restart policy: decides whether and when a component restarts.
 
 use rc_deploy_network::plan::{LONGEST_PAUSE, Policy, Restart};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// A run of this length was no part of a series of failures: the pauses start anew.
+/// A run of this length ends a series of failures: the pauses start anew.
 const STEADY: Duration = Duration::from_secs(10);
 
-/// The rules for one component, and how often they were used.
+/// The policy of one component, and how often it was used.
 #[derive(Debug)]
 pub(crate) struct Restarts {
     rules: Restart,
     count: u32,
     pause: Duration,
-    /// The last starts that the limit counts.
+    /// The last restarts that count for the limit.
     recent: VecDeque<Instant>,
 }
 
@@ -22,9 +22,9 @@ pub(crate) struct Restarts {
 pub(crate) enum Next {
     /// Nothing.
     Nothing,
-    /// It is started again after a pause.
+    /// It restarts after this pause.
     Again(Duration),
-    /// It would have to be started more often than its description allows.
+    /// It has reached its limit. The text says so.
     GiveUp(String),
 }
 
@@ -38,18 +38,18 @@ impl Restarts {
         }
     }
 
-    /// How often it was started again.
+    /// The number of restarts.
     pub(crate) fn count(&self) -> u32 {
         self.count
     }
 
-    /// Somebody starts it by a command: earlier failures count no more.
+    /// Forgets earlier failures: a command starts the component.
     pub(crate) fn begin_anew(&mut self) {
         self.pause = self.rules.backoff;
         self.recent.clear();
     }
 
-    /// What follows the end, at `now`, of a run that took `ran`.
+    /// Decides what follows the end at `now` of a run of length `ran`.
     pub(crate) fn after(&mut self, failed: bool, ran: Duration, now: Instant) -> Next {
         match self.rules.policy {
             Policy::Always => {}
@@ -66,7 +66,7 @@ impl Restarts {
                     &format!("{most} times")
                 };
                 return Next::GiveUp(format!(
-                    "was started again {times} within {within:?} and has ended again"
+                    "restarted {times} within {within:?} and ended again"
                 ));
             }
             self.recent.push_back(now);

@@ -24,43 +24,44 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// How old the last turn of a component's loop, or its last heartbeat, may be.
+/// How old the last heartbeat of a component, or the last iteration of its loop, may be.
 const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
-/// How long after its link a process may end before the closed link is an event of its own.
+/// How long after its link a process may end. Later, the closed link is an event.
 const CLOSED_LIMIT: Duration = Duration::from_secs(1);
 
-/// A component of the plan, and what has become of it.
+/// A component of the plan and its state.
 #[derive(Debug)]
 pub(crate) struct Unit {
     pub(crate) component: Component,
     pub(crate) log: PathBuf,
-    /// The way to its host, where that is another machine, and its paths as they are there.
+    /// The outbox of its host, and the component with the paths of that host, if it runs on another
+    /// machine.
     pub(crate) outbox: Option<Outbox>,
     pub(crate) remote_component: Option<Component>,
     phase: Phase,
-    /// Has it been ready since its last start? It stays so when it ends, and others that need it may start.
+    /// Whether it was ready since its last start. It stays so when it ends, so that dependents may
+    /// start.
     ready: bool,
     reported: Option<State>,
-    /// How many values its slots have lost, as it said last.
+    /// How many samples its slots have lost, from the last heartbeat.
     lost: BTreeMap<String, u64>,
     hung: bool,
-    /// When it was last heard of, or became ready.
+    /// When the last heartbeat came, or it became ready.
     heard: Instant,
     garbage: bool,
-    /// What goes wrong in this run.
     health: HealthMonitor,
     restarts: Restarts,
-    /// How often it was started, also by a command.
+    /// How often it was started, including commands.
     runs: u32,
     /// When it may be started again.
     due: Option<Instant>,
-    /// A command has stopped it: it stays so until it is released.
+    /// A command has stopped it. It stays stopped until a command starts it.
     stopped: bool,
-    /// A command has started it: its failures are no longer those of the network's start.
+    /// A command has started it, so its failures do not stop the network.
     released: bool,
-    /// What was changed in it and not saved.
+    /// Its unsaved parameter changes.
     changes: Changes,
-    /// What of that its present run could not be told.
+    /// Message about changes that could not be restored in this run.
     unkept: Option<String>,
 }
 
@@ -74,8 +75,8 @@ enum Phase {
 #[derive(Debug)]
 struct Running {
     handle: ProcessHandle,
-    /// When it is told that its link is closed, unless it has ended by then: a process that is killed closes its files
-    /// a moment before its end is known.
+    /// When the closed link is reported. A process that is killed closes its files a moment before
+    /// its end is known.
     closed: Option<Instant>,
     started: Instant,
     stop: Stop,
@@ -84,32 +85,32 @@ struct Running {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stop {
     No,
-    /// SIGTERM was sent; SIGKILL follows then.
+    /// SIGTERM was sent. SIGKILL follows at this time.
     Asked(Instant),
-    /// SIGKILL was sent; it is given up then.
+    /// SIGKILL was sent. The process is given up at this time.
     Killed(Instant),
 }
 
 /// How a component ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Termination {
-    /// It is as it should be.
+    /// Whether the end counts as success.
     pub(crate) done: bool,
     /// `exit status: 1`, `signal 11 (SIGSEGV)`.
     pub(crate) text: String,
     /// How long it ran.
     pub(crate) ran: Duration,
-    /// It did not end, and is given up.
+    /// Whether the process did not end and was given up.
     lost: bool,
 }
 
-/// What the passing of time did to a component.
+/// What a deadline means for a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Overdue {
     Nothing,
     /// It is not ready within its limit.
     NotReady,
-    /// It did not even end by SIGKILL.
+    /// It did not end after SIGKILL.
     NotKilled,
 }
 
@@ -146,7 +147,7 @@ impl Unit {
         matches!(self.phase, Phase::Waiting)
     }
 
-    /// Whether it may be started as far as its own clock says.
+    /// Whether no pause and no command holds its start back.
     pub(crate) fn is_due(&self) -> bool {
         self.is_waiting() && self.due.is_none() && !self.stopped
     }
@@ -161,12 +162,12 @@ impl Unit {
         self.stopped
     }
 
-    /// Whether those that need it may start: it is ready, or will not be by itself.
+    /// Whether its dependents may start: it is ready, or will not become ready by itself.
     pub(crate) fn lets_others_start(&self) -> bool {
         self.ready || self.stopped || matches!(self.phase, Phase::Ended(_))
     }
 
-    /// Whether it did not even end by SIGKILL.
+    /// Whether it did not end after SIGKILL.
     pub(crate) fn is_lost(&self) -> bool {
         matches!(&self.phase, Phase::Ended(end) if end.lost)
     }
@@ -179,19 +180,19 @@ impl Unit {
         }
     }
 
-    /// Ends it, or keeps it from being started, until it is released.
+    /// Stops it, and keeps it stopped until it is released.
     pub(crate) fn hold(&mut self) {
         self.stopped = true;
         self.due = None;
         self.ask_to_stop();
     }
 
-    /// Its next run begins with what its configuration says.
+    /// Drops unsaved parameter changes: the next run uses the configuration.
     pub(crate) fn forget_changes(&mut self) {
         self.changes = Changes::default();
     }
 
-    /// What does not run is started as if for the first time, but on its own account.
+    /// Starts it again, as if for the first time. Its failures do not stop the network.
     pub(crate) fn release(&mut self) {
         self.stopped = false;
         if !self.is_alive() {
@@ -216,7 +217,7 @@ impl Unit {
         matches!(&self.phase, Phase::Alive(running) if running.stop != Stop::No)
     }
 
-    /// The process, for those that keep account of those of this machine.
+    /// Its entry for the process registry of this machine.
     pub(crate) fn registered(&self) -> Option<RegisteredProcess> {
         match &self.phase {
             Phase::Alive(Running {
@@ -232,7 +233,7 @@ impl Unit {
         self.handle().and_then(ProcessHandle::descriptor)
     }
 
-    /// What the component speaks over.
+    /// The socket of its link.
     pub(crate) fn link(&self) -> Option<&UnixStream> {
         self.handle().and_then(ProcessHandle::link)
     }
@@ -255,7 +256,7 @@ impl Unit {
         }
     }
 
-    /// Its name, and which of its runs this is.
+    /// Its name and the number of its run.
     pub(crate) fn run(&self) -> String {
         format!("{}/{}", self.name(), self.runs)
     }
@@ -295,12 +296,12 @@ impl Unit {
         Ok(())
     }
 
-    /// It could not be started after all, as its host says.
+    /// Its host could not start it.
     pub(crate) fn not_started(&mut self) {
         self.phase = Phase::Waiting;
     }
 
-    /// Takes one read from the link.
+    /// Reads once from the link.
     pub(crate) fn read_link(&mut self, report: &Reporter) {
         let Phase::Alive(running) = &mut self.phase else {
             return;
@@ -314,14 +315,14 @@ impl Unit {
         }
     }
 
-    /// Its link is closed: whether it has ended, or only does not speak any more, is not known yet.
+    /// Notes that the link is closed. The process may have ended, which is not known yet.
     pub(crate) fn link_closed(&mut self) {
         if let Phase::Alive(running) = &mut self.phase {
             running.closed = Some(Instant::now() + CLOSED_LIMIT);
         }
     }
 
-    /// Takes one line of the link.
+    /// Handles one line of the link.
     pub(crate) fn hear(&mut self, line: Line, report: &Reporter) {
         let message = match line {
             Line::Complete(line) => ComponentMessage::decode(&line),
@@ -333,7 +334,7 @@ impl Unit {
         }
     }
 
-    /// A component that closes its link while it runs cannot be watched.
+    /// Reports a link that was closed while the component runs.
     fn report_closed_link(&self, report: &Reporter) {
         if self.handle().is_some_and(|handle| !handle.is_linked()) && !self.is_asked_to_stop() {
             self.event(
@@ -402,22 +403,25 @@ impl Unit {
                             report,
                             Severity::Info,
                             "answers-again",
-                            "its loop turns again",
+                            "its event loop runs again",
                         );
                     }
                 } else if self.ready {
-                    self.hang(report, &format!("its loop has not turned for {age_ms} ms"));
+                    self.hang(
+                        report,
+                        &format!("its event loop has not run for {age_ms} ms"),
+                    );
                 }
             }
         }
     }
 
-    /// The network ends: what goes wrong from now on is no news.
+    /// Stops reporting conditions, because the network stops.
     pub(crate) fn be_quiet(&mut self) {
         self.health.be_quiet();
     }
 
-    /// Looks how much memory the process has, `pause` after the last time.
+    /// Reads the memory of the process, `pause` after the last reading.
     pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
         // The memory of another machine cannot be looked at from here.
         let Some(ProcessHandle::Local(process)) = self.handle() else {
@@ -465,7 +469,8 @@ impl Unit {
         }
     }
 
-    /// The process has ended: takes its last words, kills what is left of its group, and reaps it.
+    /// Handles the end of the process: reads its last messages, kills the rest of its group, and
+    /// reaps it.
     pub(crate) fn end(&mut self, report: &Reporter) -> Option<Termination> {
         let Phase::Alive(running) = &mut self.phase else {
             return None;
@@ -487,8 +492,8 @@ impl Unit {
         Some(end)
     }
 
-    /// What follows an end that was not asked for, after a run of this length. It waits for its start, where there is
-    /// to be one.
+    /// Decides what follows an unexpected end after a run of length `ran`. If the unit restarts, it
+    /// waits for its start.
     pub(crate) fn follow(&mut self, ran: Duration, failed: bool) -> Next {
         let now = Instant::now();
         let next = self.restarts.after(failed, ran, now);
@@ -535,7 +540,8 @@ impl Unit {
         (!self.hung && linked).then(|| self.heard + self.silence_limit())
     }
 
-    /// How long it may be silent. What is on another machine is silent when that is, which is told first.
+    /// How long heartbeats may be missing. A component on another machine is also silent when its
+    /// host is, which is reported first.
     fn silence_limit(&self) -> Duration {
         match self.outbox {
             None => HEARTBEAT_LIMIT,
@@ -567,7 +573,7 @@ impl Unit {
                 Overdue::Nothing
             }
             Stop::Killed(_) => {
-                let text = format!("process {} does not even end by SIGKILL", self.pid_text());
+                let text = format!("process {} does not end after SIGKILL", self.pid_text());
                 self.event(report, Severity::Error, "not-killed", text.clone());
                 let ran = running.started.elapsed();
                 self.phase = Phase::Ended(Termination {

@@ -1,8 +1,8 @@
 //! What the user has chosen to do, and what became of it.
 
-use super::connection::{Connection, Received};
+use super::connection::{Connection, Pending, Received};
 use super::model::{Command, Host};
-use super::session::{End, Pending, Session};
+use super::session::{End, Session};
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_management::component::Request;
 use rc_management::supervisor::{self, CommandResult, Verb};

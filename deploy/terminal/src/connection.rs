@@ -1,6 +1,5 @@
 //! A connection of the view, which never waits, and what its pending requests are about.
 
-use super::session::Pending;
 use rc_management::supervisor::Notification;
 use rc_management::{Client, Incoming};
 use serde::Serialize;
@@ -9,6 +8,15 @@ use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::path::Path;
 use std::time::Duration;
+
+/// What was asked of the supervisor, of a component, or by an order.
+#[derive(Debug)]
+pub(crate) enum Pending {
+    Status,
+    Events,
+    Parameters,
+    Action(String),
+}
 
 /// A connection to the supervisor or to a component.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! Keys out of the bytes that a terminal sends.
 //!
-//! The reader of crossterm waits for the rest of a sequence, and forgets keys that come with a change of size; this
-//! one takes what there is.
+//! The reader of crossterm waits for the rest of a sequence, and forgets keys that come with a
+//! change of size; this one takes what there is.
 
 /// A key, as far as the view has a use for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +65,8 @@ impl Keys {
         !self.0.is_empty()
     }
 
-    /// Nothing has followed for a while: what was the beginning of a sequence is the key of its own.
+    /// Nothing has followed for a while: what was the beginning of a sequence is the key of its
+    /// own.
     pub(crate) fn finish(&mut self) -> Option<Key> {
         let escaped = self.0 == [ESC];
         self.0.clear();

@@ -1,13 +1,14 @@
-//! A live view of a network on a terminal: `rcdeploy up` beside the supervisor, `rcdeploy top` from anywhere.
+//! A live view of a network on a terminal: `rcdeploy up` beside the supervisor, `rcdeploy top` from
+//! anywhere.
 //!
 //! ```text
 //! input, sockets, log, clock → session → model → render → screen
 //!                                └─ keys: what each key does
 //! ```
 //!
-//! It is a client of the sockets that there are, on a thread or in a process of its own, so that a terminal never holds
-//! up the supervision: `rcdeploy.sock` for the states, the events and orders, the management of each component for all
-//! else.
+//! It is a client of the sockets that there are, on a thread or in a process of its own, so that a
+//! terminal never holds up the supervision: `rcdeploy.sock` for the states, the events and orders,
+//! the management of each component for all else.
 
 mod actions;
 mod connection;
@@ -55,7 +56,8 @@ pub enum ViewEnd {
 
 /// Shows a network that is up until the user leaves, or until it is down.
 ///
-/// A view that is ended gives the terminal back: `stop` becomes readable when it is to end, as at a signal.
+/// A view that is ended gives the terminal back: `stop` becomes readable when it is to end, as at a
+/// signal.
 pub fn top(network: &str, stop: BorrowedFd<'_>) -> Result<ViewEnd, Error> {
     check_name("network", network)?;
     // What is wrong is said before the terminal is taken.

@@ -1,78 +1,64 @@
 //! The log that is shown, as it grows.
 
-use super::model::{LOG, Page};
-use super::session::{FRAME, Pending, Session};
-use rc_deploy_client::DirectoryWatch;
-use rc_deploy_client::Follower;
+use rc_deploy_client::{DirectoryWatch, Follower};
+use std::os::fd::AsFd;
+use std::os::fd::BorrowedFd;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-/// The log that is shown.
+/// The log of one component.
 pub(super) struct Log {
-    name: String,
+    pub(super) name: String,
     path: PathBuf,
-    pub(super) watch: Option<DirectoryWatch>,
+    watch: Option<DirectoryWatch>,
     follower: Option<Follower>,
-    /// When to look again, where something was written.
+    /// When to read again after a write.
     pub(super) due: Option<Instant>,
 }
 
-impl Session<'_> {
-    /// Opens the log that is to be shown, and reads what has come.
-    pub(super) fn follow_log(&mut self, now: Instant) {
-        let selected = self.model.component();
-        let wanted = selected.filter(|_| self.model.page == Page::Log);
-        let Some((name, path)) = wanted.map(|c| (c.status.name.clone(), c.status.log.clone()))
-        else {
-            self.log = None;
-            if self.model.page == Page::Parameters && self.model.parameters.is_none() {
-                let name = self.model.selected.clone();
-                let asked = self.components.get(&name);
-                if asked.is_some_and(|p| !p.pending().any(|a| matches!(a, Pending::Parameters))) {
-                    self.show_parameters(&name);
-                }
-            }
-            return;
-        };
-        if self.log.as_ref().is_none_or(|log| log.name != name) {
-            let watch = path
-                .parent()
-                .and_then(|folder| DirectoryWatch::new(folder).ok());
-            let (name, due) = (name, Some(now));
-            self.model.log.clear();
-            self.log = Some(Log {
-                name,
-                path,
-                watch,
-                follower: None,
-                due,
-            });
+impl Log {
+    /// A log that is read at `now` for the first time.
+    pub(super) fn new(name: String, path: PathBuf, now: Instant) -> Self {
+        let folder = path.parent();
+        Self {
+            name,
+            watch: folder.and_then(|folder| DirectoryWatch::new(folder).ok()),
+            path,
+            follower: None,
+            due: Some(now),
         }
-        let Some(log) = self
-            .log
-            .as_mut()
-            .filter(|log| log.due.is_some_and(|due| now >= due))
-        else {
-            return;
-        };
-        log.due = None;
-        let lines = match &mut log.follower {
-            Some(follower) => {
-                let (lines, more) = follower.read();
-                log.due = more.then(|| now + FRAME);
+    }
+
+    /// Becomes readable after a write. There is none while a read is due.
+    pub(super) fn descriptor(&self) -> Option<BorrowedFd<'_>> {
+        let watch = self.watch.as_ref().filter(|_| self.due.is_none());
+        watch.map(|watch| watch.descriptor().as_fd())
+    }
+
+    /// Something was written. It is read after `pause`, so that a flood is shown a few times a
+    /// second.
+    pub(super) fn wake(&mut self, pause: Duration) {
+        self.watch.iter().for_each(DirectoryWatch::drain);
+        self.due = Some(Instant::now() + pause);
+    }
+
+    /// Reads new lines if a read is due: at most `count` at first.
+    pub(super) fn read(&mut self, now: Instant, count: usize, pause: Duration) -> Vec<String> {
+        if self.due.is_none_or(|due| now < due) {
+            return Vec::new();
+        }
+        self.due = None;
+        if let Some(follower) = &mut self.follower {
+            let (lines, more) = follower.read();
+            self.due = more.then(|| now + pause);
+            return lines;
+        }
+        match Follower::at_last_lines(&self.path, count) {
+            Ok((lines, follower)) => {
+                self.follower = Some(follower);
                 lines
             }
-            None => match Follower::at_last_lines(&log.path, LOG) {
-                Ok((lines, follower)) => {
-                    log.follower = Some(follower);
-                    lines
-                }
-                Err(error) => vec![format!("{}: {error}", log.path.display())],
-            },
-        };
-        if !lines.is_empty() {
-            self.model.log_lines(lines);
-            self.changed = true;
+            Err(error) => vec![format!("{}: {error}", self.path.display())],
         }
     }
 }

@@ -45,7 +45,8 @@ pub(crate) struct Model {
     pub(crate) notice: Option<Notice>,
     pub(crate) log: VecDeque<String>,
     pub(crate) parameters: Option<Result<Parameters, String>>,
-    /// The line of the page that is chosen, or by how many lines it is scrolled: a log from its end.
+    /// The line of the page that is chosen, or by how many lines it is scrolled: a log from its
+    /// end.
     pub(crate) line: usize,
     /// The network is being stopped.
     pub(crate) stopping: bool,

@@ -281,7 +281,8 @@ fn footer(model: &Model, at: Rect, buf: &mut Buffer) {
 
 fn table_and_events(model: &Model, body: &[Rect], buf: &mut Buffer) {
     let rows = model.rows();
-    // The events get what the table leaves, and at least a third; where that is nothing, it all belongs to the table.
+    // The events get what the table leaves, and at least a third; where that is nothing, it all
+    // belongs to the table.
     let wanted = rows.len() + 1;
     let least = match body.len() {
         0..6 => 0,
@@ -427,7 +428,8 @@ fn events(model: &Model, lines: &[Rect], buf: &mut Buffer) {
         lines => format!("events, {lines} lines up"),
     };
     rule(head, &title, buf);
-    // The newest is the lowest; a message of several lines is told by its first and followed by the others.
+    // The newest is the lowest; a message of several lines is told by its first and followed by the
+    // others.
     let mut shown: Vec<Vec<Span<'_>>> = Vec::new();
     for event in model.events.iter().rev() {
         if shown.len() >= lines.len() + model.events_scroll {

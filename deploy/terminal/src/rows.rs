@@ -22,7 +22,8 @@ pub(crate) enum Kind {
     Group { folded: bool },
 }
 
-/// The rows of components with these names. What is in a group stands below it, where the first of it would stand.
+/// The rows of components with these names. What is in a group stands below it, where the first of
+/// it would stand.
 pub(crate) fn rows<'n>(
     names: impl IntoIterator<Item = &'n str>,
     folded: &BTreeSet<String>,

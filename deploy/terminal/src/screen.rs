@@ -20,8 +20,8 @@ use std::sync::{Arc, Once};
 static TAKEN: AtomicBool = AtomicBool::new(false);
 static HOOK: Once = Once::new();
 
-/// Whether standard input and output are a terminal that a full-screen view can have: one that can move its cursor,
-/// and in whose foreground this process is.
+/// Whether standard input and output are a terminal that a full-screen view can have: one that can
+/// move its cursor, and in whose foreground this process is.
 pub fn usable() -> bool {
     let dumb = std::env::var_os("TERM").is_none_or(|term| term.is_empty() || term == "dumb");
     io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb && in_foreground()
@@ -73,19 +73,21 @@ impl Screen {
             .inspect_err(|_| give_back())
     }
 
-    /// Empties the screen, so that all is drawn anew. `Terminal::clear` would ask the terminal for its cursor, and wait.
+    /// Empties the screen, so that all is drawn anew. `Terminal::clear` would ask the terminal for
+    /// its cursor, and wait.
     pub(crate) fn blank(&mut self) -> io::Result<()> {
         let size = self.terminal.size()?;
         self.terminal.resize(size.into())
     }
 
-    /// Becomes readable when the terminal has another size, or when this process goes on after it was stopped.
+    /// Becomes readable when the terminal has another size, or when this process goes on after it
+    /// was stopped.
     pub(crate) fn changes(&self) -> BorrowedFd<'_> {
         self.changes.pipe.as_fd()
     }
 
-    /// The terminal has changed. Another size is seen when it is drawn on; after a stop it is set up anew, unless it is
-    /// somebody else's by now.
+    /// The terminal has changed. Another size is seen when it is drawn on; after a stop it is set
+    /// up anew, unless it is somebody else's by now.
     pub(crate) fn renew(&mut self) -> io::Result<()> {
         let mut buffer = [0; 64];
         while (&self.changes.pipe)

@@ -1,12 +1,12 @@
-//! The loop of the view: one thread, one `poll` over the keys, the sockets, the log and a clock of one second.
+//! The loop of the view: one thread, one `poll` over the keys, the sockets, the log and a clock of
+//! one second.
 
-use super::connection::{Connection, Received};
+use super::connection::{Connection, Pending, Received};
 use super::input::{Key, Keys};
 use super::log::Log;
-use super::model::{Host, Model, Page};
+use super::model::{Host, LOG, Model, Page};
 use super::screen::Screen;
 use super::{render, screen, usage};
-use rc_deploy_client::DirectoryWatch;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_management::component;
 use rc_management::supervisor::{self, NetworkStatus, Notification};
@@ -20,8 +20,9 @@ use std::time::{Duration, Instant};
 
 /// How often all are asked.
 const TICK: Duration = Duration::from_secs(1);
+
 /// The shortest time between two pictures.
-pub(super) const FRAME: Duration = Duration::from_millis(40);
+const FRAME: Duration = Duration::from_millis(40);
 
 /// Why the view ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,15 +33,6 @@ pub(crate) enum End {
     Down,
     /// The terminal is gone.
     Gone,
-}
-
-/// What was asked of the supervisor, of a component, or by an order.
-#[derive(Debug)]
-pub(super) enum Pending {
-    Status,
-    Events,
-    Parameters,
-    Action(String),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +60,8 @@ pub(crate) struct Session<'s> {
     owner: BorrowedFd<'s>,
     supervisor: Connection,
     pub(super) components: BTreeMap<String, Connection>,
-    /// Orders to the supervisor, each on a connection of its own, which is answered when it is done.
+    /// Orders to the supervisor, each on a connection of its own, which is answered when it is
+    /// done.
     pub(super) actions: Vec<Connection>,
     pub(super) log: Option<Log>,
     pub(super) changed: bool,
@@ -133,6 +126,7 @@ impl<'s> Session<'s> {
             }
             self.finish_keys(now)?;
             self.follow_log(now);
+            self.request_parameters();
             let frame = drawn.map_or(now, |drawn| drawn + FRAME);
             if self.changed && now >= frame {
                 self.draw()?;
@@ -192,9 +186,8 @@ impl<'s> Session<'s> {
                 connection.has_output(),
             ));
         }
-        let watch = self.log.as_ref().filter(|log| log.due.is_none());
-        if let Some(watch) = watch.and_then(|log| log.watch.as_ref()) {
-            all.push((Source::Log, watch.descriptor().as_fd(), false));
+        if let Some(log) = self.log.as_ref().and_then(Log::descriptor) {
+            all.push((Source::Log, log, false));
         }
         let polled = all.iter().map(|(_, fd, output)| {
             let flags = if *output {
@@ -289,9 +282,7 @@ impl<'s> Session<'s> {
             }
             Source::Log => {
                 if let Some(log) = &mut self.log {
-                    log.watch.iter().for_each(DirectoryWatch::drain);
-                    // A flood is shown a few times a second.
-                    log.due = Some(Instant::now() + FRAME);
+                    log.wake(FRAME);
                 }
             }
         }
@@ -470,6 +461,39 @@ impl<'s> Session<'s> {
                 Pending::Parameters,
                 &component::Request::Parameters { paths: None },
             );
+        }
+    }
+
+    /// Reads the log that is to be shown.
+    fn follow_log(&mut self, now: Instant) {
+        let selected = self.model.component();
+        let shown = selected.filter(|_| self.model.page == Page::Log);
+        let Some((name, path)) = shown.map(|c| (c.status.name.clone(), c.status.log.clone()))
+        else {
+            self.log = None;
+            return;
+        };
+        if self.log.as_ref().is_none_or(|log| log.name != name) {
+            self.model.log.clear();
+            self.log = Some(Log::new(name, path, now));
+        }
+        let lines = self.log.as_mut().map(|log| log.read(now, LOG, FRAME));
+        let lines = lines.unwrap_or_default();
+        if !lines.is_empty() {
+            self.model.log_lines(lines);
+            self.changed = true;
+        }
+    }
+
+    /// Asks for the parameters that are to be shown, if nobody has asked yet.
+    fn request_parameters(&mut self) {
+        if self.model.page != Page::Parameters || self.model.parameters.is_some() {
+            return;
+        }
+        let name = self.model.selected.clone();
+        let connection = self.components.get(&name);
+        if connection.is_some_and(|c| !c.pending().any(|p| matches!(p, Pending::Parameters))) {
+            self.show_parameters(&name);
         }
     }
 }

@@ -1,94 +1,13 @@
-//! One connected part of one level: items in columns, lanes for lines that pass a column, and the gaps between.
+//! One connected part of one level: items in columns, lanes for lines that pass a column, and the
+//! gaps between.
 //!
-//! Column 0 and the last one are the borders. Gap `g` lies between columns `g` and `g + 1`. A line runs forward
-//! through lanes of the columns between its source and its last target; to targets that do not stand behind its
-//! source, it turns round and runs back through lanes of its own.
+//! Column 0 and the last one are the borders. Gap `g` lies between columns `g` and `g + 1`. A line
+//! runs forward through lanes of the columns between its source and its last target; to targets
+//! that do not stand behind its source, it turns round and runs back through lanes of its own.
 
+use crate::elements::{Element, Item, Layers, LevelNet, Placed, Touch, What, Wire};
 use crate::{Point, order, place, rank, tracks};
 use std::collections::HashMap;
-
-/// A box of one level.
-#[derive(Clone, Debug)]
-pub(crate) struct Item {
-    pub(crate) width: i32,
-    pub(crate) height: i32,
-    /// Where lines enter, from the upper edge.
-    pub(crate) left: Vec<i32>,
-    /// Where lines leave, from the upper edge.
-    pub(crate) right: Vec<i32>,
-    /// Its ports have to stay where they are.
-    pub(crate) rigid: bool,
-}
-
-/// A line of one level; where there is no item, it comes from or goes to the border.
-#[derive(Clone, Debug)]
-pub(crate) struct LevelNet {
-    pub(crate) source: Option<(usize, usize)>,
-    pub(crate) targets: Vec<Option<(usize, usize)>>,
-}
-
-/// Items and lines in their places.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Placed {
-    pub(crate) width: i32,
-    pub(crate) height: i32,
-    pub(crate) items: Vec<Point>,
-    /// Where each net crosses the left border.
-    pub(crate) left: Vec<Option<i32>>,
-    /// Where each net crosses the right border.
-    pub(crate) right: Vec<Option<i32>>,
-    /// For each net and each target its corners, with both ends.
-    pub(crate) routes: Vec<Vec<Vec<Point>>>,
-}
-
-/// What stands in a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum What {
-    /// A box.
-    Item(usize),
-    /// Room for a line that passes.
-    Lane { net: usize, back: bool },
-}
-
-/// Something in a column.
-#[derive(Clone, Debug)]
-pub(crate) struct Element {
-    pub(crate) what: What,
-    pub(crate) column: usize,
-    pub(crate) height: i32,
-    /// Its upper edge.
-    pub(crate) y: i32,
-}
-
-/// Where a line touches an element: which port of an item's side, or the only place of a lane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Touch {
-    pub(crate) element: usize,
-    pub(crate) port: usize,
-}
-
-/// A net within one gap.
-#[derive(Clone, Debug)]
-pub(crate) struct Wire {
-    pub(crate) net: usize,
-    /// On the right sides of the column before.
-    pub(crate) left: Vec<Touch>,
-    /// On the left sides of the column behind.
-    pub(crate) right: Vec<Touch>,
-    /// Where it runs up and down.
-    pub(crate) x: i32,
-}
-
-/// All of a part.
-#[derive(Debug)]
-pub(crate) struct Layers {
-    pub(crate) items: Vec<Item>,
-    pub(crate) elements: Vec<Element>,
-    /// The elements of each column, from top to bottom.
-    pub(crate) columns: Vec<Vec<usize>>,
-    /// The nets in each gap.
-    pub(crate) gaps: Vec<Vec<Wire>>,
-}
 
 /// Lays out a connected part.
 pub(crate) fn arrange(items: &[Item], nets: &[LevelNet]) -> Placed {
@@ -196,27 +115,6 @@ impl Layers {
         }
     }
 
-    /// How far below the upper edge of its element a line touches it.
-    pub(crate) fn offset(&self, touch: Touch, on_its_right: bool) -> i32 {
-        match self.elements[touch.element].what {
-            What::Lane { .. } => 0,
-            What::Item(item) => {
-                let item = &self.items[item];
-                let ports = if on_its_right {
-                    &item.right
-                } else {
-                    &item.left
-                };
-                ports.get(touch.port).copied().unwrap_or(item.height / 2)
-            }
-        }
-    }
-
-    /// Where a line touches an element: `on_its_right`, or on its left.
-    pub(crate) fn y(&self, touch: Touch, on_its_right: bool) -> i32 {
-        self.elements[touch.element].y + self.offset(touch, on_its_right)
-    }
-
     fn finish(&self, nets: &[LevelNet], ways: &[Way]) -> Placed {
         let (columns, tracks) = self.across();
         let last = self.columns.len() - 1;
@@ -269,7 +167,8 @@ impl Layers {
         placed
     }
 
-    /// Left edge and width of each column, and where the wire of each net in each gap runs up and down.
+    /// Left edge and width of each column, and where the wire of each net in each gap runs up and
+    /// down.
     fn across(&self) -> (Vec<(i32, i32)>, HashMap<(usize, usize), i32>) {
         let mut tracks = HashMap::new();
         let mut columns = Vec::new();

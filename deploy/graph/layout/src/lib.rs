@@ -1,21 +1,23 @@
 //! Where boxes in boxes stand, and how the lines between them run.
 //!
-//! What gives stands left of what takes: a layered layout (Sugiyama, Tagawa, Toda 1981). Each cluster is laid out by
-//! itself, those inside first, and is a box with ports for the one around it; so no boxes overlap, and a line enters
-//! a cluster only where it has to do with something inside. All lines are horizontal or vertical, and those of one
-//! net share their way until they part. Units are those of the caller; y grows downwards; equal input gives equal
-//! output.
+//! What gives stands left of what takes: a layered layout (Sugiyama, Tagawa, Toda 1981). Each
+//! cluster is laid out by itself, those inside first, and is a box with ports for the one around
+//! it; so no boxes overlap, and a line enters a cluster only where it has to do with something
+//! inside. All lines are horizontal or vertical, and those of one net share their way until they
+//! part. Units are those of the caller; y grows downwards; equal input gives equal output.
 //!
 //! ```text
 //! nest: a cluster at a time ─→ pack: its connected parts ─→ layers (rank → order → place → tracks)
 //! ```
 
+mod elements;
 mod layers;
 mod nest;
 mod order;
 mod pack;
 mod place;
 mod rank;
+mod route;
 mod tracks;
 
 pub use nest::layout;

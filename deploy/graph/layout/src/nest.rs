@@ -1,7 +1,9 @@
-//! Clusters in clusters: each is laid out by itself, and a line across their borders is put together from its parts.
+//! Clusters in clusters: each is laid out by itself, and a line across their borders is put
+//! together from its parts.
 
-use crate::layers::{Item, LevelNet, Placed};
+use crate::elements::{Item, LevelNet, Placed};
 use crate::pack::pack;
+use crate::route::straight;
 use crate::{Layout, Net, Node, Point, Rect, Shape};
 use std::collections::HashMap;
 
@@ -29,7 +31,8 @@ struct Nest<'a> {
     levels: Vec<Level>,
 }
 
-/// Lays all out. Parents stand before their children in `nodes`; ports that do not exist are a mistake of the caller.
+/// Lays all out. Parents stand before their children in `nodes`; ports that do not exist are a
+/// mistake of the caller.
 pub fn layout(nodes: &[Node], nets: &[Net]) -> Layout {
     let outside = nodes.len();
     let mut children = vec![Vec::new(); outside + 1];
@@ -219,7 +222,8 @@ impl Nest<'_> {
         boxes
     }
 
-    /// The whole way of a net to one of its ends: up through the clusters around its beginning, down to the end.
+    /// The whole way of a net to one of its ends: up through the clusters around its beginning,
+    /// down to the end.
     fn route(
         &self,
         boxes: &[Rect],
@@ -257,25 +261,4 @@ impl Nest<'_> {
         }
         straight(points)
     }
-}
-
-/// The same way without points that are no corners.
-pub(crate) fn straight(points: Vec<Point>) -> Vec<Point> {
-    let mut out: Vec<Point> = Vec::with_capacity(points.len());
-    for point in points {
-        if out.last() == Some(&point) {
-            continue;
-        }
-        if let [.., before, last] = out.as_slice() {
-            let (one, other) = (
-                (last.x - before.x).signum() == (point.x - last.x).signum(),
-                (last.y - before.y).signum() == (point.y - last.y).signum(),
-            );
-            if one && other {
-                out.pop();
-            }
-        }
-        out.push(point);
-    }
-    out
 }

@@ -1,6 +1,6 @@
 //! In which order elements stand in their columns: few crossings.
 
-use crate::layers::{Element, Layers, Touch, What};
+use crate::elements::{Element, Layers, Touch, What};
 
 /// How often all columns are sorted.
 const SWEEPS: usize = 24;
@@ -9,7 +9,8 @@ const SWEEPS: usize = 24;
 #[derive(Clone, Copy)]
 struct Neighbour {
     element: usize,
-    /// Where the line touches this element, and the other one: 0 at the upper edge, 1 at the lower one.
+    /// Where the line touches this element, and the other one: 0 at the upper edge, 1 at the lower
+    /// one.
     own: f64,
     other: f64,
 }
@@ -109,7 +110,8 @@ fn positions(columns: &[Vec<usize>], count: usize) -> Vec<f64> {
     positions
 }
 
-/// Sorts one column by the mean place of what its elements are connected to; those with no lines stay.
+/// Sorts one column by the mean place of what its elements are connected to; those with no lines
+/// stay.
 fn sort(lines: &Lines, columns: &mut [Vec<usize>], at: usize, forward: bool) {
     let positions = positions(columns, lines.before.len());
     let side = if forward {
@@ -179,7 +181,8 @@ fn crossings(lines: &Lines, elements: &[Element], columns: &[Vec<usize>]) -> usi
     let position = positions(columns, elements.len());
     let mut count = 0;
     for column in columns {
-        // All lines of the gap behind, in the order of their beginnings: how many pairs end in another order.
+        // All lines of the gap behind, in the order of their beginnings: how many pairs end in
+        // another order.
         let mut ends: Vec<(f64, f64)> = column
             .iter()
             .flat_map(|e| {

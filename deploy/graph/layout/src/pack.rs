@@ -1,13 +1,15 @@
 //! What is not connected to each other stands on shelves.
 
 use crate::Point;
-use crate::layers::{Item, LevelNet, Placed, arrange};
-use crate::nest::straight;
+use crate::elements::{Item, LevelNet, Placed};
+use crate::layers::arrange;
+use crate::route::straight;
 
 /// Between parts that are not connected, and at the border of a cluster.
 pub(crate) const MARGIN: i32 = 16;
 
-/// Lays out one level: each connected part by itself, all on shelves. Without a header there is no border either.
+/// Lays out one level: each connected part by itself, all on shelves. Without a header there is no
+/// border either.
 pub(crate) fn pack(
     items: &[Item],
     nets: &[LevelNet],
@@ -86,7 +88,8 @@ fn find(root: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-/// The connected parts; that which reaches the border comes first, the others in the order of their first items.
+/// The connected parts; that which reaches the border comes first, the others in the order of their
+/// first items.
 fn parts(items: &[Item], nets: &[LevelNet]) -> Vec<Part> {
     // The border is one more item.
     let border = items.len();

@@ -1,6 +1,6 @@
 //! How far down each element stands: its order is kept, and lines are as straight as can be.
 
-use crate::layers::{Layers, What};
+use crate::elements::{Layers, What};
 
 /// Between two boxes, a box and a line, and two lines.
 const BOXES: i32 = 22;
@@ -97,7 +97,8 @@ fn pulls(layers: &Layers) -> (Vec<Vec<Pull>>, Vec<Vec<Pull>>) {
     (before, behind)
 }
 
-/// Moves the elements of a column to where they are pulled, as near as their order and their room allow.
+/// Moves the elements of a column to where they are pulled, as near as their order and their room
+/// allow.
 fn settle(layers: &mut Layers, at: usize, pulls: &[&Vec<Vec<Pull>>]) {
     let column = layers.columns[at].clone();
     let mut offsets = Vec::with_capacity(column.len());
@@ -149,7 +150,8 @@ fn wish(layers: &Layers, element: usize, pulls: &[&Vec<Vec<Pull>>]) -> (i32, f64
     (median.map_or(0, |(y, _)| *y), total)
 }
 
-/// Moves each element, within the room that its neighbours leave, to where most of its lines are straight.
+/// Moves each element, within the room that its neighbours leave, to where most of its lines are
+/// straight.
 fn straighten(layers: &mut Layers, at: usize, before: &[Vec<Pull>], behind: &[Vec<Pull>]) {
     let column = layers.columns[at].clone();
     for (row, element) in column.iter().copied().enumerate() {

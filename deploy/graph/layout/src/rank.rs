@@ -1,12 +1,13 @@
 //! In which column each item stands.
 
-use crate::layers::{Item, LevelNet};
+use crate::elements::{Item, LevelNet};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// No column is folded that is lower than this.
 const LEAST_LIMIT: i32 = 800;
 
-/// The column of each item, from 0: that of a source before those of its targets, as far as circles allow.
+/// The column of each item, from 0: that of a source before those of its targets, as far as circles
+/// allow.
 pub(crate) fn ranks(items: &[Item], nets: &[LevelNet]) -> Vec<usize> {
     let count = items.len();
     let mut edges: Vec<(usize, usize)> = nets
@@ -82,7 +83,8 @@ pub(crate) fn ranks(items: &[Item], nets: &[LevelNet]) -> Vec<usize> {
     folded(items, &rank)
 }
 
-/// The same columns without empty ones, and several in the place of one that is far higher than the picture is wide.
+/// The same columns without empty ones, and several in the place of one that is far higher than the
+/// picture is wide.
 fn folded(items: &[Item], rank: &[usize]) -> Vec<usize> {
     let room = |item: &Item| f64::from(item.width + 60) * f64::from(item.height + 30);
     let area: f64 = items.iter().map(room).sum();

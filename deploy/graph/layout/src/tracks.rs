@@ -1,6 +1,6 @@
 //! Where lines run up and down in the gaps between the columns.
 
-use crate::layers::{Layers, Touch, What, Wire};
+use crate::elements::{Layers, Touch, What, Wire};
 
 /// Between two lines that run beside each other.
 const SPACING: i32 = 8;
@@ -95,7 +95,8 @@ fn cost(one: &(Vec<i32>, Vec<i32>), other: &(Vec<i32>, Vec<i32>)) -> usize {
     crossing(&one.1, other) + crossing(&other.0, one) + 50 * upon
 }
 
-/// The wires of a gap from left to right, so that they cross little: each in turn goes to its best place.
+/// The wires of a gap from left to right, so that they cross little: each in turn goes to its best
+/// place.
 fn sorted(layers: &Layers, gap: usize) -> Vec<usize> {
     let wires = &layers.gaps[gap];
     let ends: Vec<_> = wires.iter().map(|w| ends(layers, w)).collect();
@@ -134,7 +135,8 @@ fn sorted(layers: &Layers, gap: usize) -> Vec<usize> {
     order
 }
 
-/// Where a line to the right lies upon one from the left that turns further right, one of them is moved a little.
+/// Where a line to the right lies upon one from the left that turns further right, one of them is
+/// moved a little.
 fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
     for (at, first) in order.iter().enumerate() {
         for number in 0..layers.gaps[gap][*first].right.len() {
