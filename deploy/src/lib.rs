@@ -7,15 +7,15 @@
 //! ```
 //!
 //! - [`process`]: the processes of this machine: identity, start, signals, end.
-//! - [`guard`](mod@guard): lock, process registry and guard process. Nothing outlives its network, whichever process is
-//!   killed.
+//! - [`guard`](mod@guard): lock, process registry and guard process. Nothing outlives its network,
+//!   whichever process is killed.
 //! - [`log`](mod@log): logs and events.
 //! - [`supervisor`]: one thread that waits for processes, links, signals and clients in one `poll`.
 //! - `remote`: components on other machines, over ssh; [`agent`](fn@agent) runs there.
 //! - [`cli`]: the command line.
 //!
-//! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled through a pidfd, so
-//! that no stranger who got a pid for the second time is ever hit.
+//! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled
+//! through a pidfd, so that no stranger who got a pid for the second time is ever hit.
 
 pub mod cli;
 pub mod guard;
@@ -35,4 +35,5 @@ pub use rc_management::supervisor::{
 };
 pub use remote::agent;
 pub use supervisor::detach::detach;
-pub use supervisor::up::{Options, Outcome, up};
+pub use supervisor::options::{Options, Outcome, StartView};
+pub use supervisor::up::up;

@@ -1,4 +1,4 @@
-//! The other end of the supervisor's socket: what `rcdeploy status`, `down`, `start`, `stop` and `restart` do.
+//! Calls of the supervisor: `status`, `down`, `start`, `stop` and `restart`.
 
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
@@ -12,7 +12,8 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// How long the supervisor waits for a process after SIGKILL. Only a process that hangs in the kernel takes longer.
+/// How long the supervisor waits for a process after SIGKILL. Only a process that hangs in the
+/// kernel takes longer.
 pub const KILL_LIMIT: Duration = Duration::from_secs(2);
 /// How long the supervisor may take to answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(3);
@@ -50,7 +51,8 @@ pub fn down(network: &str, limit: Duration) -> Result<(), Error> {
     }
 }
 
-/// Starts, stops or restarts components or groups of a network, and waits until that has succeeded or failed.
+/// Starts, stops or restarts components or groups of a network, and waits until that has succeeded
+/// or failed.
 ///
 /// The limits of the components bound the wait. [`CommandResult`] lists the components that failed.
 pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandResult, Error> {
@@ -78,7 +80,7 @@ pub(crate) fn is_listening(path: &Path) -> bool {
     Client::connect(path, ANSWER_LIMIT).is_ok()
 }
 
-/// The networks of this user that were started from this file, whatever stands in it by now, and whether it is there.
+/// The networks of this user that were started from this file, which may have changed, or be gone.
 pub fn started_from(file: &Path) -> Vec<String> {
     let folder = file.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new(".")).canonicalize();
@@ -113,7 +115,7 @@ impl Connection {
         })
     }
 
-    /// Connects to a socket, whose answers may each take `limit`. The result is none if nobody listens.
+    /// Connects to a socket. Each answer may take `limit`. The result is none if nobody listens.
     pub(crate) fn to(path: &Path, peer: String, limit: Duration) -> Result<Option<Self>, Error> {
         match Client::connect(path, limit) {
             Ok(client) => Ok(Some(Self {

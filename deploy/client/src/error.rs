@@ -1,14 +1,14 @@
-//! What can go wrong outside the components, each with what to do about it.
+//! Errors of commands, each with what to do about it.
 
 use std::fmt::Arguments;
 use std::io::{self, Write};
 use std::time::Duration;
 
-/// Why a command of rcdeploy could not do its work.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The plan contradicts itself. Whoever made it should have seen that.
+    /// The plan contradicts itself, or a name is not allowed.
     #[error("{0}")]
     Plan(String),
     /// Another supervisor runs this network.
@@ -37,30 +37,30 @@ pub enum Error {
         /// The networks that are up.
         others: Vec<String>,
     },
-    /// The supervisor was asked to stop, and is not done in time.
+    /// The network did not stop in time.
     #[error(
         "network {network} is still stopping after {limit:?}; `rcdeploy status {network}` shows which components are left"
     )]
     NotDown {
         /// The network.
         network: String,
-        /// How long it was waited for.
+        /// How long the command waited.
         limit: Duration,
     },
-    /// The second process, which cleans up after the supervisor, does not start.
+    /// The guard process does not start.
     #[error("the guard process does not start: {0}")]
     Guard(String),
-    /// No component of that name answers in this network.
+    /// No component with this name runs in the network.
     #[error("no component {name} runs in network {network}{}", running(.others))]
     NoComponent {
         /// The network.
         network: String,
         /// The component.
         name: String,
-        /// Those that run in it.
+        /// The components that run in it.
         others: Vec<String>,
     },
-    /// A component refuses what it is asked for.
+    /// A component refuses a request.
     #[error("{name} refuses:{}", behind(.reason))]
     Refused {
         /// The component.
@@ -68,10 +68,10 @@ pub enum Error {
         /// Why.
         reason: String,
     },
-    /// The supervisor refuses a command, as for a name that is none.
+    /// The supervisor refuses a command, for example an unknown name.
     #[error("{0}")]
     Command(String),
-    /// A component cannot do what it is asked for.
+    /// A component failed to carry out a request.
     #[error("{name}:{}", behind(.reason))]
     Failed {
         /// The component.
@@ -79,23 +79,23 @@ pub enum Error {
         /// Why.
         reason: String,
     },
-    /// A secret was to come from standard input.
+    /// Standard input has no secret.
     #[error("there is no secret at standard input; give it as one line")]
     NoSecret,
-    /// No answer comes.
+    /// The other side did not answer in time.
     #[error("{who} has not answered within {limit:?}; its process may be stopped or hang")]
     Silent {
-        /// Who was asked.
+        /// The supervisor or component that was asked.
         who: String,
-        /// How long it was waited for.
+        /// How long the command waited.
         limit: Duration,
     },
-    /// An answer is not what this version expects.
-    #[error("{who} answers with {answer}; is it of another version?")]
+    /// This version does not understand an answer.
+    #[error("{who} answers with {answer}; it may be another version")]
     Protocol {
-        /// Who gave it.
+        /// The supervisor or component that answered.
         who: String,
-        /// What it said.
+        /// The answer, shortened.
         answer: String,
     },
     /// There is no log to show.
@@ -115,7 +115,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// The exit code of the command: 1 for a wrong plan, a command or a change that is refused and a secret that is not there, else 3.
+    /// The exit code of the command: 1 for a wrong plan, a refused command or change, and a missing
+    /// secret; otherwise 3.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Plan(_) | Self::Command(_) | Self::Refused { .. } | Self::NoSecret => 1,
@@ -126,9 +127,9 @@ impl Error {
 
 fn named(names: &[String]) -> String {
     if names.is_empty() {
-        "; no network is".to_owned()
+        "; no network is up".to_owned()
     } else {
-        format!("; these are: {}", names.join(", "))
+        format!("; these networks are up: {}", names.join(", "))
     }
 }
 
@@ -140,7 +141,7 @@ fn running(names: &[String]) -> String {
     }
 }
 
-/// A reason behind a colon; one of several lines begins on the next.
+/// A reason after a colon. A reason of several lines begins on the next line.
 fn behind(reason: &str) -> String {
     if reason.starts_with('\n') {
         reason.to_owned()
@@ -149,7 +150,7 @@ fn behind(reason: &str) -> String {
     }
 }
 
-/// What to do about an error of the system that people can do something about.
+/// Advice about an error of the system.
 pub fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -159,13 +160,13 @@ pub fn advice(error: &io::Error) -> &'static str {
     }
 }
 
-/// Writes a line on standard error, which may be a log on a disk that is full, or a pipe that nobody reads:
-/// `eprintln!` would panic.
+/// Writes a line to standard error. A failure is ignored, where `eprintln!` would panic: a disk may
+/// be full, or a pipe closed.
 pub fn print_error(line: Arguments<'_>) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Gives an error of the system its context, as in `.context("open the log")`.
+/// Adds context to an error of the system, as in `.context("open the log")`.
 pub trait ErrorContext<T> {
     /// Adds what was tried, as in "cannot …".
     ///

@@ -1,4 +1,4 @@
-//! A log that is read as it grows, over its border to the older part.
+//! Follows a log as it grows, across rotations.
 
 use crate::log_parts::Header;
 use rc_management::lines::{Line, Lines, Overlong};
@@ -9,30 +9,30 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// How much of the end of a log is searched for its last lines.
+/// How many bytes at the end of a log are searched for its last lines.
 const TAIL: u64 = 256 * 1024;
-/// How much is read of one log before it is another one's turn.
+/// How many bytes are read of one log before the next log.
 const TURN: usize = 256 * 1024;
 
-/// How long a log that is being moved is waited for.
+/// How long to wait for a rotation, and how often.
 const MOMENT: Duration = Duration::from_millis(1);
 const MOMENTS: u32 = 50;
 
-/// A log, and how far it was read.
+/// A log and the position of its reader.
 #[derive(Debug)]
 pub struct Follower {
     path: PathBuf,
     file: File,
     position: u64,
     lines: Lines,
-    /// How many parts the log has had; the present one comes after them.
+    /// How many parts were rotated out before the present one.
     part: u64,
-    /// What is left to be read of a part before.
+    /// The rest of an older part that is still to be read.
     older: Option<File>,
 }
 
 impl Follower {
-    /// A log from the beginning of its present part.
+    /// Opens a log at the beginning of its present part.
     pub fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
         let _lock = Lock::of(&file);
@@ -47,7 +47,7 @@ impl Follower {
         })
     }
 
-    /// The last lines, and the log behind them.
+    /// Opens a log at its end. Returns at most `count` of its last lines.
     pub fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
         let mut follower = Self::open(path)?;
         let length = follower.file.metadata()?.len();
@@ -70,12 +70,12 @@ impl Follower {
             }
         }
         lines.extend(follower.finish());
-        // The first of them is half a line, if anything was skipped.
+        // If something was skipped, the first line is incomplete.
         let first = usize::from(skipped > 0).max(lines.len().saturating_sub(count));
         Ok((lines.split_off(first.min(lines.len())), follower))
     }
 
-    /// The lines that have come, and whether there is more at once.
+    /// Reads new lines. Returns whether more can be read at once.
     pub fn read(&mut self) -> (Vec<String>, bool) {
         let mut lines = Vec::new();
         if self.older.is_none()
@@ -108,9 +108,9 @@ impl Follower {
         (lines, read.is_ok_and(|count| count == TURN))
     }
 
-    /// Finds out whether what was being read has become an older part; the text is about what cannot be read any more.
+    /// Notices a rotation. The text is about a part that cannot be read any more.
     fn turn_over(&mut self) -> Option<String> {
-        // Nothing is moved while this is looked at.
+        // The lock prevents a rotation meanwhile.
         let _lock = Lock::of(&self.file);
         let older = Header::of(&self.path);
         let part = older.as_ref().map_or(0, |(header, _)| header.part);
@@ -123,7 +123,7 @@ impl Follower {
         let position = std::mem::take(&mut self.position);
         let _ = (&self.file).seek(SeekFrom::Start(0));
         let Some((header, mut file)) = rest else {
-            // It was emptied, for a new start or because there was no room for it.
+            // It was emptied, for a new start or because the disk is full.
             self.lines = Lines::new(Overlong::Split);
             return None;
         };
@@ -138,17 +138,17 @@ impl Follower {
         })
     }
 
-    /// The last line, if it has no end.
+    /// Returns the last line if it has no line end.
     pub fn finish(&mut self) -> Option<String> {
         self.lines.finish().and_then(Line::into_text)
     }
 }
 
-/// Keeps a log from being moved while it lives.
+/// Prevents the rotation of a log while it exists.
 struct Lock<'f>(&'f File);
 
 impl<'f> Lock<'f> {
-    /// Moving takes a moment. Where there is no lock all the same, a line may be lost or told twice at the border.
+    /// A rotation takes a moment. Without a lock, a line at the border may be lost or read twice.
     fn of(file: &'f File) -> Self {
         for _ in 0..MOMENTS {
             if flock(file, FlockOperation::NonBlockingLockShared) != Err(Errno::WOULDBLOCK) {
@@ -210,7 +210,8 @@ mod tests {
         let tail = |count| Follower::at_last_lines(&path, count).expect("read").0;
         assert_eq!(tail(3), ["two", "three", "four"]);
         assert_eq!(tail(9), ["one", "two", "three", "four"]);
-        // A line that began before the border ends behind it, even where the log has grown again meanwhile.
+        // A line that began before the border ends behind it, even where the log has grown again
+        // meanwhile.
         std::fs::write(&path, "four\nfi").expect("written");
         assert_eq!(follower.read().0, [""; 0]);
         turn(2, 0, "four\nfi");

@@ -3,9 +3,9 @@
 /// The form of output of a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
-    /// Lines for people: what components print on standard output, all else on standard error.
+    /// Text for people: log lines on standard output, everything else on standard error.
     #[default]
     Human,
-    /// One JSON object a line on standard output, lines of components too (code `log`).
+    /// One JSON object a line on standard output, including log lines (code `log`).
     Json,
 }

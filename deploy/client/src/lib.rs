@@ -1,6 +1,6 @@
-//! What commands ask of a network that is up: its supervisor, its components and their logs.
+//! Commands for a running network: its supervisor, its components and their logs.
 //!
-//! This crate starts no process. The supervisor itself uses the files of logs and the errors.
+//! This crate starts no process. The supervisor uses its log files and errors.
 
 pub mod connection;
 pub mod error;

@@ -1,4 +1,4 @@
-//! The two parts of a log: `NAME.log`, and `NAME.log.1` with what the supervisor moved out of it.
+//! The two parts of a log: `NAME.log`, and `NAME.log.1` with the older part.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -19,14 +19,14 @@ pub fn beside(log: &Path, end: &str) -> PathBuf {
     name.into()
 }
 
-/// What the first line of an older part says.
+/// The first line of an older part.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
-    /// The parts of a log are counted from 1.
+    /// The number of the part, from 1.
     pub part: u64,
     /// How many bytes at its beginning were left out.
     pub left_out: u64,
-    /// How long the line is.
+    /// The length of the line in bytes.
     pub length: u64,
 }
 
@@ -50,7 +50,7 @@ impl Header {
         })
     }
 
-    /// That of the older part of a log; none where there is none.
+    /// Reads the header of the older part of a log. `None` if there is none.
     pub fn of(log: &Path) -> Option<(Self, File)> {
         let file = File::open(older(log)).ok()?;
         let mut line = String::new();

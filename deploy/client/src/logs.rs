@@ -1,4 +1,4 @@
-//! What components printed: where it is kept, and how it is shown.
+//! The logs of a network: where they are, and how they are printed.
 
 use crate::error::{Error, ErrorContext};
 use crate::follower::Follower;
@@ -20,13 +20,13 @@ pub const SUPERVISOR: &str = "rcdeploy";
 /// The log of the guard.
 pub const GUARD: &str = "rcdeploy-guard";
 
-/// The folder of a network's logs: `robocomp/NETWORK` in `$XDG_STATE_HOME`, else in `~/.local/state`, else
-/// `robocomp-UID/NETWORK` in the folder for temporary files.
+/// The folder of a network's logs: `robocomp/NETWORK` in `$XDG_STATE_HOME`, else in
+/// `~/.local/state`, else `robocomp-UID/NETWORK` in the folder for temporary files.
 pub fn directory(network: &str) -> PathBuf {
     base().0.join(network)
 }
 
-/// The folder and whether others can get at its parent.
+/// The folder, and whether other users can access its parent.
 fn base() -> (PathBuf, bool) {
     let absolute = |name: &str| {
         std::env::var_os(name)
@@ -43,7 +43,7 @@ fn base() -> (PathBuf, bool) {
     (std::env::temp_dir().join(name), true)
 }
 
-/// The folder, made if it does not exist.
+/// The folder of a network's logs. It is created if it does not exist.
 pub fn open_directory(network: &str) -> Result<PathBuf, Error> {
     let (base, shared) = base();
     let path = base.join(network);
@@ -69,7 +69,8 @@ pub fn file(directory: &Path, name: &str) -> PathBuf {
     directory.join(format!("{name}.log"))
 }
 
-/// Makes a log empty, without its older part. A process that still writes to it goes on at its beginning.
+/// Empties a log and removes its older part. A process that still writes continues at the
+/// beginning.
 pub fn clear(path: &Path) -> io::Result<()> {
     match std::fs::remove_file(log_parts::older(path)) {
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
@@ -83,7 +84,7 @@ pub fn tail(path: &Path, count: usize) -> io::Result<Vec<String>> {
     Follower::at_last_lines(path, count).map(|(lines, _)| lines)
 }
 
-/// The last lines of a log as they stand below a failure. Lines are shortened: the whole fits into one message.
+/// The last lines of a log for the message of a failure. Lines are shortened.
 pub fn quote(path: &Path) -> String {
     let lines = tail(path, 10).unwrap_or_default();
     let full = if is_full(path) {
@@ -109,13 +110,14 @@ pub fn quote(path: &Path) -> String {
     )
 }
 
-/// Whether nothing more can be written beside this file.
+/// Whether the disk of this file is full.
 fn is_full(path: &Path) -> bool {
-    // Where a system does not count its blocks, it has none at all.
+    // A file system without blocks reports none.
     rustix::fs::statvfs(path).is_ok_and(|disk| disk.f_blocks > 0 && disk.f_bavail == 0)
 }
 
-/// Prints the last `lines` of one log or of all of a network, and with `follow` whatever comes, until interrupted.
+/// Prints the last `lines` of one log, or of all logs of a network. With `follow`, continues until
+/// it is interrupted.
 ///
 /// In [`Format::Json`], each line is an [`Event`] with the code `log`.
 pub fn print(
@@ -179,7 +181,7 @@ pub fn print(
     }
 }
 
-/// The components that have logs. Those of rcdeploy itself are shown when they are named.
+/// The components that have logs. Logs of rcdeploy itself are shown only by name.
 fn names(directory: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries

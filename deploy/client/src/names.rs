@@ -1,17 +1,18 @@
-//! Which names networks and components may have: they become names of files.
+//! Names of networks and components, which become names of files.
 
 use crate::error::Error;
 
-/// How the names begin that files of rcdeploy itself have beside those of the components.
+/// The prefix of files of rcdeploy itself.
 const RESERVED: &str = "rcdeploy";
 
-/// Whether files of rcdeploy itself have this name.
+/// Whether a name is reserved for files of rcdeploy itself.
 pub fn is_reserved(name: &str) -> bool {
     let rest = name.strip_prefix(RESERVED);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
 }
 
-/// Names become files in folders that are removed as a whole: nothing that leads elsewhere is let through.
+/// Checks a name. Names become files in folders that are removed as a whole, so a name must not
+/// lead elsewhere.
 pub fn check_name(kind: &str, name: &str) -> Result<(), Error> {
     let fine = !name.is_empty()
         && name.len() <= 64

@@ -1,5 +1,5 @@
-//! The parameters of a running component, for `rcdeploy params`, and its emergency. The component itself is asked, so that it does not matter
-//! who has started it.
+//! Parameters and emergency of a running component. The component itself is asked, so rcdeploy need
+//! not have started it.
 
 use crate::connection::{Connection, is_listening};
 use crate::error::{Error, ErrorContext};
@@ -15,17 +15,17 @@ use serde_json::{Map, Value};
 use std::io::{BufRead, Read};
 use std::time::Duration;
 
-/// How long a component may take to answer: longer than it gives its worker for a change.
+/// How long a component may take to answer. It is longer than the limit of its worker for a change.
 const ANSWER_LIMIT: Duration = Duration::from_secs(5);
 
-/// The parameters that `paths` name; all where there is none.
+/// Lists the parameters with these paths, or all parameters.
 pub fn list(network: &str, name: &str, paths: &[String]) -> Result<Parameters, Error> {
     let paths = Some(paths.to_vec());
     call(network, name, &Request::Parameters { paths })
 }
 
-/// What the words of a command line say, where each follows a path and a `=`. Values are those of TOML; a text needs
-/// no quotes, also where it could be something else. For a secret, `-` is the first line of `input`.
+/// Parses the changes of a command line. Values are TOML; a text needs no quotes, even if it could
+/// be something else. `-` as a secret reads the first line of `input`.
 pub fn values(
     network: &str,
     name: &str,
@@ -34,7 +34,7 @@ pub fn values(
 ) -> Result<Map<String, Value>, Error> {
     let mut values = Map::new();
     for (path, word) in words {
-        // What does not fit its parameter is for the component to refuse, and with it a path that is none.
+        // The component refuses wrong values and unknown paths.
         let plain = rc_configuration::parse_argument(word);
         let dashed = word == "-";
         if !dashed && (plain == word.as_str() || word.starts_with(['"', '\''])) {
@@ -63,7 +63,7 @@ pub fn values(
     Ok(values)
 }
 
-/// A line, without its end.
+/// Reads a line without its end.
 fn line(input: &mut dyn BufRead) -> Result<String, Error> {
     let mut line = String::new();
     input
@@ -76,18 +76,18 @@ fn line(input: &mut dyn BufRead) -> Result<String, Error> {
     Ok(line.trim_end_matches(['\r', '\n']).to_owned())
 }
 
-/// Changes values, all or none.
+/// Changes parameters, all or none.
 pub fn set(network: &str, name: &str, changes: &Map<String, Value>) -> Result<Changed, Error> {
     let changes = changes.clone();
     call(network, name, &Request::ParametersSet { changes })
 }
 
-/// Has the component write its changed values into its configuration.
+/// Saves the changed values of a component in its configuration.
 pub fn save(network: &str, name: &str) -> Result<Saved, Error> {
     call(network, name, &Request::ParametersSave)
 }
 
-/// Has a component enter its emergency, or leave it.
+/// Puts a component into its emergency state, or ends this state.
 pub fn emergency(network: &str, name: &str, active: bool) -> Result<(), Error> {
     let Done {} = call(network, name, &Request::Emergency { active })?;
     Ok(())
@@ -97,7 +97,7 @@ fn call<T: DeserializeOwned>(network: &str, name: &str, request: &Request) -> Re
     check_name("network", network)?;
     check_name("component", name)?;
     let directory = RunDirectory::of(network);
-    // The dots of a component of a group are dashes in the names of files.
+    // Dots in names are dashes in file names.
     let path = directory.socket(&name.replace('.', "-"));
     let peer = format!("component {name} of network {network}");
     let Some(mut connection) = Connection::to(&path, peer, ANSWER_LIMIT)? else {

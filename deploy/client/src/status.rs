@@ -71,8 +71,8 @@ fn write_table(status: &NetworkStatus, f: &mut String) -> fmt::Result {
         }
         match component.restarts {
             0 => {}
-            1 => write!(f, "  started again once")?,
-            times => write!(f, "  started again {times} times")?,
+            1 => write!(f, "  restarted once")?,
+            times => write!(f, "  restarted {times} times")?,
         }
         for (slot, lost) in &component.lost {
             write!(f, "  {slot} lost {lost}")?;

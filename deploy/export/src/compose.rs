@@ -1,8 +1,9 @@
-//! A file for `docker compose`, one a machine. The programs, the folder of the network and those of the configurations
-//! are those of the machine, in their places: nothing has to be built.
+//! A file for `docker compose`, one a machine. The programs, the folder of the network and those of
+//! the configurations are those of the machine, in their places: nothing has to be built.
 //!
-//! `ipc: host` and `pid: host`, since iceoryx2 asks the kernel which process has locked a file, and all of them have to
-//! name it alike; `network_mode: host`, since DDS finds its peers by multicast and names addresses of the machine.
+//! `ipc: host` and `pid: host`, since iceoryx2 asks the kernel which process has locked a file, and
+//! all of them have to name it alike; `network_mode: host`, since DDS finds its peers by multicast
+//! and names addresses of the machine.
 
 use super::yaml::{Map, Yaml, comment, print};
 use super::{Export, Machine, Part, Source, seconds, time};
@@ -177,7 +178,8 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
     out
 }
 
-/// What a component needs of the machine, and whether it writes there: `params save` replaces the configuration.
+/// What a component needs of the machine, and whether it writes there: `params save` replaces the
+/// configuration.
 fn mounts(component: &Component) -> Vec<(String, bool)> {
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let mut writes = BTreeSet::from([text(&component.directory)]);

@@ -1,9 +1,10 @@
-//! Manifests: one Pod a component, so that each has its own policy, and all Pods of a machine on one node, where they
-//! share /dev/shm: iceoryx2 needs it, and the run directory, where `--probe` asks, is in it.
+//! Manifests: one Pod a component, so that each has its own policy, and all Pods of a machine on
+//! one node, where they share /dev/shm: iceoryx2 needs it, and the run directory, where `--probe`
+//! asks, is in it.
 //!
-//! A component that is always started again is a Deployment; one that may end is a Job, whose Pod is not made again when
-//! it has done its work. Order: a Pod waits in containers of its own (`--probe --wait`) until those that it needs are
-//! ready.
+//! A component that is always started again is a Deployment; one that may end is a Job, whose Pod
+//! is not made again when it has done its work. Order: a Pod waits in containers of its own
+//! (`--probe --wait`) until those that it needs are ready.
 
 use super::yaml::{Map, Yaml, comment, print};
 use super::{Export, Machine, Part, Source, seconds};

@@ -1,7 +1,9 @@
-//! A network for an engine of another kind: units of systemd, a file of Compose, manifests of Kubernetes.
+//! A network for an engine of another kind: units of systemd, a file of Compose, manifests of
+//! Kubernetes.
 //!
-//! All are made of the plan that `rcdeploy up` runs, and of nothing else: the same programs with the same arguments, in
-//! the same order, with the same limits and policies. What an engine cannot do is said, in the file and to who exports.
+//! All are made of the plan that `rcdeploy up` runs, and of nothing else: the same programs with
+//! the same arguments, in the same order, with the same limits and policies. What an engine cannot
+//! do is said, in the file and to who exports.
 
 mod compose;
 mod kubernetes;
@@ -85,7 +87,8 @@ struct Source<'n> {
     machines: Vec<Machine<'n>>,
 }
 
-/// Makes the files of a network, which has no errors. `image` is the container image, where there is one.
+/// Makes the files of a network, which has no errors. `image` is the container image, where there
+/// is one.
 pub fn export(
     network: &Network,
     plan: &Plan,
@@ -256,7 +259,8 @@ fn seconds(time: Duration) -> u64 {
 }
 
 impl Export {
-    /// Files in `folder` that an earlier export of this network has left, and that do not belong to it any more.
+    /// Files in `folder` that an earlier export of this network has left, and that do not belong to
+    /// it any more.
     pub fn left(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         let first = self
             .files

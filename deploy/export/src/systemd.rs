@@ -1,9 +1,10 @@
 //! Units: one a component, a target for each group and for the network.
 //!
-//! - `After=` and `Wants=`: a component starts when those that it needs have said that they are ready (`Type=notify`).
-//!   Not `Requires=`, with which a restart of one would restart all that need it.
-//! - A unit that has failed for good starts `NETWORK.failed.target`, which the network's target conflicts with, and all
-//!   are part of that: they stop, the dependents first.
+//! - `After=` and `Wants=`: a component starts when those that it needs have said that they are
+//!   ready (`Type=notify`). Not `Requires=`, with which a restart of one would restart all that
+//!   need it.
+//! - A unit that has failed for good starts `NETWORK.failed.target`, which the network's target
+//!   conflicts with, and all are part of that: they stop, the dependents first.
 
 use super::{Export, Machine, Part, Source, time};
 use rc_codegen::Files;

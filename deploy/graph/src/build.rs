@@ -163,7 +163,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Notes what a finding is about: slots and connections where it says so, else what stands at its place.
+    /// Notes what a finding is about: slots and connections where it says so, else what stands at
+    /// its place.
     fn blame(
         &self,
         diagnostic: &Diagnostic,

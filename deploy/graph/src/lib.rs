@@ -1,4 +1,5 @@
-//! A network as a picture: its components, hosts and groups, who talks to whom, and what is wrong with which of them.
+//! A network as a picture: its components, hosts and groups, who talks to whom, and what is wrong
+//! with which of them.
 //!
 //! `model` is what `--format json` prints; `svg`, `mermaid` and `dot` draw it.
 

@@ -1,4 +1,5 @@
-//! The findings that a picture shows: each has a number, which stands at what it is about and in the list below.
+//! The findings that a picture shows: each has a number, which stands at what it is about and in
+//! the list below.
 
 use crate::model::{Finding, Graph};
 use std::collections::HashMap;

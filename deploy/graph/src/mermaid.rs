@@ -5,7 +5,8 @@ use crate::model::{Graph, connection_name, host_title};
 use crate::outline::{Step, outline};
 use rc_deploy_network::topology::Kind;
 
-/// A text as Mermaid reads it between quotation marks: what could mean something is written by its number.
+/// A text as Mermaid reads it between quotation marks: what could mean something is written by its
+/// number.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

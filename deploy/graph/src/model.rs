@@ -12,7 +12,8 @@ pub struct Graph {
     pub network: String,
     /// The file that describes it.
     pub ddsl: PathBuf,
-    /// The machines on which something runs; this one, unless it is named otherwise, is `localhost`.
+    /// The machines on which something runs; this one, unless it is named otherwise, is
+    /// `localhost`.
     pub hosts: Vec<Host>,
     /// The groups, each before those inside it.
     pub groups: Vec<Group>,

@@ -8,7 +8,8 @@ use std::collections::{BTreeSet, HashMap};
 pub(crate) enum Step {
     /// A host begins: an index into [`Graph::hosts`].
     Host(usize),
-    /// A group begins, or the part of it that is on a host: indices into [`Graph::groups`] and [`Graph::hosts`].
+    /// A group begins, or the part of it that is on a host: indices into [`Graph::groups`] and
+    /// [`Graph::hosts`].
     Group(usize, usize),
     /// A component: an index into [`Graph::components`].
     Component(usize),
@@ -16,8 +17,8 @@ pub(crate) enum Step {
     End,
 }
 
-/// All boxes. A single machine that nobody names is none; a group whose components run on several hosts has a box on
-/// each of them.
+/// All boxes. A single machine that nobody names is none; a group whose components run on several
+/// hosts has a box on each of them.
 pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
     let hosts: HashMap<&str, usize> = graph
         .hosts

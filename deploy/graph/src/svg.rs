@@ -1,7 +1,8 @@
-//! The picture itself: boxes with their slots, lines in the sense of the call or of the data, and a legend.
+//! The picture itself: boxes with their slots, lines in the sense of the call or of the data, and a
+//! legend.
 //!
-//! It needs no colour to be read: what is wrong is also bold and numbered, middlewares differ by their dashes, calls
-//! and data by their arrowheads.
+//! It needs no colour to be read: what is wrong is also bold and numbered, middlewares differ by
+//! their dashes, calls and data by their arrowheads.
 
 mod boxes;
 mod legend;
@@ -140,8 +141,8 @@ fn interface(path: &str) -> &str {
     path.rsplit("::").next().unwrap_or(path)
 }
 
-/// The lines of all connections: those with nothing wrong first, then warnings, then errors above them. Lines of one
-/// slot that look the same are one path, so that what they share is drawn once.
+/// The lines of all connections: those with nothing wrong first, then warnings, then errors above
+/// them. Lines of one slot that look the same are one path, so that what they share is drawn once.
 fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
     let mut all: Vec<(Option<Level>, String)> = Vec::new();
     let mut dots = String::new();
@@ -277,7 +278,8 @@ fn arrows(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout)
     heads + &numbers
 }
 
-/// The head of an arrow that ends at a slot: of data at the left side of a box, of a call at its right side.
+/// The head of an arrow that ends at a slot: of data at the left side of a box, of a call at its
+/// right side.
 fn arrow(end: Point, call: bool, colour: &str) -> String {
     let (x, y) = (end.x, end.y);
     if call {

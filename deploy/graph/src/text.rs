@@ -16,13 +16,15 @@ fn thousandths(c: char) -> u32 {
         'w' | 'N' | 'O' | 'Q' | 'G' | 'D' | 'H' | 'U' | '&' | '#' | '+' | '=' | '<' | '>' => 838,
         'A'..='Z' => 720,
         ' '..='~' => 640,
-        // Narrow letters of other alphabets; what is left may be as wide as it is high, or twice that.
+        // Narrow letters of other alphabets; what is left may be as wide as it is high, or twice
+        // that.
         '\u{a0}'..='\u{10ff}' => 800,
         _ => 1300,
     }
 }
 
-/// The text in lines that are no wider than this, broken between words, and within one that is wider than a line.
+/// The text in lines that are no wider than this, broken between words, and within one that is
+/// wider than a line.
 pub(crate) fn wrap(text: &str, size: f64, limit: i32) -> Vec<String> {
     let fits = |text: &str| width(text, size, false) <= limit;
     let (mut lines, mut line) = (Vec::new(), String::new());

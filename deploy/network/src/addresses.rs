@@ -1,5 +1,5 @@
-//! What instances and slots are called outside of their network's description: names of processes, files, sockets and
-//! services.
+//! What instances and slots are called outside of their network's description: names of processes,
+//! files, sockets and services.
 //!
 //! | of the instance `arm.left.motor` | |
 //! |---|---|
@@ -7,8 +7,8 @@
 //! | its own name (`--name`), its socket in the run directory, its node | `arm-left-motor`, `arm-left-motor.sock` |
 //! | the address of its slot `Motor` | `NETWORK/arm/left/motor/Motor` |
 //!
-//! Names of the language consist of letters, digits and `_`, so that neither `.` nor `-` nor `/` can make two of them
-//! equal; and in one block nothing else is called as a group is.
+//! Names of the language consist of letters, digits and `_`, so that neither `.` nor `-` nor `/`
+//! can make two of them equal; and in one block nothing else is called as a group is.
 
 use crate::model::Network;
 use rc_cdsl::model::Role;
@@ -22,8 +22,8 @@ pub fn process_name(path: &str) -> String {
 }
 
 impl Network {
-    /// Where each slot meets its other ends: the address of the provider's. Topics that share a subscriber share one
-    /// address, that of the first of them.
+    /// Where each slot meets its other ends: the address of the provider's. Topics that share a
+    /// subscriber share one address, that of the first of them.
     pub(crate) fn addresses(&self) -> BTreeMap<Endpoint, String> {
         let name = |end: &Endpoint| {
             let instance = &self.deployment.instances[end.instance].path;
@@ -47,7 +47,8 @@ impl Network {
         }
         for Connection { consumer, provider } in &self.connections.connections {
             let (from, to) = (leader[consumer], leader[provider]);
-            // A consumer that leads nobody yet follows its provider; two groups follow the first provider.
+            // A consumer that leads nobody yet follows its provider; two groups follow the first
+            // provider.
             let provides = matches!(
                 self.slot(from).map(|s| s.role),
                 Some(Role::Implements | Role::Publishes)
@@ -61,8 +62,8 @@ impl Network {
         leader
     }
 
-    /// A slot has one address in this version. Where topics share one, all their subscribers hear all of them; one
-    /// that should not is told of here, and not by what it does on the robot.
+    /// A slot has one address in this version. Where topics share one, all their subscribers hear
+    /// all of them; one that should not is told of here, and not by what it does on the robot.
     pub(crate) fn check_topics(&self, found: &mut Diagnostics) {
         let connections = &self.connections.connections;
         let joined: HashSet<(Endpoint, Endpoint)> = connections

@@ -1,5 +1,5 @@
-//! The configurations of a network's components: they are checked, and what they set of middlewares comes before what
-//! the network sets.
+//! The configurations of a network's components: they are checked, and what they set of middlewares
+//! comes before what the network sets.
 
 use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
@@ -75,7 +75,8 @@ pub(crate) fn configurations(
         .collect()
 }
 
-/// Puts what configurations set in the place of what the network does, and gives what they leave to it.
+/// Puts what configurations set in the place of what the network does, and gives what they leave to
+/// it.
 pub(crate) fn settings(
     deployment: &mut Deployment,
     configured: Vec<Settings>,
@@ -107,8 +108,8 @@ pub(crate) fn settings(
         .collect()
 }
 
-/// The files that a component's parameters name, and that are there: those of parameters of type `path` whose values
-/// start at the working directory.
+/// The files that a component's parameters name, and that are there: those of parameters of type
+/// `path` whose values start at the working directory.
 pub(crate) fn named_files(
     project: Option<&Project>,
     config: Option<&Path>,

@@ -1,4 +1,5 @@
-//! The description of a network: read, checked, and made into a plan. Nothing here starts a process.
+//! The description of a network: read, checked, and made into a plan. Nothing here starts a
+//! process.
 //!
 //! ```text
 //! .ddsl → load → Network → plan → Plan      what is to run, in which order, with which limits

@@ -16,16 +16,18 @@ pub struct Network {
     pub path: PathBuf,
     /// What it says.
     pub deployment: Deployment,
-    /// One entry for each instance, none where its files could not be read. Instances of one component share it.
+    /// One entry for each instance, none where its files could not be read. Instances of one
+    /// component share it.
     pub projects: Vec<Option<Rc<Project>>>,
     /// Who talks to whom.
     pub connections: Connections,
     /// The middleware that all components were loaded for, whatever the files say.
     pub(crate) middleware: Option<Backend>,
-    /// The middleware that each instance is a variant for; none where its program is made of the code in its folder, or
-    /// is named.
+    /// The middleware that each instance is a variant for; none where its program is made of the
+    /// code in its folder, or is named.
     pub(crate) variants: Vec<Option<Backend>>,
-    /// What each instance has to be told of middlewares: what its configuration does not say itself.
+    /// What each instance has to be told of middlewares: what its configuration does not say
+    /// itself.
     pub(crate) passed_settings: Vec<Vec<Setting>>,
     /// For each file that components are made of, these components.
     pub texts: HashMap<PathBuf, Vec<usize>>,

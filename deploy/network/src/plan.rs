@@ -76,15 +76,16 @@ pub struct Host {
     pub workspace: Option<PathBuf>,
 }
 
-/// Whether a component is started again when it has ended by itself. The first start has to succeed all the same.
+/// Whether a component is started again when it has ended by itself. The first start has to succeed
+/// all the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Restart {
     /// After which ends.
     pub policy: Policy,
     /// How often within which time at most; a further end stops the network.
     pub limit: Option<(u32, Duration)>,
-    /// How long after its end it is started again; the time doubles from one short run to the next, up to half a
-    /// minute.
+    /// How long after its end it is started again; the time doubles from one short run to the next,
+    /// up to half a minute.
     pub backoff: Duration,
 }
 
@@ -147,8 +148,8 @@ impl Component {
 impl Plan {
     /// For each component, the indices of those that must be ready before it starts.
     ///
-    /// Components that need each other, directly or through others, form a group: they start together, as soon as
-    /// everything is ready that any of them needs from outside the group.
+    /// Components that need each other, directly or through others, form a group: they start
+    /// together, as soon as everything is ready that any of them needs from outside the group.
     pub fn needs(&self) -> Vec<BTreeSet<usize>> {
         let index: HashMap<&str, usize> = self
             .components

@@ -24,10 +24,11 @@ pub struct Preview {
     pub network: String,
     /// The file that describes it, an absolute path.
     pub ddsl: PathBuf,
-    /// The machines on which something runs; this one, unless it is named otherwise, is `localhost`.
+    /// The machines on which something runs; this one, unless it is named otherwise, is
+    /// `localhost`.
     pub hosts: Vec<Host>,
-    /// The names of the components that may start at the same time, in the order of their start. None of them waits
-    /// for a whole wave: each starts as soon as what it needs itself is ready.
+    /// The names of the components that may start at the same time, in the order of their start.
+    /// None of them waits for a whole wave: each starts as soon as what it needs itself is ready.
     pub waves: Vec<Vec<String>>,
     /// What runs, in the order of the file.
     pub components: Vec<Process>,
@@ -85,7 +86,8 @@ pub struct RestartRule {
     pub max: Option<u32>,
     /// The time in which `max` counts, in milliseconds.
     pub within_ms: Option<u64>,
-    /// How long after its end it is started again for the first time, in milliseconds; the time doubles.
+    /// How long after its end it is started again for the first time, in milliseconds; the time
+    /// doubles.
     pub backoff_ms: u64,
 }
 

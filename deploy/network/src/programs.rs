@@ -1,7 +1,9 @@
-//! The programs of a network: where they are, what builds them, and whether they are those that the network means.
+//! The programs of a network: where they are, what builds them, and whether they are those that the
+//! network means.
 //!
-//! The middleware is no property of a component: what was generated into its folder is for one, and an instance may
-//! want another. Then its program is a variant, which is built beside the one of the folder.
+//! The middleware is no property of a component: what was generated into its folder is for one, and
+//! an instance may want another. Then its program is a variant, which is built beside the one of
+//! the folder.
 
 use crate::error::{Error, cannot};
 use crate::model::{Network, Profile};
@@ -19,8 +21,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// For each instance the middleware that it is a variant for: the one that `all` are to be for, else its own, where the
-/// code in its folder is for another one. What names its program is none, and neither is what was never generated.
+/// For each instance the middleware that it is a variant for: the one that `all` are to be for,
+/// else its own, where the code in its folder is for another one. What names its program is none,
+/// and neither is what was never generated.
 pub(crate) fn variants(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
@@ -161,7 +164,8 @@ fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics)
 }
 
 impl Network {
-    /// The program of an instance; none where it has no component, or a component that is in no workspace.
+    /// The program of an instance; none where it has no component, or a component that is in no
+    /// workspace.
     ///
     /// # Errors
     /// Cargo does not tell where it builds the component.
@@ -185,7 +189,8 @@ impl Network {
         Ok(Some(target.join(profile.folder()).join(program)))
     }
 
-    /// The instances whose programs are built, with their components and what they are variants for.
+    /// The instances whose programs are built, with their components and what they are variants
+    /// for.
     fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Backend>)> {
         let instances = self.deployment.instances.iter();
         let instances = instances.zip(&self.projects).zip(&self.variants);
@@ -194,8 +199,8 @@ impl Network {
         })
     }
 
-    /// Checks what is to be built: that generated code is of the present model, and that code can be generated for
-    /// variants.
+    /// Checks what is to be built: that generated code is of the present model, and that code can
+    /// be generated for variants.
     pub fn check_generated(&self, found: &mut Diagnostics) {
         let mut seen: HashSet<(&Path, Backend)> = HashSet::new();
         for (instance, project, variant) in self.built() {
@@ -265,9 +270,9 @@ impl Network {
         }
     }
 
-    /// What has to be built, a command of cargo for each workspace, and for each middleware that there are variants of
-    /// its components for. Variants are generated when their turn comes, and nobody else changes them as long as the
-    /// [`Build`] is there.
+    /// What has to be built, a command of cargo for each workspace, and for each middleware that
+    /// there are variants of its components for. Variants are generated when their turn comes, and
+    /// nobody else changes them as long as the [`Build`] is there.
     pub fn builds(&self, profile: Profile) -> impl Iterator<Item = Result<Build, Error>> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         for (_, project, variant) in self.built() {

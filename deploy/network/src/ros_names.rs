@@ -1,5 +1,6 @@
-//! Where two nodes, or ends that nobody connects, become the same name in ROS 2, and where ends that are connected become
-//! two: before anything starts, and not as calls that two components execute or values that nobody hears.
+//! Where two nodes, or ends that nobody connects, become the same name in ROS 2, and where ends
+//! that are connected become two: before anything starts, and not as calls that two components
+//! execute or values that nobody hears.
 //!
 //! Names are made here as the components make them, by `rc_settings::ros`.
 
@@ -16,7 +17,8 @@ use rc_settings::Value;
 use rc_settings::ros::{self, ResolvedRemapping};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Options of a component after which its names are others than the files say: nothing is said of them.
+/// Options of a component after which its names are others than the files say: nothing is said of
+/// them.
 const RENAMING: [&str; 3] = ["--ros-args", "--set-middleware", "--bind"];
 /// How many names a message lists.
 const LISTED: usize = 8;
@@ -46,8 +48,8 @@ struct End<'a> {
 }
 
 impl Network {
-    /// Finds nodes, services and topics that are several by the network and one in ROS 2, and connections whose ends are
-    /// not. Types that are one are told by `check_generated`.
+    /// Finds nodes, services and topics that are several by the network and one in ROS 2, and
+    /// connections whose ends are not. Types that are one are told by `check_generated`.
     pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
         let nodes = self.ros_nodes();
         let ends = self.ros_ends(&nodes);
@@ -134,7 +136,8 @@ impl Network {
         })
     }
 
-    /// The ends of these components in ROS 2, but those that are refused: that has been told, and they may be meant to meet.
+    /// The ends of these components in ROS 2, but those that are refused: that has been told, and
+    /// they may be meant to meet.
     fn ros_ends<'a>(&'a self, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
         let diagnostics = self.connections.diagnostics.iter();
         let refused: BTreeSet<Endpoint> = diagnostics
@@ -173,8 +176,9 @@ impl Network {
         ends
     }
 
-    /// Finds connections of which one end was renamed, once a connection. Where both were, something of somebody else may
-    /// be meant to stand between them. Of slots in `told` another mistake is known.
+    /// Finds connections of which one end was renamed, once a connection. Where both were,
+    /// something of somebody else may be meant to stand between them. Of slots in `told` another
+    /// mistake is known.
     fn check_that_ends_meet(
         &self,
         ends: &[End<'_>],
@@ -213,8 +217,8 @@ fn check_that_no_others_meet(ends: &[End<'_>], found: &mut Diagnostics) -> Merge
         let key = (end.node.domain, end.slot.role.is_topic(), &end.name);
         named.entry(key).or_default().push(end);
     }
-    // What is said of one operation holds for the others of a slot, and what is said of the name of a component for
-    // all of its slots.
+    // What is said of one operation holds for the others of a slot, and what is said of the name of
+    // a component for all of its slots.
     let (mut told, mut merged) = (BTreeSet::new(), Merged::default());
     for (one, other) in named.values().filter_map(|ends| pair(ends)) {
         let is_own = one.node.at == other.node.at;
@@ -235,7 +239,8 @@ fn setting<'a>(instance: &'a Instance, key: &str) -> Option<&'a Setting> {
     instance.setting(Backend::Ros2, key)
 }
 
-/// Two ends at one name that must not be there together. Ends of one type that somebody has renamed so are meant to meet.
+/// Two ends at one name that must not be there together. Ends of one type that somebody has renamed
+/// so are meant to meet.
 fn pair<'a>(ends: &[&'a End<'a>]) -> Option<(&'a End<'a>, &'a End<'a>)> {
     let first = *ends.first().filter(|_| ends.len() > 1)?;
     let all = ends.iter().copied();

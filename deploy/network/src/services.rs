@@ -1,8 +1,9 @@
 //! The shared-memory services of a network, which the guard holds open.
 //!
-//! A process that is killed while it starts can leave a service half made, and nobody can open it then; one that
-//! somebody holds open is whole. The guard makes them all before the first component starts, with the greatest
-//! depth that an end of a topic asks for, so that ends may come in any order.
+//! A process that is killed while it starts can leave a service half made, and nobody can open it
+//! then; one that somebody holds open is whole. The guard makes them all before the first component
+//! starts, with the greatest depth that an end of a topic asks for, so that ends may come in any
+//! order.
 
 use crate::model::Network;
 use rc_cdsl::model::{Backend, Role};
@@ -29,7 +30,8 @@ pub struct Service {
 }
 
 impl Network {
-    /// The services on the default middleware that other machines need, by the names of these, see [`Self::services`].
+    /// The services on the default middleware that other machines need, by the names of these, see
+    /// [`Self::services`].
     pub fn services_elsewhere(&self) -> BTreeMap<String, String> {
         let instances = self.deployment.instances.iter();
         let hosts = instances.filter_map(|instance| self.deployment.remote_host(instance));
@@ -37,8 +39,8 @@ impl Network {
         hosts.map(services).collect()
     }
 
-    /// All services of this network on the default middleware that a machine needs (`None`: this one), as the JSON
-    /// text of a list of pairs, address and [`Service`].
+    /// All services of this network on the default middleware that a machine needs (`None`: this
+    /// one), as the JSON text of a list of pairs, address and [`Service`].
     pub fn services(&self, host: Option<&Host>) -> String {
         let mut services: BTreeMap<String, Service> = BTreeMap::new();
         for (End { instance, slot }, address) in self.addresses() {

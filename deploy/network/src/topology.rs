@@ -94,7 +94,8 @@ impl Network {
         }
     }
 
-    /// All connections, also those that are refused, as far as they go from a provider to a consumer.
+    /// All connections, also those that are refused, as far as they go from a provider to a
+    /// consumer.
     pub fn connections_between(&self) -> Vec<(Pair, Connection)> {
         let provides = |end: Endpoint| {
             let role = self.slot(end).map(|s| s.role);

@@ -1,10 +1,10 @@
-//! Components for another middleware than that of their `generated/`: a workspace below the target folder in which each
-//! is generated anew, and where all else is the user's, in place.
+//! Components for another middleware than that of their `generated/`: a workspace below the target
+//! folder in which each is generated anew, and where all else is the user's, in place.
 //!
-//! `TARGET/rc/MIDDLEWARE` has a manifest with what the user's workspace says of dependencies, patches and profiles, and
-//! its lock file; `NAME` in it has the user's manifest with another program name, a `generated/` of its own, and links
-//! to all other files of the component. Cargo builds into the user's target folder, so that nothing that both need is
-//! built twice.
+//! `TARGET/rc/MIDDLEWARE` has a manifest with what the user's workspace says of dependencies,
+//! patches and profiles, and its lock file; `NAME` in it has the user's manifest with another
+//! program name, a `generated/` of its own, and links to all other files of the component. Cargo
+//! builds into the user's target folder, so that nothing that both need is built twice.
 
 use crate::error::{Error, cannot};
 use rc_cdsl::model::Backend;
@@ -47,7 +47,8 @@ impl Staged {
     }
 }
 
-/// Makes or renews the variants of components of the workspace `root`, which is built into `target`.
+/// Makes or renews the variants of components of the workspace `root`, which is built into
+/// `target`.
 pub(crate) fn stage(
     root: &Path,
     target: &Path,
@@ -83,8 +84,8 @@ pub(crate) fn stage(
     })
 }
 
-/// Holds the folder of variants. Networks of one target folder have different ones in it, and cargo reads there until it
-/// is done.
+/// Holds the folder of variants. Networks of one target folder have different ones in it, and cargo
+/// reads there until it is done.
 fn lock_folder(folder: &Path, patience: Duration) -> Result<File, Error> {
     std::fs::create_dir_all(folder).map_err(cannot(format!("make {}", folder.display())))?;
     let path = folder.join(".lock");
@@ -335,8 +336,8 @@ fn link(folder: &Path, staged: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Begins with the versions of the user's workspace, again when they or the members are others. What only the variants
-/// need is added by cargo, and stays until then.
+/// Begins with the versions of the user's workspace, again when they or the members are others.
+/// What only the variants need is added by cargo, and stays until then.
 fn lock(root: &Path, folder: &Path, members: &[String]) -> Result<(), Error> {
     let there = root.join("Cargo.lock");
     let text = match rc_codegen::load::read(&there) {

@@ -18,8 +18,8 @@ impl Workspaces {
         Some(workspace.root().to_path_buf())
     }
 
-    /// The folder that cargo builds the workspace `root` into: `CARGO_TARGET_DIR`, `build.target-dir` of a
-    /// configuration of cargo, or `target`.
+    /// The folder that cargo builds the workspace `root` into: `CARGO_TARGET_DIR`,
+    /// `build.target-dir` of a configuration of cargo, or `target`.
     pub(crate) fn target(&self, root: &Path) -> io::Result<PathBuf> {
         let mut known = self.0.borrow_mut();
         let target = known.entry(root.to_path_buf()).or_insert_with(|| ask(root));

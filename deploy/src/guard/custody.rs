@@ -1,4 +1,4 @@
-//! What keeps a network on one machine: its lock, the account of its processes, and the guard that outlives both.
+//! Keeps lock, process registry and guard of a network on one machine together.
 
 use crate::guard::guard_process::{Guard, GuardCommand};
 use crate::guard::lock::Lock;
@@ -11,15 +11,15 @@ use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How many guards may be started of which none lives long.
+/// How many guards may fail in a row.
 const GUARD_STARTS: u32 = 5;
-/// A guard that has lived so long was no part of a series.
+/// A guard that lived this long does not count as a failure.
 const GUARD_STEADY: Duration = Duration::from_secs(5);
 
 /// The custody of a network on this machine.
 pub(crate) struct Custody {
     network: String,
-    /// What runs, as it is written to the run directory.
+    /// The processes that run, as written to the run directory.
     registry: ProcessRegistry,
     lock: Lock,
     command: GuardCommand,
@@ -28,17 +28,17 @@ pub(crate) struct Custody {
     starts: u32,
 }
 
-/// What has become of a guard that ended.
+/// What followed the end of a guard.
 pub(crate) enum GuardChange {
-    /// There is a new one.
+    /// A new guard runs. The text describes the end of the old one.
     Restarted(String),
-    /// There is none any more.
+    /// There is no guard any more. The text says why.
     Lost(String),
 }
 
 impl Custody {
-    /// Keeps a network whose lock is held: from now on an `up` that comes later knows that it was there. What the
-    /// guard prints goes to `log`.
+    /// Takes custody of a network whose lock is held. From now on, a later `up` can recover it. The
+    /// guard prints to `log`.
     pub(crate) fn new(
         network: &str,
         lock: Lock,
@@ -62,7 +62,7 @@ impl Custody {
         })
     }
 
-    /// Starts the guard, and waits until it guards.
+    /// Starts the guard, and waits until it is ready.
     pub(crate) fn start_guard(&mut self) -> Result<(), Error> {
         self.new_guard()?.await_ready()
     }
@@ -79,17 +79,17 @@ impl Custody {
         Ok(self.guard.insert(guard))
     }
 
-    /// The folder of the sockets and of the account.
+    /// The run directory.
     pub(crate) fn directory(&self) -> &RunDirectory {
         self.lock.directory()
     }
 
-    /// What every process of the network carries.
+    /// The mark of the processes of this network.
     pub(crate) fn mark(&self) -> &Mark {
         &self.registry.mark
     }
 
-    /// The guard's process, while there is one.
+    /// The pid of the guard.
     pub(crate) fn guard(&self) -> Option<i32> {
         self.guard.as_ref().map(Guard::pid)
     }
@@ -99,7 +99,8 @@ impl Custody {
         self.guard.as_ref().map(Guard::descriptor)
     }
 
-    /// A component was started. The file is needed by the next `up` only if all of these processes are killed.
+    /// Registers a process. The next `up` needs the file only if supervisor and guard are both
+    /// killed.
     pub(crate) fn started(&mut self, component: RegisteredProcess) -> io::Result<()> {
         if let Some(guard) = &mut self.guard {
             guard.started(&component);
@@ -108,7 +109,7 @@ impl Custody {
         self.registry.write(self.lock.directory())
     }
 
-    /// A component has ended.
+    /// Removes the process of a component from the registry.
     pub(crate) fn ended(&mut self, name: &str) -> io::Result<()> {
         let found = self.registry.components.iter().position(|c| c.name == name);
         let Some(index) = found else { return Ok(()) };
@@ -119,7 +120,7 @@ impl Custody {
         self.registry.write(self.lock.directory())
     }
 
-    /// The guard has ended.
+    /// Starts a new guard after one has ended, unless too many have failed.
     pub(crate) fn guard_ended(&mut self) -> Option<GuardChange> {
         let guard = self.guard.take()?;
         if guard.age() >= GUARD_STEADY {
@@ -140,15 +141,15 @@ impl Custody {
         })
     }
 
-    /// Waits for the processes that are left to end, boundedly, and kills the rest.
+    /// Waits for the remaining processes, with a limit, and kills the rest.
     pub(crate) fn end_all(&mut self) -> usize {
         let killed = self.registry.end_all();
         self.registry.components.clear();
         killed
     }
 
-    /// All components have ended: kills what they left behind, wipes all traces. Gives how many processes were killed,
-    /// and the lock, which goes last.
+    /// Kills orphans and removes all traces after the components have ended. Returns the number of
+    /// killed processes, and the lock, which the caller releases last.
     pub(crate) fn finish(mut self, cleanup: &dyn Fn()) -> (usize, io::Result<()>, Lock) {
         let left = self.registry.mark.sweep();
         cleanup();

@@ -1,7 +1,9 @@
-//! The second process: it outlives the supervisor by a moment, ends what that left behind, and wipes its traces.
+//! The guard: a second process that ends the components and removes all traces if its supervisor is
+//! killed.
 //!
-//! The supervisor tells it of every process over a socket (the guard's standard input). When the socket closes
-//! without a farewell, the supervisor is gone, by whatever way. Components notice the same through their own link.
+//! The supervisor reports each process over a socket, the guard's standard input. If the socket
+//! closes without a farewell, the supervisor has ended unexpectedly. Components notice this through
+//! their own links.
 
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{ProcessRegistry, RegisteredProcess};
@@ -22,17 +24,17 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// How long a guard may take until it guards.
+/// How long a guard may take to become ready.
 const START_LIMIT: Duration = Duration::from_secs(5);
-/// How long a line to the guard may take; a guard that does not read is replaced.
+/// How long a write to the guard may take. A guard that does not read is replaced.
 const WRITE_LIMIT: Duration = Duration::from_millis(200);
-/// What the guard says once it is beyond the reach of signals.
+/// What the guard writes when it is ready: signals of the terminal do not reach it any more.
 const GUARDING: &[u8] = b"guarding\n";
 
 /// How the guard process is started: `PROGRAM ARGUMENTS… --network NETWORK`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardCommand {
-    /// The program; it has to call [`guard()`](fn@guard).
+    /// The program. It must call [`guard()`](fn@guard).
     pub program: PathBuf,
     /// Its first arguments.
     pub args: Vec<String>,
@@ -48,7 +50,7 @@ impl GuardCommand {
     }
 }
 
-/// What the supervisor tells its guard, one JSON line each.
+/// The reports of a supervisor to its guard, one JSON line each.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Report {
@@ -58,11 +60,11 @@ enum Report {
     Started(RegisteredProcess),
     /// One has ended, with its process group.
     Ended { pid: i32 },
-    /// All is cleaned up; nothing is left to do.
+    /// Everything is cleaned up. The guard has nothing to do.
     Farewell,
 }
 
-/// The supervisor's end: a guard that runs.
+/// A running guard, as its supervisor sees it.
 #[derive(Debug)]
 pub(crate) struct Guard {
     started: Instant,
@@ -112,7 +114,7 @@ impl Guard {
         Ok(guard)
     }
 
-    /// Waits until no signal of a terminal ends it any more.
+    /// Waits until the guard is ready.
     pub(crate) fn await_ready(&mut self) -> Result<(), Error> {
         let mut said = [0; GUARDING.len()];
         let read = self
@@ -142,7 +144,7 @@ impl Guard {
         self.started.elapsed()
     }
 
-    /// How it ended, after its descriptor was readable.
+    /// How it ended. Call it after the descriptor is readable.
     pub(crate) fn reap(mut self) -> String {
         match self.child.wait() {
             Ok(status) => status.to_string(),
@@ -158,7 +160,7 @@ impl Guard {
         self.tell(&Report::Ended { pid });
     }
 
-    /// Tells it that nothing is left to do, and waits for its end.
+    /// Dismisses the guard, and waits for its end.
     pub(crate) fn dismiss(mut self) {
         self.tell(&Report::Farewell);
         if first_readable([&self.pidfd], KILL_LIMIT).is_none() {
@@ -171,7 +173,7 @@ impl Guard {
 
     fn tell(&mut self, report: &Report) {
         if self.link.write_all(&lines::encode(report)).is_err() {
-            // Either it has ended, or it hangs: the loop sees the end of it and starts another one.
+            // It has ended, or it hangs. The supervisor notices the end and starts another one.
             self.kill();
         }
     }
@@ -181,10 +183,10 @@ impl Guard {
     }
 }
 
-/// The guard process: the whole of `rcdeploy guard --network NETWORK`, never typed by a person.
+/// Runs the guard process: `rcdeploy guard --network NETWORK`, which people never type.
 ///
-/// `cleanup` wipes what the middleware keeps in memory for this network; it has to bear being called when there
-/// is nothing to wipe.
+/// `cleanup` removes what the middleware keeps in memory for this network. It is also called if
+/// there is nothing to remove.
 pub fn guard(network: &str, cleanup: &dyn Fn()) -> ExitCode {
     match watch(network, cleanup) {
         Ok(()) => ExitCode::SUCCESS,
@@ -200,7 +202,7 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))
             .context("ignore signals")?;
     }
-    // Out of the terminal's reach. It fails only for a process that leads a group already, which is as good.
+    // Leaves the terminal. This fails only for a process group leader, which has left it already.
     let _ = rustix::process::setsid();
     let lock = Lock::inherited(network).context("take over the lock")?;
     let stdin = io::stdin()
@@ -209,7 +211,7 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
         .context("take over the supervisor's socket")?;
     let mut supervisor = UnixStream::from(stdin);
     match supervisor.write_all(GUARDING) {
-        // A supervisor that was killed since: what it had said can still be read.
+        // A supervisor that was killed in the meantime: its reports can still be read.
         Err(error)
             if !matches!(
                 error.kind(),
@@ -222,7 +224,7 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
     }
     let registry = match listen(&supervisor) {
         LinkEnd::Farewell => return Ok(()),
-        // It was killed before it said a word: nothing runs yet.
+        // The supervisor was killed before its first report: nothing runs yet.
         LinkEnd::Gone(None) => return wipe(&lock, cleanup),
         LinkEnd::Gone(Some(registry)) => registry,
     };
@@ -247,7 +249,7 @@ fn watch(network: &str, cleanup: &dyn Fn()) -> Result<(), Error> {
     wipe(&lock, cleanup)
 }
 
-/// Removes the traces of the network, unless another one has its place already.
+/// Removes the traces of the network, unless a new network has taken its place.
 fn wipe(lock: &Lock, cleanup: &dyn Fn()) -> Result<(), Error> {
     if lock.is_current() {
         cleanup();
@@ -257,15 +259,15 @@ fn wipe(lock: &Lock, cleanup: &dyn Fn()) -> Result<(), Error> {
     Ok(())
 }
 
-/// How the talk with the supervisor ended.
+/// How the reports of the supervisor ended.
 enum LinkEnd {
-    /// It has cleaned up itself.
+    /// The supervisor has cleaned up itself.
     Farewell,
-    /// It was killed, and held this.
+    /// The supervisor was killed. Its processes are in the registry.
     Gone(Option<ProcessRegistry>),
 }
 
-/// Follows the supervisor until it says farewell or is gone.
+/// Reads the reports of the supervisor until they end.
 fn listen(supervisor: &UnixStream) -> LinkEnd {
     let mut lines = Lines::new(Overlong::Skip);
     let mut registry: Option<ProcessRegistry> = None;
@@ -287,7 +289,7 @@ fn listen(supervisor: &UnixStream) -> LinkEnd {
                 (Ok(_), None) => {
                     print_error(format_args!("guard: a report before the network: {text}"));
                 }
-                // The line of a supervisor that was killed while it wrote.
+                // The supervisor was killed while it wrote this line.
                 (Err(error), _) => print_error(format_args!("guard: {error} in {text}")),
             }
         }

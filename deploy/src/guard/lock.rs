@@ -1,8 +1,9 @@
-//! Who holds a network: a locked file in its run directory.
+//! The lock of a network: a locked file in its run directory.
 //!
-//! The supervisor takes the lock and its guard inherits it (as standard output, of which it needs no other use), so
-//! the network is held as long as either lives. Who removes the directory moves it away first, in one step: a lock
-//! on a file that is no longer in its place is worth nothing, and a new `up` never shares a folder with an old one.
+//! The supervisor takes the lock and its guard inherits it as standard output, which it does not
+//! need otherwise. So the network is locked as long as either lives. The run directory is first
+//! renamed and then removed: a lock on a file that was moved is worth nothing, and a new `up` never
+//! shares a folder with an old one.
 
 use crate::process::identity::Identity;
 use rc_deploy_client::error::{Error, ErrorContext};
@@ -17,10 +18,11 @@ use std::time::{Duration, Instant};
 
 const NAME: &str = "rcdeploy.lock";
 
-/// How long an `up` waits for the guard of an earlier one: its components' time to end, and some more.
+/// How long an `up` waits for the guard of an earlier one: the limit for the end of its components,
+/// and a margin.
 const PATIENCE: Duration = Duration::from_secs(8);
 
-/// A lock that is held by this process.
+/// A lock that this process holds.
 #[derive(Debug)]
 pub(crate) struct Lock {
     file: File,
@@ -29,7 +31,7 @@ pub(crate) struct Lock {
 }
 
 impl Lock {
-    /// Takes the network, or says who has it. A guard that still cleans up is waited for.
+    /// Takes the lock of a network. Waits for a guard that still cleans up.
     pub(crate) fn acquire(network: &str) -> Result<Self, Error> {
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -44,7 +46,7 @@ impl Lock {
                 .mode(0o600)
                 .open(&path);
             let mut file = match file {
-                // The directory went away in between.
+                // The directory was removed in between.
                 Err(error)
                     if error.kind() == io::ErrorKind::NotFound && Instant::now() < deadline =>
                 {
@@ -87,7 +89,7 @@ impl Lock {
         }
     }
 
-    /// The lock that the supervisor gave to this process as standard output.
+    /// Takes over the lock that the supervisor passed as standard output.
     pub(crate) fn inherited(network: &str) -> io::Result<Self> {
         let descriptor = io::stdout().as_fd().try_clone_to_owned()?;
         let directory = RunDirectory::of(network);
@@ -98,12 +100,12 @@ impl Lock {
         })
     }
 
-    /// The file for a process that is to share the lock.
+    /// A copy of the descriptor for a process that shares the lock.
     pub(crate) fn share(&self) -> io::Result<File> {
         self.file.try_clone()
     }
 
-    /// Whether the run directory in its place is still the one that is locked.
+    /// Whether the locked file is still in the run directory of the network.
     pub(crate) fn is_current(&self) -> bool {
         let same =
             |a: std::fs::Metadata, b: std::fs::Metadata| a.ino() == b.ino() && a.dev() == b.dev();
@@ -117,12 +119,12 @@ impl Lock {
         &self.directory
     }
 
-    /// Whether there is nothing else in the run directory.
+    /// Whether the run directory contains nothing but the lock.
     pub(crate) fn is_alone(&self) -> bool {
         std::fs::read_dir(self.directory.path()).is_ok_and(|entries| entries.count() <= 1)
     }
 
-    /// Removes the run directory with the lock in it, unless it is someone else's by now.
+    /// Removes the run directory with the lock in it, unless it belongs to a new network.
     pub(crate) fn remove_directory(&self) -> io::Result<()> {
         if !self.is_current() {
             return Ok(());
@@ -130,12 +132,12 @@ impl Lock {
         let away = moved(self.directory.path());
         match std::fs::rename(self.directory.path(), &away) {
             Ok(()) => remove(&away),
-            // What stands in the way is left from a removal that was interrupted.
+            // An interrupted removal has left this folder.
             Err(_) => self.directory.remove(),
         }
     }
 
-    /// Removes all that is in the run directory except for the lock.
+    /// Removes everything but the lock from the run directory.
     pub(crate) fn empty_directory(&self) -> io::Result<()> {
         for entry in std::fs::read_dir(self.directory.path())? {
             let entry = entry?;
@@ -151,7 +153,8 @@ impl Lock {
         Ok(())
     }
 
-    /// Removes what a process that was killed in the middle of [`Self::remove_directory`] has moved away.
+    /// Removes folders that a process moved away before it was killed in
+    /// [`Self::remove_directory`].
     fn remove_moved(&self) {
         let path = self.directory.path();
         let Some((base, name)) = path.parent().zip(path.file_name()) else {
@@ -163,7 +166,7 @@ impl Lock {
             let rest = name.to_str().and_then(|name| name.strip_prefix(&start));
             let pid = rest.and_then(|rest| rest.strip_suffix(MOVED));
             if pid.is_some_and(|pid| pid.parse::<u32>().is_ok()) {
-                // Nobody needs it; the next one tries again.
+                // Nothing needs it. The next `up` tries again.
                 let _ = remove(&entry.path());
             }
         }
@@ -176,7 +179,7 @@ impl Lock {
     }
 }
 
-/// How the name of a run directory ends that is being removed.
+/// The suffix of a run directory that is being removed.
 const MOVED: &str = ".removed";
 
 fn moved(path: &Path) -> PathBuf {
@@ -184,7 +187,7 @@ fn moved(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}{MOVED}", std::process::id()))
 }
 
-/// Removes a folder; one that somebody else has removed is fine.
+/// Removes a folder. If another process has removed it, that is no error.
 fn remove(path: &Path) -> io::Result<()> {
     match std::fs::remove_dir_all(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
@@ -192,7 +195,7 @@ fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The supervisor that signed the file, if it still runs.
+/// The supervisor that wrote the file, if it still runs.
 fn holder(file: &mut File) -> Option<Identity> {
     let mut text = String::new();
     file.take(4096).read_to_string(&mut text).ok()?;

@@ -1,5 +1,5 @@
-//! What holds a network on one machine: its lock, the registry of its processes, and the guard, a second process that
-//! cleans up when the supervisor has been killed.
+//! What holds a network on one machine: its lock, the registry of its processes, and the guard
+//! process, which cleans up if the supervisor is killed.
 
 pub(crate) mod custody;
 pub mod guard_process;

@@ -1,4 +1,4 @@
-//! Which processes a network holds, written down where the next `up` finds it, and the end of those that are left.
+//! Persistent process registry, from which the next `up` kills orphans.
 
 use crate::guard::lock::Lock;
 use crate::process::identity::{self, Identity, Mark, first_readable, kill_group};
@@ -15,15 +15,15 @@ use std::time::{Duration, Instant};
 const NAME: &str = "components.json";
 const UNFINISHED: &str = "components.json.new";
 
-/// The longest time that components have to end by themselves once their supervisor is gone.
+/// How long components may take to end by themselves after their supervisor has ended.
 const END_LIMIT: Duration = Duration::from_secs(3);
 
 /// The processes of one network.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProcessRegistry {
-    /// The run of the system that the pids belong to.
+    /// The boot id of the system: the pids are valid within one boot only.
     pub boot: String,
-    /// What every process of the network carries.
+    /// The mark of the processes of this network.
     pub mark: Mark,
     /// The components that run.
     pub components: Vec<RegisteredProcess>,
@@ -43,14 +43,14 @@ pub struct RegisteredProcess {
 /// What [`recover`] found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recovered {
-    /// The network was ended in good order, or was never up.
+    /// The network was stopped properly, or was never up.
     Nothing,
-    /// Its supervisor and its guard were killed; so many processes were still there.
+    /// Its supervisor and its guard were killed. This many processes were still running.
     Killed(usize),
 }
 
 impl ProcessRegistry {
-    /// A network without processes.
+    /// An empty registry.
     pub(crate) fn new(mark: Mark) -> Self {
         Self {
             boot: identity::boot_id(),
@@ -59,7 +59,7 @@ impl ProcessRegistry {
         }
     }
 
-    /// Writes the file, in one step.
+    /// Writes the file atomically.
     pub(crate) fn write(&self, directory: &RunDirectory) -> io::Result<()> {
         let path = directory.path().join(NAME);
         let new = directory.path().join(UNFINISHED);
@@ -67,8 +67,8 @@ impl ProcessRegistry {
         std::fs::rename(&new, &path)
     }
 
-    /// Reads the file. One that makes no sense, or was not completed, names no process; the directory is wiped all
-    /// the same.
+    /// Reads the file. A damaged or unfinished file counts as an empty registry, so that the
+    /// directory is cleaned up all the same.
     fn read(directory: &Path) -> Option<Self> {
         let nobody = Self {
             boot: String::new(),
@@ -81,7 +81,8 @@ impl ProcessRegistry {
         }
     }
 
-    /// Waits for the processes to end, boundedly, and kills what is left. Returns how many had to be killed.
+    /// Waits for the processes to end, with a limit, and kills the rest. Returns how many were
+    /// killed.
     pub(crate) fn end_all(&self) -> usize {
         if self.boot != identity::boot_id() {
             return 0;
@@ -105,7 +106,7 @@ impl ProcessRegistry {
     }
 }
 
-/// Waits for the leaders of groups; what is left of a group goes with its leader.
+/// Waits for the leaders of groups. The rest of a group is killed when its leader has ended.
 fn wait_and_kill_groups(left: &mut Vec<(Pid, OwnedFd)>, limit: Duration) {
     let deadline = Instant::now() + limit;
     while !left.is_empty() {
@@ -124,9 +125,10 @@ fn wait_and_kill_groups(left: &mut Vec<(Pid, OwnedFd)>, limit: Duration) {
     }
 }
 
-/// Ends what is left of a network whose supervisor and guard were both killed, and removes its run directory.
+/// Kills the processes of a network whose supervisor and guard were both killed, and removes its
+/// run directory.
 ///
-/// `cleanup` wipes what the middleware left behind. Fails if the network is up.
+/// `cleanup` removes what the middleware has left. Fails if the network is up.
 pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered, Error> {
     if !directory.path().is_dir() {
         return Ok(Recovered::Nothing);

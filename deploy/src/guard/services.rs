@@ -1,4 +1,5 @@
-//! Holds the shared-memory services of a network open, so that no process that is killed leaves one half made.
+//! Holds the shared-memory services of a network open, so that no process that is killed leaves one
+//! half made.
 
 use rc_deploy_network::services::Service;
 use rc_iceoryx2::Holder;
@@ -7,8 +8,9 @@ use rc_middleware::{
     WakeEvent,
 };
 
-/// Makes and holds the services of `network` that [`Network::services`](rc_deploy_network::Network::services) listed. What cannot be held is told on
-/// standard error, and the network starts without it.
+/// Creates and holds the services of `network` from
+/// [`Network::services`](rc_deploy_network::Network::services). A service that cannot be held is
+/// reported on standard error, and the network starts without it.
 pub fn hold(network: &str, services: &str) -> Option<Holder> {
     let print_error = |what: &dyn std::fmt::Display| {
         rc_deploy_client::error::print_error(format_args!("guard of {network}: {what}"));

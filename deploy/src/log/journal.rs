@@ -1,4 +1,4 @@
-//! The last events of a network, for those who follow them or come late.
+//! The last events of a network, for clients that follow them or connect late.
 
 use rc_management::event::Event;
 use std::collections::VecDeque;
@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 /// How many events are kept.
 const KEPT: usize = 1000;
 
-/// What happened last. Each event has a number; a reader remembers which one is its next, so that nobody waits for a
-/// slow one.
+/// The last events, numbered. Each reader remembers the number of its next event, so that a slow
+/// reader blocks nobody.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     first: u64,
@@ -23,12 +23,13 @@ impl Journal {
         self.events.push_back(event.clone());
     }
 
-    /// How many events are kept, and the number of the first of them.
+    /// The number of kept events, and the number of the first one.
     pub(crate) fn kept(&self) -> (usize, u64) {
         (self.events.len(), self.first)
     }
 
-    /// The event of that number, or how many a reader who wants it has missed; none where it has not come yet.
+    /// The event with this number, or how many events the reader has missed. `None` if the event
+    /// has not come yet.
     pub(crate) fn get(&self, number: u64) -> Option<Result<&Event, u64>> {
         match number.checked_sub(self.first) {
             None => Some(Err(self.first - number)),

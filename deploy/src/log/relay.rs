@@ -1,6 +1,7 @@
-//! Shows what components print while `up` runs in the foreground.
+//! Shows log lines while `up` runs in the foreground.
 //!
-//! A write to a log wakes the loop, at most twenty times a second; nothing is looked at while nothing is written.
+//! A write to a log wakes the supervisor, at most twenty times a second. Without writes, it does
+//! nothing.
 
 use crate::log::reporter::Reporter;
 use rc_deploy_client::DirectoryWatch;
@@ -11,9 +12,9 @@ use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The shortest time between two looks.
+/// The shortest time between two reads.
 const PAUSE: Duration = Duration::from_millis(50);
-/// How many turns a log has at the end, to show its last lines.
+/// How many reads a log gets at the end, for its last lines.
 const LAST_TURNS: usize = 8;
 
 /// The logs of a network.
@@ -21,12 +22,12 @@ const LAST_TURNS: usize = 8;
 pub(crate) struct Relay {
     watch: DirectoryWatch,
     logs: Vec<(String, Follower)>,
-    /// When to look, if something was written.
+    /// When to read after a write.
     due: Option<Instant>,
 }
 
 impl Relay {
-    /// The logs, which exist and are empty.
+    /// Follows these logs, which exist and are empty.
     pub(crate) fn new(
         directory: &Path,
         logs: impl IntoIterator<Item = (String, PathBuf)>,
@@ -43,7 +44,7 @@ impl Relay {
         })
     }
 
-    /// What to wait for; nothing while a look is due anyway.
+    /// Becomes readable after a write. There is none while a read is due.
     pub(crate) fn descriptor(&self) -> Option<&OwnedFd> {
         self.due.is_none().then(|| self.watch.descriptor())
     }
@@ -52,13 +53,13 @@ impl Relay {
         self.due
     }
 
-    /// Something was written.
+    /// Notes a write.
     pub(crate) fn wake(&mut self) {
         self.watch.drain();
         self.due.get_or_insert_with(|| Instant::now() + PAUSE);
     }
 
-    /// Shows what has come, if it is time.
+    /// Shows new lines if a read is due.
     pub(crate) fn show(&mut self, now: Instant, report: &Reporter) {
         if self.due.is_none_or(|due| now < due) {
             return;
@@ -85,7 +86,7 @@ impl Relay {
         }
     }
 
-    /// Shows the rest.
+    /// Shows the last lines.
     pub(crate) fn finish(&mut self, report: &Reporter) {
         for (name, log) in &mut self.logs {
             let mut more = true;

@@ -1,8 +1,8 @@
-//! How events reach people and programs.
+//! Writes events and log lines to the standard streams.
 //!
-//! A thread of its own writes, because a terminal that was paused or a pipe that nobody reads must not stop the
-//! supervision. Lines of components wait in their logs until there is room; events that nobody reads are left out in
-//! the end, and counted.
+//! A separate thread writes, so that a paused terminal or a full pipe never blocks the supervisor.
+//! Log lines wait in their logs until there is room. If nobody reads for long, events are dropped
+//! and counted.
 
 use crate::log::journal::Journal;
 use rc_deploy_client::Format;
@@ -17,13 +17,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
-/// How many records may wait to be written before lines of components are held back.
+/// How many records may wait before log lines are held back.
 const ROOM: usize = 1024;
-/// How many before events are left out.
+/// How many records may wait before events are dropped.
 const EVENTS: usize = 64 * 1024;
-/// How many lines are kept while the streams are covered.
+/// How many lines are kept while a view covers the streams.
 const COVERED: usize = 1000;
-/// How long the end of the program waits for them.
+/// How long the end of the program waits for the records.
 const FLUSH_LIMIT: Duration = Duration::from_secs(1);
 
 /// Where events are written.
@@ -41,7 +41,7 @@ enum Record {
     Flush(Sender<()>),
 }
 
-/// Takes events, never blocks.
+/// Queues events and log lines. It never blocks.
 #[derive(Debug)]
 pub(crate) struct Reporter {
     sender: Sender<Record>,
@@ -101,8 +101,8 @@ impl Reporter {
         self.journal.borrow()
     }
 
-    /// Set while something else covers the streams, as a full-screen view does. What is not as expected, and what
-    /// concerns the network as a whole, is written afterwards.
+    /// Set while a full-screen view covers the streams. Warnings, errors and events of the network
+    /// are written afterwards.
     pub(crate) fn covered(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.covered)
     }
@@ -122,7 +122,7 @@ impl Reporter {
         self.send(Record::Out(event.json_line()));
     }
 
-    /// Whether lines of components can be taken. Those that are given nevertheless are kept.
+    /// Whether there is room for log lines. Lines beyond it are kept anyway.
     pub(crate) fn has_room(&self) -> bool {
         self.waiting.load(Ordering::Relaxed) < ROOM
     }
@@ -149,7 +149,7 @@ impl Reporter {
         let _ = self.sender.send(record);
     }
 
-    /// Waits until all is written, boundedly.
+    /// Waits until everything is written, with a limit.
     pub(crate) fn flush(&self) {
         let (done, written) = mpsc::channel();
         self.queue(Record::Flush(done));
@@ -165,7 +165,7 @@ fn write(
     mut err: &File,
 ) {
     let mut kept = VecDeque::new();
-    // Whoever closed these streams does not want to read them.
+    // A closed stream is no reason to fail.
     for record in records {
         let covered = covered.load(Ordering::Relaxed);
         if !covered {

@@ -1,11 +1,13 @@
-//! Logs do not grow without limit: what is longer than its limit becomes the older part beside it, and the log is empty.
+//! Log rotation: a log beyond its limit is copied to `NAME.log.1` and emptied.
 //!
-//! Components write into their logs themselves, so that no supervisor that is slow can hold them up; what they write to
-//! cannot be replaced. So the log is copied to `NAME.log.1`, in the place of the part before, and emptied. What is printed
-//! in the moment between is lost. A first line tells which part this is, and how much was left out: of a log that has
-//! grown to more than twice its limit before anybody looked, only the end is kept.
+//! Components write into their logs directly, so that a slow supervisor never blocks them; their
+//! open files cannot be replaced. Therefore the log is copied, in place of the older part, and
+//! emptied. What is printed between the copy and the emptying is lost. The first line of the older
+//! part has its number and how many bytes were left out: if a log has grown beyond twice its limit,
+//! only its end is kept.
 //!
-//! A write to a log wakes, at most four times a second; while nothing is written nothing is looked at.
+//! A write to a log wakes the supervisor, at most four times a second. Without writes, it does
+//! nothing.
 
 use crate::log::reporter::Reporter;
 use rc_deploy_client::DirectoryWatch;
@@ -18,14 +20,15 @@ use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long a log may become, in bytes, where nobody says anything else.
+/// The default limit of a log in bytes.
 pub(crate) const LIMIT: u64 = 16 << 20;
-/// The shortest time between two looks, and how soon to look again where there was more to do.
+/// The shortest time between two checks, and between two steps of one check.
 const PAUSE: Duration = Duration::from_millis(250);
 const SOON: Duration = Duration::from_millis(50);
-/// How often somebody who reads a log may be waited for. One who is stopped while reading is not waited for any longer.
+/// How many steps a rotation waits for a reader of the log. A reader that is stopped does not hold
+/// it up any longer.
 const PATIENCE: u32 = 20;
-/// Looks after the logs of a network.
+/// Rotates the logs of a network.
 #[derive(Debug)]
 pub(crate) struct Rotation {
     limit: u64,
@@ -50,7 +53,7 @@ impl Rotation {
         })
     }
 
-    /// What to wait for; nothing while a look is due anyway.
+    /// Becomes readable after a write. There is none while a check is due.
     pub(crate) fn descriptor(&self) -> Option<&OwnedFd> {
         self.due.is_none().then(|| self.watch.descriptor())
     }
@@ -59,13 +62,13 @@ impl Rotation {
         self.due
     }
 
-    /// Something was written.
+    /// Notes a write.
     pub(crate) fn wake(&mut self) {
         self.watch.drain();
         self.due.get_or_insert_with(|| Instant::now() + PAUSE);
     }
 
-    /// Shortens the longest log, if it is time and it is too long.
+    /// Rotates the longest log if a check is due and the log is too long.
     pub(crate) fn look(&mut self, now: Instant, report: &Reporter) {
         if self.due.is_none_or(|due| now < due) {
             return;
@@ -87,7 +90,7 @@ impl Rotation {
             Ok(RotationResult::Busy) => return,
             Ok(RotationResult::Done) => {}
             Ok(RotationResult::Emptied(error)) | Err(error) => {
-                let text = format!("{} is not kept, it is emptied: {error}", log.display());
+                let text = format!("{} is emptied without a copy: {error}", log.display());
                 report.event(Event::network(Severity::Warning, "log-lost", text));
             }
         }
@@ -95,7 +98,7 @@ impl Rotation {
         self.look_at_disk(report);
     }
 
-    /// Tells when there is no room for another log, and makes some by giving up the older parts.
+    /// Reports a full disk, and removes the older parts of logs then.
     pub(crate) fn look_at_disk(&mut self, report: &Reporter) {
         let Ok(system) = statvfs(&self.directory) else {
             return;
@@ -122,13 +125,13 @@ impl Rotation {
 
 enum RotationResult {
     Done,
-    /// Somebody reads it.
+    /// A reader holds the log.
     Busy,
-    /// There was no way to keep it.
+    /// The log could not be copied, and was emptied.
     Emptied(io::Error),
 }
 
-/// Makes what is in a log its older part. Whoever reads it at this moment holds a lock, which is respected unless
+/// Moves the contents of a log to its older part. A reader holds a lock, which is respected unless
 /// `insist`.
 fn rotate(log: &Path, limit: u64, insist: bool) -> io::Result<RotationResult> {
     let file = File::options().read(true).write(true).open(log)?;

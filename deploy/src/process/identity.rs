@@ -1,4 +1,4 @@
-//! Processes as the kernel knows them: who they are, whether they live, how they are ended.
+//! Processes of the kernel: identity, life, signals, and the mark of a network.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
@@ -8,23 +8,25 @@ use std::io::Read;
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::{Duration, Instant};
 
-/// The environment variable that every process of a network carries and inherits, see [`Mark`].
+/// The environment variable with the [`Mark`] of the network. Every process of a network inherits
+/// it.
 pub const MARK: &str = "RC_SUPERVISOR";
 
-/// The environment variable with the name of its component and the number of its run, which its children inherit.
+/// The environment variable with the name of the component and the number of its run. Child
+/// processes inherit it.
 pub const COMPONENT: &str = "RC_COMPONENT";
 
-/// A process, also when its pid has been given to another one since.
+/// Identifies a process, even after the system has reused its pid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// The pid.
     pub pid: i32,
-    /// Its start in clock ticks since the system's, `starttime` of proc(5).
+    /// Start time in clock ticks since the start of the system: `starttime` of proc(5).
     pub starttime: u64,
 }
 
 impl Identity {
-    /// The process that has this pid now. One that ended, and only waits for its parent, is none.
+    /// The process with this pid. A zombie is none.
     pub fn of(pid: i32) -> Option<Self> {
         let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
         let starttime = starttime(&stat)?;
@@ -41,16 +43,16 @@ impl Identity {
         Self::of(self.pid) == Some(*self)
     }
 
-    /// A descriptor of this very process, if it still runs. It becomes readable when the process ends.
+    /// A pidfd of this process, if it still runs. It becomes readable when the process ends.
     pub fn open(&self) -> Option<OwnedFd> {
         let descriptor = pidfd_open(Pid::from_raw(self.pid)?, PidfdFlags::empty()).ok()?;
-        // Only now is it certain whom the descriptor means: a pid cannot come back to its first owner.
+        // Checked afterwards, because the pid may have been reused before the pidfd was opened.
         self.is_alive().then_some(descriptor)
     }
 }
 
 fn starttime(stat: &str) -> Option<u64> {
-    // The name of the program comes second, in parentheses, and may contain anything.
+    // The program name is in parentheses and may contain any character.
     let (_, rest) = stat.rsplit_once(')')?;
     let mut fields = rest.split_ascii_whitespace();
     let state = fields.next()?;
@@ -60,25 +62,27 @@ fn starttime(stat: &str) -> Option<u64> {
     fields.nth(18)?.parse().ok()
 }
 
-/// Which run of the system this is; a pid and its time of start mean nothing in another one.
+/// The boot id of the system. Pids and start times are valid within one boot only.
 pub(crate) fn boot_id() -> String {
     std::fs::read_to_string("/proc/sys/kernel/random/boot_id")
         .map(|text| text.trim().to_owned())
         .unwrap_or_default()
 }
 
-/// Sends SIGKILL to every process of the group of `leader`, which the caller knows not to be reaped, or to live.
+/// Sends SIGKILL to the process group of `leader`. The caller knows that the leader runs, or is not
+/// reaped yet.
 pub(crate) fn kill_group(leader: Pid) {
-    // The group may be empty; there is nothing else that could fail for one's own processes.
+    // The group may be empty. Nothing else can fail for own processes.
     let _ = kill_process_group(leader, Signal::KILL);
 }
 
-/// Sends a signal to the process behind a descriptor. One that has ended is no error.
+/// Sends a signal to the process of a pidfd. A process that has ended is no error.
 pub(crate) fn signal(descriptor: &OwnedFd, signal: Signal) {
     let _ = pidfd_send_signal(descriptor, signal);
 }
 
-/// How long a sweep waits, in all, for processes that are on their way into their program, and how often it looks.
+/// How long a sweep waits in total for processes between `fork` and `execve`, and how often it
+/// checks them.
 const EXEC_LIMIT: Duration = Duration::from_millis(200);
 const EXEC_PAUSE: Duration = Duration::from_millis(2);
 
@@ -104,9 +108,10 @@ pub(crate) fn first_readable<'d>(
     }
 }
 
-/// What marks the processes of one run of one network: the network, its supervisor, and when that started.
+/// Marks the processes of one run of a network: the network, the pid of its supervisor, and when
+/// that started.
 ///
-/// Whoever leaves the process group of its component still has it in its environment.
+/// A process that leaves the process group of its component keeps the mark in its environment.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mark(String);
 
@@ -119,7 +124,7 @@ impl Mark {
         ))
     }
 
-    /// The mark that no process carries.
+    /// A mark of no process.
     pub(crate) fn nobody() -> Self {
         Self(String::new())
     }
@@ -129,12 +134,12 @@ impl Mark {
         &self.0
     }
 
-    /// Kills every process that carries this mark, and returns how many there were.
+    /// Kills every process with this mark. Returns how many there were.
     pub fn sweep(&self) -> usize {
         self.sweep_those(&[format!("{MARK}={}", self.0)])
     }
 
-    /// The same of those alone that a run of a component has left behind.
+    /// Kills the processes that one run of a component has left. Returns how many there were.
     pub(crate) fn sweep_of(&self, run: &str) -> usize {
         self.sweep_those(&[format!("{MARK}={}", self.0), format!("{COMPONENT}={run}")])
     }
@@ -145,7 +150,7 @@ impl Mark {
         }
         let mut killed = 0;
         let mut patience = EXEC_LIMIT;
-        // A process may have forked while the others were looked at.
+        // A process may have forked during the search.
         for _ in 0..5 {
             let mut found = bearers(wanted);
             while found.is_none() && !patience.is_zero() {
@@ -171,7 +176,8 @@ impl Mark {
     }
 }
 
-/// Those with all of these in their environment; `None` if there are none, but one that may turn out to.
+/// The processes with all these entries in their environment. `None` if there are none, but a
+/// process between `fork` and `execve` may become one.
 fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
     let own = std::process::id();
     let program = std::fs::read_link("/proc/self/exe").ok();
@@ -191,14 +197,14 @@ fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
         let Ok(descriptor) = pidfd_open(process, PidfdFlags::empty()) else {
             continue;
         };
-        // Looked at first: what is another program by now has its own environment.
+        // Read before the environment: a process that has executed another program has its own.
         let is_copy =
             program.is_some() && program == std::fs::read_link(format!("/proc/{pid}/exe")).ok();
         let mut seen = environment(pid);
         if seen.as_ref().is_some_and(Vec::is_empty) {
             match has_environment(pid) {
                 Some(false) => unsettled = true,
-                // It was on its way a moment ago.
+                // It has executed its program in the meantime.
                 Some(true) => seen = environment(pid),
                 None => {}
             }
@@ -217,7 +223,7 @@ fn bearers(wanted: &[String]) -> Option<Vec<OwnedFd>> {
     (!found.is_empty() || !unsettled).then_some(found)
 }
 
-/// What a process started with; `None` if it has ended, or belongs to somebody else.
+/// The initial environment of a process. `None` if it has ended, or belongs to another user.
 fn environment(pid: i32) -> Option<Vec<u8>> {
     let mut environment = Vec::new();
     let file = std::fs::File::open(format!("/proc/{pid}/environ")).ok()?;
@@ -225,8 +231,9 @@ fn environment(pid: i32) -> Option<Vec<u8>> {
     Some(environment)
 }
 
-/// Whether a copy of this program is about to become another one. Until `execve` has replaced its memory it has the environment,
-/// and the command line, of whoever started it a moment ago, who goes on before that is done, or has been killed.
+/// Whether a process is a copy of this program that has not executed its own program yet. Until
+/// `execve`, it has the environment and the command line of its parent, which may continue, or be
+/// killed, in the meantime.
 fn is_before_exec(pid: i32) -> bool {
     let line = |pid: i32| std::fs::read(format!("/proc/{pid}/cmdline")).ok();
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
@@ -238,7 +245,7 @@ fn is_before_exec(pid: i32) -> bool {
     is_alike && starttime(&stat).is_some_and(is_young)
 }
 
-/// Whether so many clock ticks after the start of the system were less than a second ago.
+/// Whether this start time is less than a second ago.
 fn is_young(starttime: u64) -> bool {
     let second = rustix::param::clock_ticks_per_second();
     let now = clock_gettime(ClockId::Boottime);
@@ -247,16 +254,17 @@ fn is_young(starttime: u64) -> bool {
     now.saturating_sub(starttime) < second
 }
 
-/// Whether a process has an environment by now, see [`knows_environment`].
+/// Whether a process has an environment yet, see [`knows_environment`].
 fn has_environment(pid: i32) -> Option<bool> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     knows_environment(&stat)
 }
 
-/// Whether the `env_end` of this `stat` of proc(5) is known; `None` of what never has one. `execve` replaces the memory first and
-/// says where the environment is afterwards, and whoever started the process may have gone on in between.
+/// Whether `env_end` is set in this `stat` of proc(5). `None` for a process that never has an
+/// environment. `execve` replaces the memory before it sets the position of the environment, and
+/// the parent may continue in between.
 fn knows_environment(stat: &str) -> Option<bool> {
-    /// `PF_KTHREAD` of the kernel's `sched.h`: its own threads never have an environment.
+    /// `PF_KTHREAD` of the kernel's `sched.h`. Kernel threads have no environment.
     const KERNEL: u64 = 0x0020_0000;
     let (_, rest) = stat.rsplit_once(')')?;
     let mut fields = rest.split_ascii_whitespace();

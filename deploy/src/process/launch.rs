@@ -1,4 +1,4 @@
-//! One process of a component: how it is started, heard, signalled and reaped. It decides nothing.
+//! The process of a component on this machine: start, link, signals, end. It decides nothing.
 
 use crate::guard::process_registry::RegisteredProcess;
 use crate::process::identity::{self, COMPONENT, Identity, MARK, Mark, kill_group};
@@ -15,7 +15,7 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 
-/// How many reads of the link are made after the process has ended.
+/// How many times the link is read after the process has ended.
 const LAST_READS: usize = 16;
 
 /// A process of this machine.
@@ -30,8 +30,8 @@ pub(crate) struct LocalProcess {
 }
 
 impl LocalProcess {
-    /// Starts the process, whose link begins with `greeting`; what it prints is appended to `log`. Its children are
-    /// found by `run`, which is another one for each start.
+    /// Starts the process. `greeting` is the first line on its link; its output is appended to
+    /// `log`. `run` names this start, so that its child processes can be found.
     pub(crate) fn start(
         component: &Component,
         run: &str,
@@ -57,7 +57,7 @@ impl LocalProcess {
                 .write_all(line.as_bytes())
                 .map_err(|e| refused("hand over its changed parameters".to_owned(), e))?;
         }
-        // A wrong folder and a wrong program are the same error to the system.
+        // The system reports a wrong folder and a wrong program with the same error.
         if !component.directory.is_dir() {
             return Err(format!(
                 "its working directory {} does not exist",
@@ -77,7 +77,7 @@ impl LocalProcess {
             .stdout(Stdio::from(file))
             .stderr(Stdio::from(also_file));
         let mut child = realtime::spawn(&mut command, &component.cpu, component.priority)?;
-        // It still holds the component's end of the link.
+        // The command holds the component's end of the link.
         drop(command);
         let pid = Pid::from_child(&child);
         let pidfd = match pidfd_open(pid, PidfdFlags::empty()) {
@@ -89,7 +89,7 @@ impl LocalProcess {
             }
         };
         let raw = pid.as_raw_nonzero().get();
-        // It may have ended already: then its time of start does not matter any more.
+        // It may have ended already. Then its start time does not matter.
         let identity = Identity::of(raw).unwrap_or(Identity {
             pid: raw,
             starttime: 0,
@@ -109,7 +109,7 @@ impl LocalProcess {
         &self.pidfd
     }
 
-    /// What the component speaks over, until it closes it.
+    /// The socket of the link, until the component closes it.
     pub(crate) fn link(&self) -> Option<&UnixStream> {
         self.link.as_ref()
     }
@@ -118,7 +118,7 @@ impl LocalProcess {
         self.identity.pid
     }
 
-    /// The process, for those that keep account of it.
+    /// Its entry for the process registry.
     pub(crate) fn registered(&self, component: &Component) -> RegisteredProcess {
         RegisteredProcess {
             name: component.name.clone(),
@@ -127,7 +127,7 @@ impl LocalProcess {
         }
     }
 
-    /// Takes one read from the link.
+    /// Reads once from the link.
     pub(crate) fn read_link(&mut self) -> Vec<Line> {
         let Some(link) = &self.link else {
             return Vec::new();
@@ -139,7 +139,7 @@ impl LocalProcess {
         lines
     }
 
-    /// What is still on the link of a process that has ended.
+    /// Reads the rest of the link after the process has ended.
     pub(crate) fn last_words(&mut self) -> Vec<Line> {
         let mut words = Vec::new();
         for _ in 0..LAST_READS {
@@ -155,14 +155,15 @@ impl LocalProcess {
 
     /// Ends the process and its group.
     pub(crate) fn kill(&self) {
-        // The process is not reaped yet, so the number is still its own.
+        // The process is not reaped yet, so its pid cannot belong to another one.
         kill_group(self.pid);
         identity::signal(&self.pidfd, Signal::KILL);
     }
 
-    /// The process has ended: kills what is left of its group, and reaps it.
+    /// Kills the rest of the group and reaps the process, which has ended.
     pub(crate) fn reap(&mut self) -> Exit {
-        // Before it is reaped: until then nobody else can get its pid as the number of a group.
+        // Before it is reaped, because its pid cannot become the number of another group until
+        // then.
         kill_group(self.pid);
         match self.child.wait() {
             Ok(status) => Exit {
@@ -190,7 +191,7 @@ fn describe(status: ExitStatus) -> String {
     }
 }
 
-/// What to do about a process that has met the end of the shared memory: the system has no other way to say so.
+/// Advice about SIGBUS, with which the system reports that the shared memory is full.
 fn shared_memory() -> String {
     const PLACE: &str = "/dev/shm";
     let Ok(disk) = rustix::fs::statvfs(PLACE) else {

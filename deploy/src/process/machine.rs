@@ -1,12 +1,12 @@
-//! What a network asks of this machine, looked at before anything starts.
+//! Checks what a network needs of this machine before anything starts.
 
 use crate::process::realtime;
 use rc_deploy_network::Network;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity};
 
-/// Checks that this machine has the processors that its components are to run on, and lets them have their
-/// real-time priorities. What is forbidden is an error where they are to be started (`starts`), and else a
-/// warning: the rights of whoever checks may be fewer.
+/// Checks that this machine has the processors of its components, and permits their real-time
+/// priorities. A forbidden priority is an error if the network is to start (`starts`), otherwise a
+/// warning: another user may have more rights.
 pub fn check(network: &Network, starts: bool, found: &mut Diagnostics) {
     for instance in &network.deployment.instances {
         if network.deployment.remote_host(instance).is_some() {

@@ -1,18 +1,18 @@
-//! What a component leaves behind when it ends: it is gone before the component starts again.
+//! Kills the orphans of a component before it restarts.
 //!
-//! A thread looks for it. All processes of the machine are asked for their environment, and one that hangs in the
-//! kernel may keep whoever asks waiting; the supervision does not wait.
+//! A separate thread searches, because it reads the environment of all processes: one that hangs in
+//! the kernel may block the reader.
 
 use crate::process::identity::Mark;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long a new start waits for what is left of the last one.
+/// How long a restart waits for the search.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Between two looks whether a thread is done.
+/// The time between two checks whether a search is done.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// The threads that look.
+/// The searches in progress.
 #[derive(Debug, Default)]
 pub(crate) struct OrphanSweeps(Vec<Sweep>);
 
@@ -24,8 +24,8 @@ struct Sweep {
 }
 
 impl OrphanSweeps {
-    /// Begins to end what this run of a component has left. Where there can be no thread, that is done at the end of the
-    /// network.
+    /// Begins to kill the orphans of this run. If no thread can start, they are killed when the
+    /// network ends.
     pub(crate) fn begin(&mut self, component: &str, mark: &Mark, run: String) {
         let mark = mark.clone();
         let thread = std::thread::Builder::new().name("left-over".to_owned());
@@ -38,21 +38,21 @@ impl OrphanSweeps {
         }
     }
 
-    /// Whether a start of this component waits.
+    /// Whether a restart of this component has to wait.
     pub(crate) fn hold_back(&self, component: &str) -> bool {
         let now = Instant::now();
         let mut sweeps = self.0.iter();
         sweeps.any(|sweep| sweep.component == component && now < sweep.patience)
     }
 
-    /// When to look again.
+    /// When to check again.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         let now = Instant::now();
         let waited_for = self.0.iter().any(|sweep| now < sweep.patience);
         waited_for.then(|| now + LOOK)
     }
 
-    /// Those that are done: the component, and how many processes were killed.
+    /// The searches that are done: component and number of killed processes.
     pub(crate) fn done(&mut self) -> Vec<(String, usize)> {
         let done = self.0.extract_if(.., |sweep| sweep.thread.is_finished());
         done.map(|sweep| (sweep.component, sweep.thread.join().unwrap_or(0)))

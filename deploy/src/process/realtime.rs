@@ -1,7 +1,7 @@
 //! The processors that a component may run on, and its real-time priority.
 //!
-//! Both are set of the thread that starts the process, which is made for this and ends at once: a process inherits
-//! them from the thread that makes it, and its own threads from it. So they hold from its first instruction on.
+//! Both are set for a temporary thread that starts the process. The process inherits them from this
+//! thread, so that they hold from its first instruction.
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -13,10 +13,10 @@ use rustix::io::Errno;
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-/// Where the system lists the processors that are switched on.
+/// The list of the processors that are online.
 const ONLINE: &str = "/sys/devices/system/cpu/online";
 
-/// Starts a process on these processors (none: any) and with this priority of `SCHED_FIFO`.
+/// Starts a process on these processors (empty: any) with this `SCHED_FIFO` priority.
 pub(crate) fn spawn(
     command: &mut Command,
     cpu: &[u16],
@@ -39,7 +39,7 @@ pub(crate) fn spawn(
     })
 }
 
-/// What to do about a program that the system does not run.
+/// Advice about a program that the system does not run.
 fn remedy(program: &dyn Display, error: &io::Error) -> String {
     match error.raw_os_error().map(Errno::from_raw_os_error) {
         Some(Errno::NOENT) => "; build it, as `rcdeploy up --build` does".to_owned(),
@@ -52,12 +52,12 @@ fn remedy(program: &dyn Display, error: &io::Error) -> String {
     }
 }
 
-/// Whether the system lets this process use a real-time priority; else what to do.
+/// Checks that the system permits a real-time priority. The error says what to do.
 pub(crate) fn permits(priority: u8) -> Result<(), String> {
     on_a_thread(|| set_priority(priority))
 }
 
-/// Runs something that changes how its thread is scheduled.
+/// Runs work that changes the scheduling of its thread.
 fn on_a_thread<T: Send>(work: impl FnOnce() -> Result<T, String> + Send) -> Result<T, String> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().spawn_scoped(scope, work);
@@ -75,7 +75,7 @@ fn set_affinity(cpu: &[u16]) -> Result<(), String> {
     let mut wanted = CpuSet::new();
     cpu.iter().for_each(|at| wanted.set(usize::from(*at)));
     let allowed = sched_setaffinity(None, &wanted).and_then(|()| sched_getaffinity(None));
-    // The system leaves out, without a word, what the cgroup of this process may not use.
+    // The system silently removes processors that the cgroup does not permit.
     match allowed {
         Ok(allowed) if allowed == wanted => Ok(()),
         Ok(_) | Err(Errno::INVAL) => Err(format!(
@@ -89,9 +89,9 @@ fn set_affinity(cpu: &[u16]) -> Result<(), String> {
     }
 }
 
-/// Says which of these processors the machine does not have, and which ones there are.
+/// Checks that the machine has these processors. The error names missing and existing ones.
 pub(crate) fn missing(cpu: &[u16]) -> Result<(), String> {
-    // Where the system does not list them, it will refuse them itself.
+    // Without a list, the system refuses missing processors itself.
     let Ok(online) = online() else { return Ok(()) };
     let missing: Vec<u16> = cpu
         .iter()
@@ -122,10 +122,11 @@ fn set_priority(priority: u8) -> Result<(), String> {
     )
 }
 
-/// What to do where a priority is not permitted.
+/// Advice about a priority that is not permitted.
 fn forbidden(priority: u8, limit: u64) -> String {
     let limits = if limit >= u64::from(priority) {
-        // It is not the limit, then: a group without a share of real time, or a filter of system calls.
+        // The limit is not the reason, but a cgroup without real-time bandwidth, or a seccomp
+        // filter.
         "the cgroup or the container of rcdeploy has no real time (`cpu.rt_runtime_us`, seccomp)"
             .to_owned()
     } else {
@@ -142,7 +143,8 @@ fn forbidden(priority: u8, limit: u64) -> String {
 /// Gives the calling thread a priority of `SCHED_FIFO`.
 #[expect(unsafe_code, reason = "no safe crate has this call")]
 fn fifo(priority: u8) -> io::Result<()> {
-    // SAFETY: all bytes zero are a value of this structure of numbers, and the call only reads it; 0 is the thread itself.
+    // SAFETY: all bytes zero are a value of this structure of numbers, and the call only reads it;
+    // 0 is the thread itself.
     let done = unsafe {
         let mut parameters: libc::sched_param = std::mem::zeroed();
         parameters.sched_priority = libc::c_int::from(priority);
@@ -160,7 +162,7 @@ fn online() -> io::Result<BTreeSet<u16>> {
     read_list(text.trim()).ok_or_else(|| io::ErrorKind::InvalidData.into())
 }
 
-/// Reads `0-3,8`, as the system writes it.
+/// Parses a list such as `0-3,8`.
 fn read_list(text: &str) -> Option<BTreeSet<u16>> {
     let mut all = BTreeSet::new();
     for part in text.split(',') {

@@ -1,4 +1,4 @@
-//! The signals that ask the supervisor to stop, as something to wait for.
+//! SIGINT, SIGTERM and SIGHUP as a descriptor to wait for.
 
 use signal_hook::SigId;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
-/// SIGINT, SIGTERM and SIGHUP, from now on.
+/// Catches SIGINT, SIGTERM and SIGHUP while it exists.
 #[derive(Debug)]
 pub(crate) struct Signals {
     pipe: UnixStream,
@@ -35,7 +35,7 @@ impl Signals {
         self.pipe.as_fd()
     }
 
-    /// How many have come.
+    /// Returns how many signals have come.
     pub(crate) fn take(&self) -> usize {
         let mut buffer = [0; 64];
         (&self.pipe).read(&mut buffer).unwrap_or(0)

@@ -276,7 +276,7 @@ fn a_silent_machine_is_lost() {
     };
     signal(Signal::STOP);
     let lost = up.await_event("host-lost", None);
-    assert!(lost.contains("nothing was heard of it"), "{lost}");
+    assert!(lost.contains("no message came from it"), "{lost}");
     // Until it has left the network, the next one waits.
     signal(Signal::CONT);
     up.await_event("host-back", None);

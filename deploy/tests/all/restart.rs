@@ -27,17 +27,14 @@ fn a_component_that_fails_is_started_again() {
     ]);
     for pause in ["20ms", "40ms", "80ms"] {
         let message = up.await_event("restarting", Some("a"));
-        assert_eq!(message, format!("is started again in {pause}"));
+        assert_eq!(message, format!("restarts in {pause}"));
     }
     up.await_event("ready", Some("a"));
     let status = bench.status();
     let restarts: Vec<u32> = status.components.iter().map(|c| c.restarts).collect();
     assert_eq!(restarts, [3, 0]);
     assert_eq!(status.components[0].state, ComponentState::Running);
-    assert!(
-        table(&status).contains("started again 3 times"),
-        "{status:?}"
-    );
+    assert!(table(&status).contains("restarted 3 times"), "{status:?}");
     up.signal(Signal::TERM);
     let (code, events) = up.end();
     // All failures were mended.
@@ -59,7 +56,7 @@ fn a_component_that_fails_too_often_stops_the_network() {
     ]);
     let message = up.await_event("gave-up", Some("a"));
     assert!(
-        message.contains("was started again 2 times within 600s and has ended again"),
+        message.contains("restarted 2 times within 600s and ended again"),
         "{message}"
     );
     assert!(message.contains("a is about to fail"), "{message}");

@@ -77,7 +77,7 @@ fn children_that_are_left_behind_are_killed() {
     up.signal(Signal::INT);
     let message = up.await_event("left-over", None);
     assert!(
-        message.contains("that components had left behind"),
+        message.contains("orphaned processes of components"),
         "{message}"
     );
     assert_eq!(up.end().0, Some(0));
@@ -99,7 +99,7 @@ fn down_returns_when_the_network_can_start_again() {
     let down = bench.command("down", &[]);
     assert_eq!(down.status.code(), Some(3));
     let message = text(&down.stderr);
-    assert!(message.contains("is not up; no network is"), "{message}");
+    assert!(message.contains("is not up; no network is up"), "{message}");
 }
 
 #[test]

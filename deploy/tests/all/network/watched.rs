@@ -77,7 +77,7 @@ fn overruns_silence_and_peers_that_vanish_are_told_once_and_when_they_are_over()
         &site,
         "monitor",
         "silent",
-        "nothing came from FullPoseEstimationPub for 1",
+        "no sample of FullPoseEstimationPub came for 1",
     );
     site.await_component("monitor", |c| {
         has_trouble(c, "silent", "longer than its deadline")
