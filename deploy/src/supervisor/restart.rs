@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn a_limit_counts_the_starts_of_its_time() {
         let start = Instant::now();
-        let within = Duration::from_secs(60);
+        let within = Duration::from_mins(1);
         let mut restarts = rules(Policy::OnFailure, Some((2, within)));
         let mut at = |seconds| {
             let now = start + Duration::from_secs(seconds);

@@ -228,7 +228,7 @@ fn a_restarted_component_begins_anew() {
     assert!(model.components[0].report.is_none() && model.components[0].rates.is_empty());
     assert!(model.components[1].report.is_some());
     // Long without an answer.
-    model.tick(Duration::from_secs(60));
+    model.tick(Duration::from_mins(1));
     assert!(screen(&mut model, 80, 24).contains("avoider          silent"));
     // What is gone is not selected any more.
     model.selected = "monitor".to_owned();
