@@ -7,8 +7,8 @@ use std::time::Duration;
 
 /// The settings of middlewares, by the name of the middleware and the key.
 ///
-/// Whoever reads text converts it by the table of `rc_settings`, so a backend finds values that are valid. If a key is
-/// not set, the methods give the default of that table.
+/// Whoever reads text converts it by the table of `rc_settings`, so a backend finds values that
+/// are valid. If a key is not set, the methods give the default of that table.
 ///
 /// ```
 /// use rc_middleware::Settings;

@@ -1,4 +1,4 @@
-//! What stands in one `.pdsl` file, in its order, nothing resolved yet.
+//! The syntax tree of one `.pdsl` file, in the order of the text. Names are not resolved.
 
 use rc_configuration::condition::Comparator;
 use rc_diagnostics::Span;
@@ -9,18 +9,18 @@ use rc_syntax::{Literal, Name};
 pub struct File {
     /// `import "other.pdsl";`
     pub imports: Vec<Name>,
-    /// The declaration, if one could be read.
+    /// The declaration, unless it is missing or unreadable.
     pub params: Option<Params>,
 }
 
 /// `ComponentParams NAME { … };`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// Its name.
+    /// The name.
     pub name: Name,
-    /// Its documentation.
+    /// The documentation, line by line.
     pub doc: Vec<String>,
-    /// What is declared in it.
+    /// The declarations in it.
     pub items: Vec<Item>,
 }
 
@@ -38,7 +38,7 @@ pub enum Item {
 }
 
 impl Item {
-    /// The name that it declares; a rule declares none.
+    /// The declared name. A rule declares none.
     pub fn name(&self) -> Option<&Name> {
         match self {
             Self::Param(param) => Some(&param.name),
@@ -52,53 +52,53 @@ impl Item {
 /// One parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Param {
-    /// Its name.
+    /// The name.
     pub name: Name,
-    /// Its documentation.
+    /// The documentation, line by line.
     pub doc: Vec<String>,
-    /// The word of its type.
+    /// The name of the type.
     pub ty: Name,
     /// `[1:8]` or `[]` after the type.
     pub array: Option<Array>,
-    /// Its default.
+    /// The default.
     pub default: Option<DefaultValue>,
     /// `0:127`
     pub range: Option<Range>,
     /// `{fast, slow}`
     pub choices: Vec<Literal>,
-    /// What follows.
+    /// The flags, in the order of the text.
     pub flags: Vec<Flag>,
 }
 
-/// The mark of an array.
+/// The brackets of an array.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
-    /// Its allowed length; none where any is.
+    /// The allowed length; `None` for any length.
     pub length: Option<Length>,
-    /// Its place.
+    /// The location.
     pub span: Span,
 }
 
 /// `1:8`, the allowed length of an array or a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Length {
-    /// The shortest.
+    /// The minimum.
     pub min: Literal,
-    /// The longest.
+    /// The maximum.
     pub max: Literal,
 }
 
-/// The value of a parameter that a configuration leaves out.
+/// The default of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DefaultValue {
     /// One value.
     One(Literal),
-    /// `[1, 2, 3]`, and its place.
+    /// `[1, 2, 3]`, with its location.
     Many(Vec<Literal>, Span),
 }
 
 impl DefaultValue {
-    /// Its place.
+    /// The location.
     pub fn span(&self) -> Span {
         match self {
             Self::One(literal) => literal.span,
@@ -110,20 +110,20 @@ impl DefaultValue {
 /// `0:127`, `0:`, `:127`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// The smallest value.
+    /// The minimum.
     pub min: Option<Literal>,
-    /// The largest value.
+    /// The maximum.
     pub max: Option<Literal>,
-    /// Its place.
+    /// The location.
     pub span: Span,
 }
 
-/// One word after a parameter.
+/// A flag of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flag {
-    /// Which.
+    /// The kind of flag.
     pub kind: FlagKind,
-    /// Where.
+    /// The location.
     pub span: Span,
 }
 
@@ -142,56 +142,56 @@ pub enum FlagKind {
     Secret,
 }
 
-/// Parameters that belong together.
+/// A group of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// Its name.
+    /// The name.
     pub name: Name,
-    /// Its documentation.
+    /// The documentation, line by line.
     pub doc: Vec<String>,
-    /// What is declared in it.
+    /// The declarations in it.
     pub items: Vec<Item>,
 }
 
 /// A list of structures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct List {
-    /// Its name.
+    /// The name.
     pub name: Name,
-    /// Its documentation.
+    /// The documentation, line by line.
     pub doc: Vec<String>,
-    /// Its allowed length; none where any is.
+    /// The allowed length; `None` for any length.
     pub length: Option<Length>,
-    /// What is declared in each of its elements.
+    /// The declarations in each element.
     pub items: Vec<Item>,
 }
 
 /// A rule across parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rule {
-    /// What has to hold.
+    /// The condition that must hold.
     pub condition: Expression,
-    /// The condition as written, its comments left out and its white space folded.
+    /// The text of the condition, without comments and with folded white space.
     pub text: String,
-    /// What is said where it is broken.
+    /// The message if the condition does not hold.
     pub message: String,
 }
 
 /// A condition, or a part of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
-    /// What it is.
+    /// The kind of expression.
     pub kind: ExpressionKind,
-    /// Its place.
+    /// The location.
     pub span: Span,
 }
 
-/// The parts of conditions. Chains like `a + b + c` are flat, so that only brackets nest.
+/// The kinds of expressions. Chains such as `a + b + c` are flat, so that only brackets nest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExpressionKind {
     /// `3`, `50ms`, `"x"`, `true`
     Literal(Literal),
-    /// `motors.max`; a single name may also be a choice.
+    /// `motors.max`. A single name may also be a choice.
     Path(Path),
     /// `max(motors.max)`
     Call(Name, Path),
@@ -199,7 +199,7 @@ pub enum ExpressionKind {
     Negative(Box<Expression>),
     /// `not a`
     Not(Box<Expression>),
-    /// `a + b - c`: each but the first with its operator before it.
+    /// `a + b - c`. Each part but the first has its operator.
     Sum(Box<Expression>, Vec<(SumOperator, Expression)>),
     /// `a * b / c`
     Product(Box<Expression>, Vec<(ProductOperator, Expression)>),
@@ -214,14 +214,14 @@ pub enum ExpressionKind {
 /// `motors.max`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// Its names, at least one.
+    /// The names, at least one.
     pub names: Vec<Name>,
-    /// Its place.
+    /// The location.
     pub span: Span,
 }
 
 impl Path {
-    /// The first `count` names, with dots between them.
+    /// The first `count` names, joined by dots.
     pub fn text(&self, count: usize) -> String {
         let names = self.names.iter().take(count);
         let names: Vec<&str> = names.map(|name| name.text.as_str()).collect();
@@ -229,7 +229,7 @@ impl Path {
     }
 }
 
-/// What joins the parts of a sum.
+/// The operators of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SumOperator {
     /// `+`
@@ -238,7 +238,7 @@ pub enum SumOperator {
     Subtract,
 }
 
-/// What joins the parts of a product.
+/// The operators of a product.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProductOperator {
     /// `*`

@@ -1,4 +1,4 @@
-//! Rules: names become references, types have to fit, and a tree becomes the steps that compute it.
+//! Resolves the conditions of rules: resolves names, checks types, and compiles trees into steps.
 
 use crate::ast::{self, Expression, ExpressionKind, Path, ProductOperator, SumOperator};
 use crate::limits::described;
@@ -8,8 +8,8 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::HashSet;
 
-/// The rule `tree`, which stands in the groups and lists `scope` of `model`; none where something is wrong with it.
-/// What is `invalid` was reported where it is declared.
+/// Resolves the rule `tree` in the groups and lists `scope` of `model`. Reports errors and
+/// returns `None` if the rule is invalid. Declarations in `invalid` have been reported.
 pub(crate) fn resolve(
     model: &Parameters,
     invalid: &HashSet<Vec<String>>,
@@ -47,7 +47,7 @@ fn members(parameter: &Parameter) -> Option<&[Parameter]> {
     }
 }
 
-/// What a part of a condition can be.
+/// The type of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OperandType {
     Bool,
@@ -70,14 +70,14 @@ impl OperandType {
         match self {
             Self::Bool => "`true` or `false`",
             Self::Number => "a number",
-            Self::Time => "a time",
-            Self::Text => "a text",
+            Self::Time => "a duration",
+            Self::Text => "a string",
         }
     }
 }
 
 struct ConditionResolver<'m> {
-    /// The parameters that the rule sees: those of the blocks around it, the outermost first.
+    /// The blocks around the rule, the outermost first.
     blocks: Vec<&'m [Parameter]>,
     scope: &'m [String],
     invalid: &'m HashSet<Vec<String>>,
@@ -85,21 +85,21 @@ struct ConditionResolver<'m> {
     found: &'m mut Diagnostics,
 }
 
-/// What a path leads to.
+/// The target of a path.
 struct Target<'m> {
     reference: Reference,
     parameter: &'m Parameter,
-    /// The list that it leads through.
+    /// The list on the path.
     list: Option<&'m str>,
 }
 
-/// Why a path leads nowhere.
+/// Why a path has no target.
 enum PathError<'m> {
-    /// It names what was not understood where it is declared.
+    /// The declaration of a name has errors.
     Invalid,
-    /// Which of its names is not there, and what is.
+    /// The index of an unknown name, and the known names.
     Unknown(usize, Vec<&'m Parameter>),
-    /// Which of its names is a single value, though it goes on.
+    /// The index of a scalar, though the path goes on.
     NotATable(usize),
 }
 
@@ -112,7 +112,7 @@ impl<'m> ConditionResolver<'m> {
         });
     }
 
-    /// A part that must be true or false, and must be able to be either.
+    /// Compiles an operand that must be a condition and must refer to a parameter.
     fn boolean(&mut self, tree: &Expression) -> Option<()> {
         let from = self.steps.len();
         let operand_type = self.operand_type(tree, None)?;
@@ -138,8 +138,8 @@ impl<'m> ConditionResolver<'m> {
         Some(())
     }
 
-    /// Appends the steps of `tree`. A single name that is no parameter may be one of the choices of `compared_with`, with
-    /// which it is compared.
+    /// Compiles `tree`, and returns its type. If a name is not a parameter, it may be a choice of
+    /// `compared_with`, the other side of a comparison.
     fn operand_type(
         &mut self,
         tree: &Expression,
@@ -192,7 +192,7 @@ impl<'m> ConditionResolver<'m> {
             LiteralKind::Duration(value) if *value < u64::MAX => {
                 (Value::Duration(*value), OperandType::Time)
             }
-            // A time below zero is only possible here, between two others.
+            // A negative duration is only possible in a condition.
             LiteralKind::Name(text) => match negative_time(text) {
                 Some(value) => {
                     self.steps.push(Step::Value(Value::Duration(value)));
@@ -202,7 +202,7 @@ impl<'m> ConditionResolver<'m> {
                 None => return self.too_large(literal, text),
             },
             LiteralKind::Float(_) => return self.too_large(literal, "this number"),
-            LiteralKind::Duration(_) => return self.too_large(literal, "this time"),
+            LiteralKind::Duration(_) => return self.too_large(literal, "this duration"),
         };
         self.steps.push(Step::Value(value));
         Some(operand_type)
@@ -312,18 +312,18 @@ impl<'m> ConditionResolver<'m> {
             }
             (Function::Min | Function::Max, Some(ty)) => (
                 format!(
-                    "`{word}` takes numbers or times; `{}` is of type `{}`",
+                    "`{word}` takes numbers or durations; `{}` is of type `{}`",
                     path.text(usize::MAX),
                     ty.word()
                 ),
-                "only numbers and times have an order".to_owned(),
+                "only numbers and durations have an order".to_owned(),
             ),
         };
         self.error("condition-type", path.span, message, Some(help));
         None
     }
 
-    /// The block, from the inside out, that declares `name`.
+    /// The innermost block that declares `name`.
     fn level(&self, name: &str) -> Option<usize> {
         (0..self.blocks.len()).rev().find(|level| {
             let mut declared = self.blocks[*level].iter();
@@ -337,7 +337,7 @@ impl<'m> ConditionResolver<'m> {
         self.invalid.contains(&full)
     }
 
-    /// What `path` leads to.
+    /// Finds the target of `path`.
     fn find(&self, path: &Path) -> Result<Target<'m>, PathError<'m>> {
         let first = path.names.first().map_or("", |name| &name.text);
         let Some(level) = self.level(first) else {
@@ -370,7 +370,7 @@ impl<'m> ConditionResolver<'m> {
         Err(PathError::Invalid)
     }
 
-    /// The same; none, with a finding, where it leads nowhere.
+    /// Finds the target of `path`. Reports an error if there is none.
     fn resolve_path(&mut self, path: &Path) -> Option<Target<'m>> {
         match self.find(path) {
             Ok(target) => return Some(target),
@@ -482,7 +482,7 @@ impl<'m> ConditionResolver<'m> {
         product
     }
 
-    /// A part of a sum or a product.
+    /// Compiles an operand of a sum or a product.
     fn operand(&mut self, tree: &Expression) -> Option<OperandType> {
         let operand_type = self.operand_type(tree, None)?;
         self.arithmetic(tree, operand_type)?;
@@ -524,7 +524,7 @@ impl<'m> ConditionResolver<'m> {
         Some(OperandType::Bool)
     }
 
-    /// The parameter that `tree` is, if it has choices.
+    /// The parameter that `tree` names, if it has choices.
     fn choice_parameter(&self, tree: &Expression) -> Option<&'m Parameter> {
         let ExpressionKind::Path(path) = &tree.kind else {
             return None;
@@ -533,7 +533,8 @@ impl<'m> ConditionResolver<'m> {
         Some(target.parameter).filter(|p| !p.choices.is_empty())
     }
 
-    /// A value that its parameter cannot have makes a comparison that is always the same.
+    /// Reports a comparison with a value that the parameter cannot have. Its result would be
+    /// constant.
     fn check_choice(&mut self, tree: &Expression, chosen: Option<&Parameter>) -> Option<()> {
         let (ExpressionKind::Literal(literal), Some(chosen)) = (&tree.kind, chosen) else {
             return Some(());
@@ -559,11 +560,11 @@ impl<'m> ConditionResolver<'m> {
     }
 }
 
-/// A plain number is milliseconds elsewhere; in a condition it could as well be a factor.
+/// A plain number counts milliseconds elsewhere. In a condition it could also be a factor.
 fn unit_help(a: OperandType, b: OperandType) -> Option<String> {
     let classes = [a, b];
     (classes.contains(&OperandType::Time) && classes.contains(&OperandType::Number))
-        .then(|| "a time has its unit here: `100ms`".to_owned())
+        .then(|| "a duration needs a unit here: `100ms`".to_owned())
 }
 
 fn negative_time(text: &str) -> Option<u64> {

@@ -1,4 +1,4 @@
-//! Files that import each other: what is declared in them, as if all of it stood in one.
+//! Loads a file with all its imports.
 
 use crate::ast::{Item, Params};
 use crate::parse::parse;
@@ -7,17 +7,18 @@ use rc_syntax::{Loader, Name};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// A chain of imports longer than this is refused, since the reader calls itself for each of them.
+/// The longest chain of imports. The loader is recursive.
 const LONGEST_CHAIN: usize = 50;
 
-/// The declarations of one file and of all that it imports.
+/// The declarations of a file and of its imports.
 pub(crate) struct Imports<'a> {
     pub(crate) sources: &'a mut SourceMap,
     loader: &'a dyn Loader,
     pub(crate) found: Diagnostics,
-    /// Those of an imported file before those of the file that imports it, each file once.
+    /// The declarations. Those of an imported file precede those of the importing file; each file
+    /// is included once.
     pub(crate) items: Vec<Item>,
-    /// The files that were read, and those of them whose imports are being read.
+    /// All loaded files, and those whose imports are being loaded.
     read: HashSet<PathBuf>,
     open: Vec<PathBuf>,
 }
@@ -34,7 +35,7 @@ impl<'a> Imports<'a> {
         }
     }
 
-    /// Reads a file with all that it imports. What it returns has no items: they are in `items`.
+    /// Loads a file with its imports. Moves the declarations into `items`.
     pub(crate) fn file(&mut self, source: SourceId) -> Option<Params> {
         let path = self.sources.path(source).to_path_buf();
         let (file, found) = parse(self.sources, source);
@@ -47,10 +48,10 @@ impl<'a> Imports<'a> {
                 continue;
             };
             if let Some((_, first)) = seen.iter().find(|(path, _)| *path == imported) {
-                let message = format!("`{}` is imported already", import.text);
+                let message = format!("duplicate import `{}`", import.text);
                 self.found.push(
                     Diagnostic::warning("unused-import", import.span, message)
-                        .label(first.span, "first here"),
+                        .label(first.span, "first imported here"),
                 );
             }
             seen.push((imported, import));
@@ -61,7 +62,8 @@ impl<'a> Imports<'a> {
         Some(params)
     }
 
-    /// The path of the imported file; none where something is wrong with the import itself.
+    /// The path of an imported file. Reports an error and returns `None` if the import is
+    /// invalid.
     fn import(&mut self, from: &Path, import: &Name) -> Option<PathBuf> {
         let file = match self.loader.find(from, &import.text, "pdsl") {
             Ok(file) => file,
@@ -74,15 +76,12 @@ impl<'a> Imports<'a> {
         if let Some(at) = self.open.iter().position(|open| *open == file.path) {
             let circle = self.open[at..].iter().chain([&file.path]);
             let names: Vec<String> = circle.map(|path| file_name(path)).collect();
-            let message = format!(
-                "these files import each other in a circle: {}",
-                names.join(" → ")
-            );
+            let message = format!("cyclic import: {}", names.join(" → "));
             self.error("import-cycle", import, message, None);
             return None;
         }
         if self.open.len() >= LONGEST_CHAIN {
-            let message = format!("imports nest deeper than {LONGEST_CHAIN} levels here");
+            let message = format!("imports are nested more than {LONGEST_CHAIN} levels deep");
             self.error("nested-too-deep", import, message, None);
             return None;
         }
@@ -90,7 +89,7 @@ impl<'a> Imports<'a> {
             let before = self.items.len();
             let source = self.sources.add(file.path.clone(), file.text);
             if self.file(source).is_some() && self.items.len() == before {
-                let message = format!("nothing is declared in `{}`", import.text);
+                let message = format!("`{}` declares nothing", import.text);
                 self.found
                     .push(Diagnostic::warning("unused-import", import.span, message));
             }

@@ -1,8 +1,8 @@
 //! PDSL: the language that declares the parameters of a component.
 //!
-//! [`parse`] turns one `.pdsl` text into a tree ([`ast`]), and [`load`] resolves it with all that it imports into
-//! the model of `rc_configuration`, which checks configurations by it. `src/grammar.md` tells people what can be
-//! written.
+//! [`parse`] parses one `.pdsl` text into a syntax tree ([`ast`]). [`load`] resolves it with its
+//! imports into the model of `rc_configuration`, which checks configurations. `src/grammar.md`
+//! documents the language for users.
 
 pub mod ast;
 mod conditions;
@@ -14,7 +14,7 @@ mod resolve;
 pub use parse::parse;
 pub use resolve::load;
 
-/// The layout of a `.pdsl`.
+/// The layout of a `.pdsl` file.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {
     angle_brackets: false,
     enum_blocks: false,

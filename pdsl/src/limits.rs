@@ -1,4 +1,4 @@
-//! Lengths, ranges, choices and defaults: each is checked against the type of its parameter.
+//! Checks lengths, ranges, choices and defaults against the type of their parameter.
 
 use crate::ast;
 use crate::resolve::Resolver;
@@ -15,7 +15,7 @@ impl Resolver<'_> {
         let mut bound = |literal: &Literal| {
             let value = literal.as_i64().and_then(|v| u32::try_from(v).ok());
             if value.is_none() {
-                let message = format!("a length is a whole number from 0 to {}", u32::MAX);
+                let message = format!("a length is an integer from 0 to {}", u32::MAX);
                 self.error("bad-length", literal.span, message);
             }
             value
@@ -23,16 +23,12 @@ impl Resolver<'_> {
         let (min, max) = (bound(&tree.min), bound(&tree.max));
         match (min, max) {
             (Some(min), Some(max)) if min > max => {
-                let message = format!("no length is at least {min} and at most {max}");
+                let message = format!("the minimum length {min} is above the maximum {max}");
                 self.error("bad-length", tree.min.span.to(tree.max.span), message);
                 Length::default()
             }
             (_, Some(0)) => {
-                self.error(
-                    "bad-length",
-                    tree.max.span,
-                    "this could never have an element",
-                );
+                self.error("bad-length", tree.max.span, "the maximum length is 0");
                 Length::default()
             }
             _ => Length {
@@ -45,7 +41,7 @@ impl Resolver<'_> {
     pub(crate) fn range(&mut self, ty: Type, tree: &ast::Range) -> Option<Range> {
         if !ty.is_ordered() {
             let message = format!(
-                "a range is only possible for numbers and times; this is of type `{}`",
+                "only numbers and durations have a range; this is of type `{}`",
                 ty.word()
             );
             self.error("bad-range", tree.span, message);
@@ -75,7 +71,7 @@ impl Resolver<'_> {
             self.error(
                 "bad-range",
                 tree.span,
-                "this range is empty: its end is below its begin",
+                "this range is empty: its end is below its start",
             );
             return None;
         }
@@ -96,10 +92,10 @@ impl Resolver<'_> {
                 continue;
             };
             if let Some((_, first)) = choices.iter().find(|(choice, _)| *choice == value) {
-                let message = format!("{} is a choice already", described(literal));
+                let message = format!("duplicate choice {}", described(literal));
                 self.found.push(
                     Diagnostic::error("bad-choice", literal.span, message)
-                        .label(*first, "first here"),
+                        .label(*first, "first used here"),
                 );
                 continue;
             }
@@ -137,7 +133,7 @@ impl Resolver<'_> {
             }
             (ast::DefaultValue::One(literal), Some(_)) => {
                 let message = format!(
-                    "the default of an array stands in brackets, not {}",
+                    "expected the default of an array in brackets, found {}",
                     described(literal)
                 );
                 self.error("bad-default", literal.span, message);
@@ -204,13 +200,13 @@ impl Resolver<'_> {
 pub(crate) fn described(literal: &Literal) -> String {
     match &literal.kind {
         LiteralKind::Float(value) => format!("the number {value:?}"),
-        LiteralKind::Duration(u64::MAX) => "a time that is too long".to_owned(),
-        LiteralKind::Duration(value) => format!("the time {}", duration::text(*value)),
+        LiteralKind::Duration(u64::MAX) => "a duration that is too long".to_owned(),
+        LiteralKind::Duration(value) => format!("the duration {}", duration::text(*value)),
         _ => literal.described(),
     }
 }
 
-/// A literal as a value of `ty`. A word is a text only beside `choices`, where it cannot be a slip of the pen.
+/// Converts a literal into a value of `ty`. A bare name is a string only if there are `choices`.
 fn value_of(ty: Type, literal: &Literal, choices: bool) -> Option<Value> {
     let value = match &literal.kind {
         LiteralKind::Int(value) => Value::Int(*value),

@@ -1,4 +1,4 @@
-//! From text to tree. Never stops: what could not be read is a diagnostic, and the rest is read.
+//! Parses text into a syntax tree. Parsing never fails: unreadable parts become diagnostics.
 
 mod condition;
 
@@ -19,7 +19,7 @@ use rc_syntax::{Literal, Name, ParseContext, Trivia};
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
-/// Reads one `.pdsl` text.
+/// Parses one `.pdsl` text.
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
@@ -69,7 +69,7 @@ fn params(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Params {
     }
 }
 
-/// What `ComponentParams`, `group` and `list` have in common.
+/// Parses `ComponentParams`, `group` or `list`.
 fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
     let doc = r.doc(&pair);
     let mut name = Name::new("", r.span(&pair));
@@ -167,7 +167,7 @@ fn param(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
                 let span = r.span(&part);
                 choices = literals(r, part);
                 if choices.is_empty() {
-                    let message = "there is nothing to choose from";
+                    let message = "expected at least one choice";
                     r.found.push(Diagnostic::error("bad-choice", span, message));
                 }
             }

@@ -1,4 +1,4 @@
-//! From the tree to the model: names, types and flags; limits and rules are checked beside.
+//! Resolves names, types and flags into the model. Other modules check limits and conditions.
 
 use crate::ast::{self, FlagKind, Item};
 use crate::conditions;
@@ -10,10 +10,10 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::{HashMap, HashSet};
 
-/// Deeper than any description of a robot, and not deeper than a component can read it from its JSON.
+/// The deepest nesting of groups and lists. A component can read it from JSON.
 const DEEPEST: usize = 20;
 
-/// Reads and resolves one `.pdsl` text with all that it imports; none where nothing of it could be read.
+/// Loads one `.pdsl` text with its imports, and resolves it. `None` if nothing is readable.
 pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
@@ -41,12 +41,12 @@ pub fn load(
     (Some(model), resolver.found)
 }
 
-/// What is known while a model is made.
+/// The state of resolution.
 pub(crate) struct Resolver<'t> {
     pub(crate) found: Diagnostics,
-    /// The rules, each with the names of the groups and lists around it.
+    /// The rules, each with the groups and lists around it.
     rules: Vec<(Vec<String>, &'t ast::Rule)>,
-    /// Parameters that are declared, but not as anything that a rule could be about.
+    /// Declarations with errors. A rule cannot refer to them.
     invalid: HashSet<Vec<String>>,
 }
 
@@ -90,14 +90,14 @@ impl<'t> Resolver<'t> {
     fn block(&mut self, name: &Name, items: &'t [Item], scope: &[String]) -> Vec<Parameter> {
         let scope = inner(scope, name);
         if scope.len() > DEEPEST {
-            let message = format!("groups and lists nest deeper than {DEEPEST} levels here");
+            let message = format!("groups and lists are nested more than {DEEPEST} levels deep");
             self.error("nested-too-deep", name.span, message);
             return Vec::new();
         }
         self.items(items, &scope)
     }
 
-    /// Two names in one block must differ by more than what generated code makes equal.
+    /// Reports names of one block that are equal, or equal in generated code.
     fn names<'n>(&mut self, names: impl Iterator<Item = &'n Name>) {
         let mut folded: HashMap<String, &Name> = HashMap::new();
         let mut snakes: HashMap<String, &Name> = HashMap::new();
@@ -106,7 +106,7 @@ impl<'t> Resolver<'t> {
             let (code, message, first) =
                 if let Some(first) = folded.get(&name.text.to_ascii_lowercase()) {
                     let message = if first.text == name.text {
-                        format!("parameter `{}` is declared twice", name.text)
+                        format!("duplicate parameter `{}`", name.text)
                     } else {
                         format!(
                             "parameter `{}` differs from `{}` only in case",
@@ -172,11 +172,11 @@ impl<'t> Resolver<'t> {
                 let message = if class(&flag.kind) == 0 && first.kind != flag.kind {
                     "a parameter is either `T`, changeable while the component runs, or `F`, fixed"
                 } else {
-                    "this was said already"
+                    "duplicate flag"
                 };
                 self.found.push(
                     Diagnostic::error("repeated-flag", flag.span, message)
-                        .label(first.span, "first here"),
+                        .label(first.span, "first used here"),
                 );
                 continue;
             }
@@ -195,7 +195,7 @@ impl<'t> Resolver<'t> {
         }
     }
 
-    /// The rules as conditions of the model, tried on the defaults.
+    /// Resolves the rules, and evaluates them for the defaults.
     fn rules(&mut self, model: &mut Parameters, trees: Vec<(Vec<String>, &ast::Rule)>) {
         let mut spans = Vec::new();
         for (scope, tree) in trees {

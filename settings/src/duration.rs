@@ -1,7 +1,8 @@
 //! Durations as people write them: `50ms`, `1.5 s`, `2min`, `10us`.
 //!
-//! This module is the only place where text becomes a duration, in descriptions, configurations and command lines.
-//! Durations are counts of nanoseconds. Parsing is exact: no step goes through a floating-point number.
+//! This module is the only place where text becomes a duration, in descriptions, configurations
+//! and command lines. Durations are counts of nanoseconds. Parsing is exact: no step goes through
+//! a floating-point number.
 
 use std::time::Duration;
 
@@ -15,8 +16,8 @@ const UNITS: [(&str, u64); 4] = [
 
 /// Parses a number with a unit (`us`, `ms`, `s` or `min`) into nanoseconds.
 ///
-/// The number may have a fraction and an exponent. A fraction of a nanosecond is rounded to the nearest one. A
-/// duration beyond `u64::MAX` nanoseconds gives `u64::MAX`.
+/// The number may have a fraction and an exponent. A fraction of a nanosecond is rounded to the
+/// nearest one. A duration beyond `u64::MAX` nanoseconds gives `u64::MAX`.
 ///
 /// ```
 /// use rc_settings::duration;
@@ -43,16 +44,16 @@ pub fn from_milliseconds(milliseconds: i64) -> Option<u64> {
     milliseconds.checked_mul(1_000_000)
 }
 
-/// Converts a number of milliseconds into nanoseconds, rounded to the nearest one. `None` if it is negative, not a
-/// number or too large.
+/// Converts a number of milliseconds into nanoseconds, rounded to the nearest one. `None` if it
+/// is negative, not a number or too large.
 pub fn from_fractional_milliseconds(milliseconds: f64) -> Option<u64> {
     let nanoseconds = (milliseconds * 1e6).round();
     // The comparison is false for NaN.
     (milliseconds >= 0.0 && nanoseconds < u64::MAX as f64).then_some(nanoseconds as u64)
 }
 
-/// Prints a duration in the largest unit that needs no fraction, or in microseconds with a fraction. [`parse`] reads
-/// the same number of nanoseconds from it.
+/// Prints a duration in the largest unit that needs no fraction, or in microseconds with a
+/// fraction. [`parse`] reads the same number of nanoseconds from it.
 ///
 /// ```
 /// use rc_settings::duration;
@@ -82,8 +83,8 @@ struct Decimal {
 }
 
 impl Decimal {
-    /// With so many digits, a product with the longest unit fits into 128 bits. The value of further digits of a
-    /// fraction is below a nanosecond.
+    /// With so many digits, a product with the longest unit fits into 128 bits. The value of
+    /// further digits of a fraction is below a nanosecond.
     const LARGEST: u128 = 10_u128.pow(26);
 
     /// Parses digits with an optional sign, fraction and exponent.

@@ -15,7 +15,8 @@ pub struct Key {
     pub name: &'static str,
     /// The values that it takes.
     pub kind: Kind,
-    /// The value if nobody sets the key. `None` if there is none, or if the middleware finds one by itself.
+    /// The value if nobody sets the key. `None` if there is none, or if the middleware finds one
+    /// by itself.
     pub default: Option<Value>,
     /// The purpose, as a sentence.
     pub doc: &'static str,
@@ -131,7 +132,8 @@ pub fn key(middleware: &str, name: &str) -> Option<&'static Key> {
     keys(middleware)?.iter().find(|key| key.name == name)
 }
 
-/// Help for somebody who wrote a key that `middleware` does not have: the nearest name, or all names.
+/// Help for somebody who wrote a key that `middleware` does not have: the nearest name, or all
+/// names.
 pub fn unknown_key_help(middleware: &str, name: &str) -> String {
     let names = keys(middleware).unwrap_or_default().iter().map(|k| k.name);
     if let Some(near) = nearest(name, names.clone()) {

@@ -53,11 +53,11 @@ impl Kind {
     pub fn allowed(&self) -> String {
         match self {
             Self::Int(range) => {
-                format!("a whole number from {} to {}", range.start(), range.end())
+                format!("an integer from {} to {}", range.start(), range.end())
             }
             Self::Bool => "true or false".to_owned(),
             Self::Duration(range) => format!(
-                "a time of at least {}, at most a day",
+                "a duration of at least {}, at most a day",
                 duration::text_of(*range.start())
             ),
             Self::Interfaces => {
@@ -78,7 +78,7 @@ impl Kind {
                     .to_owned()
             }
             Self::Qos => format!(
-                "a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as \"LaserPub/newScan.depth:=1\", of reliability (reliable, best_effort), durability (volatile, transient_local), depth ({} to {}), deadline, lifespan and liveliness (a time, or none)",
+                "a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as \"LaserPub/newScan.depth:=1\", of reliability (reliable, best_effort), durability (volatile, transient_local), depth ({} to {}), deadline, lifespan and liveliness (a duration, or none)",
                 qos::DEPTH.start(),
                 qos::DEPTH.end()
             ),
@@ -170,8 +170,8 @@ impl Kind {
         Some(list)
     }
 
-    /// Parses the text of a command line. The elements of a list have commas between them; a number without a unit
-    /// counts milliseconds where a duration is expected.
+    /// Parses the text of a command line. The elements of a list have commas between them; a
+    /// number without a unit counts milliseconds where a duration is expected.
     pub fn parse(&self, text: &str) -> Result<Value, ValueError> {
         let Some(mut list) = self.empty_list() else {
             return self.convert(self.scalar(text));
@@ -199,7 +199,8 @@ fn is_host(text: &str) -> bool {
     !text.is_empty() && !text.starts_with('-') && text.chars().all(allowed)
 }
 
-/// Whether `text` may be a machine with an optional port. An IPv6 address with a port needs brackets.
+/// Whether `text` may be a machine with an optional port. An IPv6 address with a port needs
+/// brackets.
 fn is_peer(text: &str) -> bool {
     let is_port = |port: &str| port.parse().is_ok_and(|port: u16| port != 0);
     if let Some(rest) = text.strip_prefix('[') {

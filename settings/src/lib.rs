@@ -1,7 +1,9 @@
-//! Settings of middlewares: which keys a middleware has, what values they take, and how text becomes a value.
+//! Settings of middlewares: which keys a middleware has, what values they take, and how text
+//! becomes a value.
 //!
-//! Configurations, `.ddsl` files and command lines share the table [`MIDDLEWARES`]. Each of them converts what is
-//! written into a [`Value`] once, by [`Kind::convert`] or [`Kind::parse`]; from there on settings are values.
+//! Configurations, `.ddsl` files and command lines share the table [`MIDDLEWARES`]. Each of them
+//! converts what is written into a [`Value`] once, by [`Kind::convert`] or [`Kind::parse`]; from
+//! there on settings are values.
 //!
 //! - [`duration`]: durations as people write them.
 //! - [`qos`]: rules that override the quality of service of topics.

@@ -1,7 +1,8 @@
 //! Overrides of the quality of service that a `.cdsl` declares.
 //!
-//! A rule is `SLOT.POLICY:=VALUE` or `SLOT/operation.POLICY:=VALUE`, such as `LaserPub/newScan.depth:=1`. Policies and
-//! values are those of the `.cdsl`; a duration may also be `none`.
+//! A rule is `SLOT.POLICY:=VALUE` or `SLOT/operation.POLICY:=VALUE`, such as
+//! `LaserPub/newScan.depth:=1`. Policies and values are those of the `.cdsl`; a duration may also
+//! be `none`.
 
 use crate::target::unknown_target_help;
 use crate::value::Scalar;
@@ -47,17 +48,17 @@ pub fn allowed(policy: &str) -> Option<String> {
     Some(match policy {
         "reliability" => "reliable or best_effort".to_owned(),
         "durability" => "volatile or transient_local".to_owned(),
-        "depth" => format!("a whole number from {} to {}", DEPTH.start(), DEPTH.end()),
+        "depth" => format!("an integer from {} to {}", DEPTH.start(), DEPTH.end()),
         _ if DURATIONS.contains(&policy) => {
-            "a time such as 500ms, at most a day, or none".to_owned()
+            "a duration such as 500ms, at most a day, or none".to_owned()
         }
         _ => return None,
     })
 }
 
 impl Policy {
-    /// Converts a scalar into the value of the policy `name`. An integer counts milliseconds where a duration is
-    /// expected. The error says what is allowed.
+    /// Converts a scalar into the value of the policy `name`. An integer counts milliseconds
+    /// where a duration is expected. The error says what is allowed.
     pub fn convert(name: &str, scalar: Scalar<'_>) -> Result<Self, String> {
         let allowed = allowed(name).ok_or_else(|| unknown_policy(name))?;
         let limit = |nanoseconds: Option<u64>| {
@@ -201,8 +202,8 @@ fn is_target(text: &str) -> bool {
     text.split('/').count() <= 2 && text.split('/').all(is_name)
 }
 
-/// The policies that apply to a topic, each at most once. A rule for the operation takes precedence over one for its
-/// slot; among equals, the first rule applies.
+/// The policies that apply to a topic, each at most once. A rule for the operation takes
+/// precedence over one for its slot; among equals, the first rule applies.
 pub fn policies(rules: &[Rule], slot: &str, operation: &str) -> Vec<Policy> {
     let of_the_operation = rules
         .iter()
@@ -217,8 +218,8 @@ pub fn policies(rules: &[Rule], slot: &str, operation: &str) -> Vec<Policy> {
     found
 }
 
-/// Help for a rule whose target is no slot of topics and no topic. `slots` are the slots of topics with their topics.
-/// `None` if the target exists.
+/// Help for a rule whose target is no slot of topics and no topic. `slots` are the slots of
+/// topics with their topics. `None` if the target exists.
 pub fn unknown_topic_help(target: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
     let allowed = "allowed is a slot that publishes or subscribes, or SLOT/operation; calls have no other quality";
     unknown_target_help(target, slots, allowed)
@@ -261,9 +262,9 @@ mod tests {
             ("Laser.depth:=0", "from 1 to 1000"),
             ("Laser.depth:=4294967297", "from 1 to 1000"),
             ("Laser.reliability:=best", "reliable or best_effort"),
-            ("Laser.deadline:=0s", "a time such as 500ms"),
+            ("Laser.deadline:=0s", "a duration such as 500ms"),
             ("Laser.deadline:=2000min", "at most a day, or none"),
-            ("Laser.deadline:=10", "a time such as 500ms"),
+            ("Laser.deadline:=10", "a duration such as 500ms"),
         ] {
             let error = read(text).expect_err(text);
             assert!(error.contains(said), "{text}: {error}");

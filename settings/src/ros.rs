@@ -14,8 +14,8 @@ pub fn is_namespace(text: &str) -> bool {
     text == "/" || text.strip_prefix('/').is_some_and(is_path)
 }
 
-/// Whether `text` may be the name of a topic or a service: absolute as `/scan`, relative to the namespace of its node as
-/// `front/scan`, or private to the node as `~/scan`.
+/// Whether `text` may be the name of a topic or a service: absolute as `/scan`, relative to the
+/// namespace of its node as `front/scan`, or private to the node as `~/scan`.
 pub fn is_name(text: &str) -> bool {
     let path = text.strip_prefix('/').or_else(|| text.strip_prefix("~/"));
     is_path(path.unwrap_or(text))
@@ -44,8 +44,8 @@ pub fn name(address: &str) -> String {
     parts.map(|part| format!("/{}", token(part))).collect()
 }
 
-/// The namespace and the name of the node of an instance. The settings `namespace` and `own` take precedence over the
-/// names of the network and the instance.
+/// The namespace and the name of the node of an instance. The settings `namespace` and `own` take
+/// precedence over the names of the network and the instance.
 pub fn node(
     network: &str,
     instance: &str,
@@ -123,7 +123,8 @@ pub struct ResolvedRemapping {
 }
 
 impl ResolvedRemapping {
-    /// The name of an operation by this rule, if the rule matches. Its name without rules is `default`.
+    /// The name of an operation by this rule, if the rule matches. Its name without rules is
+    /// `default`.
     fn apply(&self, slot: &str, operation: &str, default: &str) -> Option<String> {
         if self.from == default || self.from.split_once('/') == Some((slot, operation)) {
             return Some(self.to.clone());
@@ -132,7 +133,8 @@ impl ResolvedRemapping {
     }
 }
 
-/// The name of the topic or service of an operation at `address`: by the first matching rule, else by the address.
+/// The name of the topic or service of an operation at `address`: by the first matching rule,
+/// else by the address.
 pub fn operation(
     address: &str,
     slot: &str,
@@ -145,8 +147,8 @@ pub fn operation(
     remapped.unwrap_or(default)
 }
 
-/// Help for a rule that remaps neither an absolute name nor a slot or operation of a component. `slots` are its slots
-/// with their operations. `None` if the target exists.
+/// Help for a rule that remaps neither an absolute name nor a slot or operation of a component.
+/// `slots` are its slots with their operations. `None` if the target exists.
 pub fn unknown_target_help(from: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
     if from.starts_with('/') {
         return None;

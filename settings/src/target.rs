@@ -2,8 +2,8 @@
 
 use rc_diagnostics::nearest;
 
-/// Help for a rule whose target `name` is neither one of `slots` nor `SLOT/operation` of one of them: the nearest name,
-/// else `allowed`. `None` if the target exists.
+/// Help for a rule whose target `name` is neither one of `slots` nor `SLOT/operation` of one of
+/// them: the nearest name, else `allowed`. `None` if the target exists.
 pub(crate) fn unknown_target_help(
     name: &str,
     slots: &[(&str, Vec<&str>)],

@@ -9,8 +9,9 @@ use std::time::Duration;
 
 /// The value of a setting, converted and checked.
 ///
-/// It prints as a command line takes it, and [`Kind::parse`](crate::Kind::parse) reads that again: numbers are
-/// decimal, durations have a unit, the elements of a list have commas between them.
+/// It prints as a command line takes it, and [`Kind::parse`](crate::Kind::parse) reads that
+/// again: numbers are decimal, durations have a unit, the elements of a list have commas between
+/// them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Value {
     /// `true` or `false`.

@@ -51,7 +51,7 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
             "etc/config.toml:3:1: error[unknown-parameter]: unknown parameter `max_speed`",
             "did you mean `maxSpeed`?",
             "etc/config.toml:4:1: error[unknown-parameter]: unknown parameter `gain`",
-            "etc/config.toml:2:1: note[unset-parameter]: not set, so that defaults hold: `safe_distance` = 0.5",
+            "etc/config.toml:2:1: note[unset-parameter]: not set, so the defaults apply: `safe_distance` = 0.5",
         ] {
             assert!(err.contains(expected), "{expected}\n{err}");
         }
@@ -61,7 +61,7 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
 
     let before = files(folder);
     let changes = "etc/config.toml: rename `max_speed` to `maxSpeed`\n\
-        etc/config.toml: comment out `gain`, which is no parameter any more\n\
+        etc/config.toml: comment out `gain`, which is not a parameter\n\
         etc/config.toml: add `safe_distance` = 0.5\n\
         etc/config.toml: add `token` = ***\n";
     let (code, out, _) = rcgen(folder, &["config", "--update", "--dry-run", "c.cdsl"]);
@@ -89,7 +89,7 @@ fn a_configuration_follows_its_pdsl_on_request_and_only_then() {
     assert_eq!(changed(&before, &files(folder)), ["etc/config.toml"]);
     let updated = "# Mine.\n[parameters]\nmaxSpeed = 2.0 # fast\n\n# What is safe.\n# double, in m\n\
         safe_distance = 0.5\n\n# string; secret\ntoken = \"s3cret\"\n\n\
-        # No parameter any more (rcgen config --update):\n# gain = [7]\n";
+        # No longer a parameter (rcgen config --update):\n# gain = [7]\n";
     assert_eq!(read(folder), updated);
     for arguments in [&["--update"][..], &["--update", "--check"]] {
         let arguments = [&["config"], arguments, &["etc/config.toml"]].concat();
@@ -113,8 +113,8 @@ fn a_value_that_may_be_another_parameter_stays_refused_until_somebody_decides() 
     );
     let mine = "[parameters]\nmax_speed = 0.5 # slow!\ngain = 7\n";
     write(folder, "etc/config.toml", mine);
-    let changes = "etc/config.toml: leave `max_speed` to you: it is no parameter any more; \
-        rename it if it is `top_speed` (300.0 by default) now, or take it out\n\
+    let changes = "etc/config.toml: leave `max_speed` to you: it is not a parameter; \
+        rename it if it is `top_speed` (300.0 by default) now, or remove it\n\
         etc/config.toml: add `mass` = 1\n";
     let told = "etc/config.toml: what is left to you stays an error; put it right, then: \
         rcgen config --update etc/config.toml\n";
@@ -134,7 +134,7 @@ fn a_value_that_may_be_another_parameter_stays_refused_until_somebody_decides() 
     assert_eq!(read(folder), updated);
     let (code, _, err) = rcgen(folder, &["check", "--format", "short", "c.cdsl"]);
     assert_eq!(code, 1);
-    let note = "etc/config.toml:2:1: note[unset-parameter]: not set, so that defaults hold: `top_speed` = 300.0";
+    let note = "etc/config.toml:2:1: note[unset-parameter]: not set, so the defaults apply: `top_speed` = 300.0";
     assert!(err.contains(note), "{err}");
     // It is that parameter; or it is gone, and the default is what is wanted.
     for (decided, says) in [

@@ -178,7 +178,7 @@ fn settings_of_middlewares_hold_for_a_block() {
          domain 3;\nGroup g { middleware iceoryx2 { x 1; }; middleware dds; Component c { cdsl \"c\"; middleware dds { lease; lease 1s 2s; § 1; multicast off lease 1s; }; middleware dds { domain 1; }; middleware { }; }; };\nComponent z { cdsl \"z\"; domain x; };",
         &expect![[r#"
             n.ddsl:2:18: error[unknown-key]: `domian` cannot be set of dds (did you mean `domain`?)
-            n.ddsl:2:34: error[out-of-range]: `lease` cannot be `50ms` (allowed is a time of at least 100ms, at most a day)
+            n.ddsl:2:34: error[out-of-range]: `lease` cannot be `50ms` (allowed is a duration of at least 100ms, at most a day)
             n.ddsl:2:51: error[bad-setting]: `interfaces` cannot be the number 5 (allowed is the name or the address of a network interface, such as "eth0" or "10.0.0.2")
             n.ddsl:2:60: error[bad-setting]: `peers` cannot be the string "a b" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
             n.ddsl:2:82: error[bad-setting]: `multicast` cannot be `maybe` (allowed is `on` or `off`)
@@ -216,7 +216,7 @@ fn ros_has_words_and_names() {
             n.ddsl:2:66: error[bad-setting]: `node` cannot be the number 7 (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
             n.ddsl:2:75: error[bad-setting]: `remap` cannot be the string "Laser=/scan" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name)
             n.ddsl:2:90: error[unknown-key]: `nod` cannot be set of ros2 (did you mean `node`?)
-            n.ddsl:2:103: error[bad-setting]: `qos` cannot be the string "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a time, or none))
+            n.ddsl:2:103: error[bad-setting]: `qos` cannot be the string "/scan.depth:=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a duration, or none))
         "#]],
     );
 }
@@ -389,7 +389,7 @@ fn numbers_times_and_words_are_what_they_can_be() {
          Component c { cdsl \"c\"; restart never max 3 within 1s; priority 1; priority 2; };\nComponent d { cdsl \"d\"; restart NEVER backoff 1s; };\n\
          Group g { domain 1; domain 2; middleware ros; middleware rso2; Component e { cdsl \"e\"; }; };",
         &expect![[r#"
-            n.ddsl:2:8: error[out-of-range]: `domain` cannot be the number 233 (allowed is a whole number from 0 to 232)
+            n.ddsl:2:8: error[out-of-range]: `domain` cannot be the number 233 (allowed is an integer from 0 to 232)
             n.ddsl:3:32: error[out-of-range]: expected a processor number from 0 to 1023, found the number 1024
             n.ddsl:3:38: error[out-of-range]: expected a processor number from 0 to 1023, found the number -1
             n.ddsl:3:42: error[out-of-range]: expected a processor number from 0 to 1023, found the number 1.5

@@ -1,41 +1,42 @@
-//! The values of one table as they were read, each with its place, so that a broken rule can name it.
+//! The values of one table with their locations, so that a violated rule can point to them.
 
 use crate::model::{Kind, Parameter, Value};
 use crate::values::{Entry, Values};
 use rc_diagnostics::Span;
 
-/// A table: all parameters, a group, or one element of a list.
+/// The values of one table: all parameters, a group, or one element of a list.
 #[derive(Clone, Default)]
 pub(crate) struct Block {
     /// In the order of the model.
     pub(crate) fields: Vec<Field>,
 }
 
-/// Where a value comes from. What stands later is more likely what was meant by somebody who broke a rule.
+/// The origin of a value. A later variant is more likely the mistake of a user who violates a
+/// rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Origin {
-    /// From the `.pdsl`.
+    /// The default in the `.pdsl`.
     Default,
-    /// It was there before the change that is checked.
+    /// The value before the change that is checked.
     Existing,
-    /// From the file or the change that is checked.
+    /// The file or the change that is checked.
     Given,
 }
 
-/// What stands under one name.
+/// The value of one parameter, group or list.
 #[derive(Clone)]
 pub(crate) struct Field {
     pub(crate) name: String,
-    /// From the outermost table: `motors[2].max`.
+    /// The path from the outermost table: `motors[2].max`.
     pub(crate) path: String,
-    /// Its place; that of the table around it where the file does not give it.
+    /// The location. If the file does not set the field, that of the table around it.
     pub(crate) at: Span,
     pub(crate) origin: Origin,
-    /// Whether something is wrong with it, so that rules about it say nothing.
+    /// Whether the value is invalid. Rules that refer to an invalid value are not evaluated.
     pub(crate) faulty: bool,
     pub(crate) secret: bool,
     pub(crate) content: Option<Content>,
-    /// The places of an array's elements.
+    /// The locations of the elements of an array.
     pub(crate) elements: Vec<Span>,
 }
 
@@ -51,7 +52,7 @@ impl Block {
         self.fields.iter().find(|field| field.name == name)
     }
 
-    /// The values without their places.
+    /// The values without their locations.
     pub(crate) fn values(&self) -> Values {
         let mut values = Values::default();
         for field in &self.fields {
@@ -68,7 +69,7 @@ impl Block {
         values
     }
 
-    /// The values of a configuration that was checked, by the model of its parameters.
+    /// The values of a configuration that is already checked, by the model of its parameters.
     pub(crate) fn of(parameters: &[Parameter], values: &Values, path: &str, at: Span) -> Self {
         let field = |parameter: &Parameter| {
             let name = &parameter.name;
@@ -103,7 +104,7 @@ impl Block {
     }
 }
 
-/// The path of what is called `name` in `path`.
+/// The path of `name` inside `path`.
 pub(crate) fn inner(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()

@@ -1,4 +1,4 @@
-//! Checks the configuration of one instance, a TOML file, against the model of the component's parameters.
+//! Checks the configuration of one instance, a TOML file, against the model of the parameters.
 
 use crate::document::{self, Locator};
 use crate::middleware::Settings;
@@ -13,19 +13,19 @@ use toml_edit::{Document, Item, Key, TableLike};
 
 const TABLES: [&str; 4] = ["component", "bindings", "middleware", "parameters"];
 pub(crate) const COMPONENT: [&str; 2] = ["period", "log"];
-/// In nanoseconds; the same as in a `.cdsl`.
+/// The shortest period in nanoseconds, as in a `.cdsl`.
 pub(crate) const SHORTEST_PERIOD: u64 = 100_000;
-/// The levels of `log`.
+/// The allowed values of `log`.
 pub(crate) const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
-/// What a configuration file says, with the defaults of the parameters that it leaves out.
+/// The contents of a configuration file, with the defaults of parameters that it does not set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Configuration {
-    /// `period` of `[component]`: how often the component computes.
+    /// `period` of `[component]`: the time between two calls of `compute()`.
     pub period: Option<Duration>,
     /// `log` of `[component]`: `error`, `warn`, `info`, `debug` or `trace`.
     pub log: Option<String>,
-    /// `[bindings]`: the address of the other end, by slot.
+    /// `[bindings]`: the address of each slot.
     pub bindings: BTreeMap<String, String>,
     /// `[middleware.NAME]`.
     pub middleware: Settings,
@@ -33,8 +33,8 @@ pub struct Configuration {
     pub parameters: Values,
 }
 
-/// Reads one configuration, and finds all that is wrong with it at once. `parameters` is the model of the
-/// component's parameters; none where it has none. Where there are errors, what they concern is left out.
+/// Checks one configuration and reports all errors at once. `parameters` is the model of the
+/// component's parameters, if it has any. The result leaves out the values that have errors.
 pub fn check(
     sources: &SourceMap,
     source: SourceId,
@@ -44,7 +44,8 @@ pub fn check(
     (configuration, found)
 }
 
-/// The configuration of a component that has no file; or the paths of the parameters that need one.
+/// The configuration of a component without a file. The error lists the paths of parameters that
+/// have no default.
 pub fn defaults(parameters: Option<&Parameters>) -> Result<Configuration, Vec<String>> {
     let mut sources = SourceMap::new();
     let source = sources.add("", "");
@@ -63,7 +64,7 @@ fn read(
 ) -> (Configuration, Diagnostics, Vec<String>) {
     let mut checker = Checker {
         locator: Locator { source },
-        // What nobody has declared may be anything.
+        // Without a model, any parameter may be secret.
         has_secrets: parameters.is_none_or(Parameters::has_secrets),
         secrets: Vec::new(),
         found: Diagnostics::new(),
@@ -88,8 +89,8 @@ fn read(
     (configuration, checker.found, checker.missing)
 }
 
-/// The rules that the defaults break, each by its index, with what breaks it. The rules inside of a list are tried on
-/// an element of which nothing is given.
+/// The rules that the defaults violate, each by its index and with an explanation. Rules inside a
+/// list are evaluated for one element with defaults.
 #[cfg(feature = "tools")]
 pub fn violations_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
     let mut sources = SourceMap::new();
@@ -117,9 +118,9 @@ pub fn violations_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
 
 pub(crate) struct Checker {
     pub(crate) locator: Locator,
-    /// Whether a value at the wrong place may be a secret.
+    /// Whether a misplaced value may be a secret.
     has_secrets: bool,
-    /// The places of values that are not to be shown.
+    /// The locations of values that findings must not show.
     secrets: Vec<Span>,
     pub(crate) found: Diagnostics,
     missing: Vec<String>,
@@ -146,7 +147,7 @@ impl Checker {
                         item,
                         &format!("bindings.{slot}"),
                         at,
-                        "an address in quotes",
+                        "an address as a string",
                     ),
                 }
             }
@@ -180,7 +181,7 @@ impl Checker {
         out.parameters = block.values();
     }
 
-    /// A table of `root`, and where it stands.
+    /// The table `name` of `root`, with its location.
     fn table<'a>(
         &mut self,
         root: &'a dyn TableLike,
@@ -216,7 +217,7 @@ impl Checker {
             .extend(spans.map(|value| Span::new(source, value.start, value.end)));
     }
 
-    /// What stands under a key that nobody reads may have been meant for one that is secret.
+    /// Redacts a value under an unknown key. It may belong to a secret parameter.
     pub(crate) fn redact_item(&mut self, item: &Item) {
         if self.has_secrets {
             let mut values = Vec::new();
@@ -226,7 +227,7 @@ impl Checker {
     }
 
     pub(crate) fn wrong_type(&mut self, item: &Item, path: &str, at: Span, allowed: &str) {
-        // The two keys of `[component]` are no secrets.
+        // The keys of `[component]` are not secret.
         let has_secrets = self.has_secrets && !path.starts_with("component.");
         if has_secrets {
             self.redact_item(item);
@@ -256,7 +257,7 @@ impl Checker {
                 let span = self.locator.span(item.span(), at);
                 let diagnostic = Diagnostic::error("out-of-range", span, message);
                 self.found
-                    .push(diagnostic.help("allowed is a time of at least 100us"));
+                    .push(diagnostic.help("allowed is a duration of at least 100us"));
             }
             Err(ConversionError::WrongType) => {
                 self.wrong_type(item, "component.period", at, Type::Duration.described());
@@ -279,7 +280,7 @@ impl Checker {
                     Diagnostic::error("invalid-choice", span, message).suggest(level, LEVELS),
                 );
             }
-            None => self.wrong_type(item, "component.log", at, "a level in quotes"),
+            None => self.wrong_type(item, "component.log", at, "a level as a string"),
         }
         None
     }

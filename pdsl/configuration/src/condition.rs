@@ -1,29 +1,29 @@
-//! The condition of a rule, resolved, and how it is computed.
+//! The condition of a rule, and its evaluation.
 //!
-//! It is a list of steps instead of a tree: each takes what the steps before it left. So a component reads any
-//! condition from its JSON, however deep the brackets were, and nothing calls itself.
+//! A condition is a list of steps for a stack machine, not a tree. A component reads any
+//! condition from JSON without recursion, however deep its brackets are.
 
 use crate::model::Value;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
-/// What has to hold. It was checked against its parameters when the `.pdsl` was read.
+/// A condition whose operands were checked when the `.pdsl` was read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Condition {
-    /// In the order in which they are computed.
+    /// The steps in the order of their evaluation.
     pub steps: Vec<Step>,
 }
 
-/// One step: it leaves one value, and takes none, one or two of those that earlier steps left.
+/// One step. It pops up to two values from the stack and pushes one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Step {
-    /// Leaves a value.
+    /// Pushes a constant.
     Value(Value),
-    /// Leaves the value of a parameter.
+    /// Pushes the value of a parameter.
     Parameter(Reference),
-    /// Leaves what a function says of a parameter in every element of its lists.
+    /// Pushes the result of a function for a parameter in all elements of its lists.
     Call(Function, Reference),
     /// `-a`
     Negate,
@@ -45,13 +45,13 @@ pub enum Step {
     Or,
 }
 
-/// A parameter that a rule names.
+/// A reference to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
-    /// In which of the blocks around the rule the path begins: 0 is the outermost.
+    /// The block in which the path begins. 0 is the outermost block around the rule.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub level: usize,
-    /// The names from there.
+    /// The names of the path.
     pub path: Vec<String>,
 }
 
@@ -63,22 +63,22 @@ fn is_zero(value: &usize) -> bool {
     *value == 0
 }
 
-/// What a rule can ask of a list.
+/// The functions of lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Function {
-    /// The smallest value.
+    /// `min`: the smallest value.
     Min,
-    /// The largest value.
+    /// `max`: the largest value.
     Max,
-    /// How many elements there are.
+    /// `len`: the number of elements.
     Len,
-    /// Whether no value is there twice.
+    /// `unique`: whether all values are different.
     Unique,
 }
 
 impl Function {
-    /// All functions, by the words that name them.
+    /// All functions with their names.
     pub const WORDS: [(&'static str, Self); 4] = [
         ("min", Self::Min),
         ("max", Self::Max),
@@ -86,7 +86,7 @@ impl Function {
         ("unique", Self::Unique),
     ];
 
-    /// The function that `word` names, in upper or lower case.
+    /// The function of that name, in upper or lower case.
     pub fn from_word(word: &str) -> Option<Self> {
         let mut words = Self::WORDS.iter();
         words
@@ -95,7 +95,7 @@ impl Function {
     }
 }
 
-/// How two values are compared.
+/// The comparison operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Comparator {
     /// `==`
@@ -128,13 +128,13 @@ impl Comparator {
         (">=", Self::AtLeast),
     ];
 
-    /// The comparison that `sign` stands for.
+    /// The operator that `sign` stands for.
     pub fn from_sign(sign: &str) -> Option<Self> {
         let mut signs = Self::SIGNS.iter();
         signs.find(|(s, _)| *s == sign).map(|(_, c)| *c)
     }
 
-    /// Whether it only tells equal from unequal, which all types can be.
+    /// Whether the operator needs no order of the values.
     pub fn is_equality(self) -> bool {
         matches!(self, Self::Equal | Self::Unequal)
     }
@@ -158,7 +158,7 @@ pub enum EvaluationError {
     EmptyList,
     /// A division by zero.
     DivisionByZero,
-    /// A whole number beyond 128 bits.
+    /// An integer beyond 128 bits.
     Overflow,
     /// NaN, for which every comparison is false and so every `not` of one is true.
     NotANumber,
@@ -166,15 +166,15 @@ pub enum EvaluationError {
     Malformed,
 }
 
-/// The values of one reference: one of a parameter, any number of a function's.
+/// The values of one reference: one for a parameter, any number for a function.
 pub(crate) struct ReferenceValues<'a> {
     pub(crate) values: Vec<&'a Value>,
-    /// How many elements there are, for `len`.
+    /// The number of elements, for `len`.
     pub(crate) count: usize,
 }
 
 impl Condition {
-    /// The parameters that it names, each with the function that it is given to, in the order of the text.
+    /// The references with their functions, in the order of the text.
     pub(crate) fn references(&self) -> impl Iterator<Item = (Option<Function>, &Reference)> {
         self.steps.iter().filter_map(|step| match step {
             Step::Parameter(reference) => Some((None, reference)),
@@ -189,7 +189,7 @@ impl Condition {
         is_constant.then(|| self.holds(&[]))
     }
 
-    /// Whether it holds for these values, one [`ReferenceValues`] for each of [`Condition::references`].
+    /// Whether the condition holds for these values, one [`ReferenceValues`] for each reference.
     pub(crate) fn holds(&self, given: &[ReferenceValues<'_>]) -> Result<bool, EvaluationError> {
         match evaluate(&self.steps, given) {
             Ok(Operand::Bool(holds)) => Ok(holds),
@@ -206,12 +206,12 @@ type EvaluationResult<'a> = Result<Operand<'a>, EvaluationError>;
 enum Operand<'a> {
     Bool(bool),
     Number(Number),
-    /// In nanoseconds; a difference of times may be less than none.
+    /// In nanoseconds. A difference of durations may be negative.
     Time(Number),
     Text(&'a str),
 }
 
-/// Whole numbers stay whole and exact, whatever they are compared with.
+/// Integers stay exact, whatever they are compared with.
 #[derive(Clone, Copy, Debug)]
 enum Number {
     Int(i128),
@@ -272,15 +272,15 @@ fn binary<'a>(
     operation(a?, b?)
 }
 
-/// `and` and `or`. EvaluationError on one side does not matter where the other side decides, which `decisive` does:
-/// `b == 0 or a / b > 2` is a rule that people write.
+/// `and` and `or`. If one side is `decisive`, an error of the other side does not matter: users
+/// write `b == 0 or a / b > 2`.
 fn logical<'a>(stack: &mut Vec<EvaluationResult<'a>>, decisive: bool) -> EvaluationResult<'a> {
     let (b, a) = (take(stack), take(stack));
     match (a, b) {
         (Ok(Operand::Bool(side)), _) | (_, Ok(Operand::Bool(side))) if side == decisive => {
             Ok(Operand::Bool(decisive))
         }
-        // Nothing is less trouble than any other.
+        // An empty list is the least severe error.
         (Err(trouble), Ok(_) | Err(EvaluationError::EmptyList)) | (_, Err(trouble)) => Err(trouble),
         (Ok(Operand::Bool(_)), Ok(Operand::Bool(_))) => Ok(Operand::Bool(!decisive)),
         (Ok(_), Ok(_)) => Err(EvaluationError::Malformed),
@@ -310,7 +310,7 @@ fn call<'a>(function: Function, given: &ReferenceValues<'a>) -> EvaluationResult
     }
 }
 
-/// Which of `values` is the smallest or the largest; one that is no number is both.
+/// The index of the smallest or largest of `values`. NaN is both.
 pub(crate) fn position_of_extreme(function: Function, values: &[&Value]) -> Option<usize> {
     let is_nan = |value: &&Value| matches!(value, Value::Float(float) if float.is_nan());
     let nan = values.iter().position(is_nan);
@@ -322,7 +322,7 @@ pub(crate) fn position_of_extreme(function: Function, values: &[&Value]) -> Opti
     })
 }
 
-/// The first of `values` that is there already, after the one that it repeats.
+/// The first value that equals an earlier one, as (earlier, later).
 pub(crate) fn first_duplicate(values: &[&Value]) -> Option<(usize, usize)> {
     let mut indices: Vec<usize> = (0..values.len()).collect();
     indices.sort_by(|a, b| order(values[*a], values[*b]));
@@ -332,12 +332,12 @@ pub(crate) fn first_duplicate(values: &[&Value]) -> Option<(usize, usize)> {
         .min_by_key(|(_, second)| *second)
 }
 
-/// The order of two values of one parameter, which are of one type.
+/// The order of two values of one type.
 fn order(a: &Value, b: &Value) -> Ordering {
     match (a, b) {
         (Value::Bool(a), Value::Bool(b)) => a.cmp(b),
         (Value::Int(a), Value::Int(b)) => a.cmp(b),
-        // Adding zero makes one zero of the two that there are.
+        // Adding zero turns -0.0 into 0.0.
         (Value::Float(a), Value::Float(b)) => (a + 0.0).total_cmp(&(b + 0.0)),
         (Value::Text(a), Value::Text(b)) => a.cmp(b),
         (Value::Duration(a), Value::Duration(b)) => a.cmp(b),
@@ -439,7 +439,7 @@ impl Number {
         self.apply(other, i128::checked_mul, |a, b| a * b)
     }
 
-    /// `6 / 2` is a whole number, `5 / 2` is 2.5.
+    /// `6 / 2` is an integer, `5 / 2` is 2.5.
     fn over(self, other: Self) -> Result<Self, EvaluationError> {
         if other.as_float() == 0.0 {
             return Err(EvaluationError::DivisionByZero);
@@ -463,12 +463,12 @@ impl Number {
     }
 }
 
-/// Compares without making a float of the whole number, which would round it.
+/// Compares without rounding the integer to a float.
 fn compare_int_with_float(int: i128, float: f64) -> Option<Ordering> {
     if !float.is_finite() {
         return 0.0_f64.partial_cmp(&float);
     }
-    // A float too large for a whole number becomes the largest one, which no sum of `long`s reaches.
+    // A float that is too large for an integer saturates. No sum of `long`s reaches that limit.
     let whole = int.cmp(&(float.trunc() as i128));
     Some(whole.then(0.0_f64.partial_cmp(&float.fract())?))
 }

@@ -1,4 +1,4 @@
-//! What a TOML document holds, in this project's words.
+//! Access to the values of a TOML document.
 
 use crate::model::Value;
 use rc_diagnostics::{SourceId, Span};
@@ -6,27 +6,27 @@ use serde_json::Value as Json;
 use std::ops::Range;
 use toml_edit::{Item, TableLike};
 
-/// Turns the places of a document into places of a text.
+/// Converts ranges of a document into spans of a source.
 #[derive(Clone, Copy)]
 pub(crate) struct Locator {
     pub(crate) source: SourceId,
 }
 
 impl Locator {
-    /// The place of `range`; of what is around it where it has none of its own.
+    /// The span of `range`, or `around` if there is no range.
     pub(crate) fn span(self, range: Option<Range<usize>>, around: Span) -> Span {
         range.map_or(around, |range| {
             Span::new(self.source, range.start, range.end)
         })
     }
 
-    /// The beginning of the text.
+    /// The start of the source.
     pub(crate) fn start(self) -> Span {
         Span::new(self.source, 0, 0)
     }
 }
 
-/// A single value or an array; none for a table and for a date, which no parameter can be.
+/// A single value. `None` for arrays, tables and dates.
 pub(crate) fn value(item: &Item) -> Option<Value> {
     match item.as_value()? {
         toml_edit::Value::String(text) => Some(Value::Text(text.value().clone())),
@@ -39,7 +39,7 @@ pub(crate) fn value(item: &Item) -> Option<Value> {
     }
 }
 
-/// The places of all values in `item`.
+/// Collects the ranges of all values in `item`.
 pub(crate) fn values_in(item: &Item, out: &mut Vec<Range<usize>>) {
     if let Some(table) = item.as_table_like() {
         table.iter().for_each(|(_, item)| values_in(item, out));
@@ -51,8 +51,8 @@ pub(crate) fn values_in(item: &Item, out: &mut Vec<Range<usize>>) {
     }
 }
 
-/// What may be a secret in the lines of `shown`, of a text that is no TOML: what follows `=`, and all where that cannot
-/// be told from a key.
+/// The ranges of possible secrets in the lines of `shown`, in a text that is not valid TOML:
+/// whatever follows `=`, or the whole line if it has no key.
 pub(crate) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usize>> {
     let start = text[..shown.start].rfind('\n').map_or(0, |feed| feed + 1);
     let end = text[shown.end..].find('\n');
@@ -75,10 +75,10 @@ pub(crate) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usiz
     values
 }
 
-/// A table of a list, and its place.
+/// An element of a list, with its range.
 pub(crate) type Element<'a> = (&'a dyn TableLike, Option<Range<usize>>);
 
-/// The tables of `[[name]]` or of `[{ … }, { … }]`, each with its place.
+/// The elements of `[[name]]` or of `[{ … }, { … }]`.
 pub(crate) fn tables(item: &Item) -> Option<Vec<Element<'_>>> {
     if let Some(tables) = item.as_array_of_tables() {
         return Some(
@@ -98,12 +98,12 @@ pub(crate) fn tables(item: &Item) -> Option<Vec<Element<'_>>> {
         .collect()
 }
 
-/// "the number 5", "a table" …, for messages; without the value where it is secret.
+/// "the number 5" or "a table", for messages. A secret value is left out.
 pub(crate) fn described(item: &Item, secret: bool) -> String {
     match value(item) {
-        Some(Value::Text(_)) if secret => "this text".to_owned(),
+        Some(Value::Text(_)) if secret => "this string".to_owned(),
         Some(Value::Int(_) | Value::Float(_)) if secret => "this number".to_owned(),
-        Some(value @ Value::Text(_)) => format!("the text {}", value.to_toml()),
+        Some(value @ Value::Text(_)) => format!("the string {}", value.to_toml()),
         Some(value @ Value::Bool(_)) => format!("`{}`", value.to_toml()),
         Some(value) => format!("the number {}", value.to_toml()),
         None if item.is_array() => "an array".to_owned(),
@@ -113,7 +113,7 @@ pub(crate) fn described(item: &Item, secret: bool) -> String {
     }
 }
 
-/// The same as JSON, for whoever reads a table that this crate knows nothing about.
+/// Converts an item into JSON, for readers of tables that this crate does not know.
 pub(crate) fn json(item: &Item) -> Json {
     if let Some(table) = item.as_table_like() {
         return Json::Object(
@@ -143,7 +143,7 @@ pub(crate) fn json(item: &Item) -> Json {
     }
 }
 
-/// The value that a command line gives as `text`: one of TOML, and anything else is a text.
+/// Parses a value of a command line as TOML. Any other text is a string.
 pub fn parse_argument(text: &str) -> Json {
     match text.parse::<toml_edit::Value>() {
         Ok(value) => json(&Item::Value(value)),
@@ -151,8 +151,8 @@ pub fn parse_argument(text: &str) -> Json {
     }
 }
 
-/// A value of JSON as one of TOML, so that the same code reads both; none for null. JSON has no word for `nan` and the
-/// infinities: for a `number` they are texts.
+/// Converts JSON into TOML, so that one function checks both. `None` for null. JSON has no `nan`
+/// and no infinities: where a `number` is expected, strings stand for them.
 pub(crate) fn from_json(json: &Json, number: bool) -> Option<Item> {
     value_from_json(json, number).map(Item::Value)
 }

@@ -1,9 +1,10 @@
 //! Configurations of components: TOML files, read by the model of the component's parameters.
 //!
-//! `[component]`, `[bindings]` and `[middleware.NAME]` belong to the framework, `[parameters]` to the `.pdsl`.
-//! A component links this crate and carries its [`model`] in its own code. [`check`] reads a file, [`LiveParameters`] checks
-//! changes of a running component and saves them. The feature `tools` adds what only tools need: the template, the
-//! schema and the update of a configuration.
+//! `[component]`, `[bindings]` and `[middleware.NAME]` belong to the framework, `[parameters]` to
+//! the `.pdsl`. A component links this crate and carries its [`model`] in its own code. [`check`]
+//! reads a file, [`LiveParameters`] checks changes of a running component and saves them. The
+//! feature `tools` adds what only tools need: the template, the schema and the update of a
+//! configuration.
 
 mod block;
 mod check;

@@ -1,4 +1,4 @@
-//! The parameters of a running component: what they are, and what may become of them.
+//! The parameters of a running component, and changes of them.
 
 use crate::block::{Block, Content, Origin};
 use crate::document::{self, Locator};
@@ -12,21 +12,21 @@ use rc_management::component::{ParameterChange, ParameterStatus};
 use serde_json::Value as Json;
 use std::fmt;
 
-/// One parameter that is another one now. What is secret in it is shown by no `{}` and no `{:?}`.
+/// A changed parameter. `Display` and `Debug` do not show secret values.
 #[derive(Clone, PartialEq)]
 pub struct ParamChange {
-    /// Its path, `motors[2].max`.
+    /// The path, `motors[2].max`.
     pub path: String,
-    /// What it was.
+    /// The value before.
     pub old: Value,
-    /// What it is.
+    /// The value after.
     pub new: Value,
-    /// Whether its values are never shown.
+    /// Whether the values are never shown.
     pub secret: bool,
 }
 
 impl ParamChange {
-    /// The way back.
+    /// The change that restores the old value.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut back = self.clone();
@@ -72,31 +72,31 @@ impl fmt::Debug for ParamChange {
 /// One parameter of a running component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveParameter {
-    /// What tools may know of it.
+    /// The status as tools get it.
     pub status: ParameterStatus,
-    /// The type, and whether it is an array of that; none for a group or a list.
+    /// The type, and whether the value is an array; `None` for a group or a list.
     pub ty: Option<(Type, bool)>,
-    /// The range of its values.
+    /// The allowed range.
     pub range: Option<Range>,
 }
 
-/// The values of a running component, those of its next start, and what its configuration file says.
+/// The values of a running component, those of its next start, and those of its file.
 pub struct LiveParameters {
     pub(crate) model: Parameters,
     running: Block,
-    /// With the changes of parameters that take effect at the next start.
+    /// The values of the next start. Pending changes of `restart` parameters are included.
     pub(crate) next: Block,
-    /// What the file says, so far as is known.
+    /// The values of the file, as far as the component knows.
     pub(crate) saved: Block,
 }
 
-/// Changes that were checked. They are taken over by [`LiveParameters::accept`].
+/// Changes that passed the check. [`LiveParameters::apply`] makes them effective.
 pub struct CheckedChanges {
     running: Block,
     next: Block,
-    /// What is another value at once.
+    /// The changes that take effect at once.
     pub changes: Vec<ParamChange>,
-    /// What will be another value at the next start.
+    /// The changes that take effect at the next start.
     pub pending: Vec<ParamChange>,
 }
 
@@ -108,7 +108,7 @@ impl CheckedChanges {
 }
 
 impl LiveParameters {
-    /// The parameters of a component that starts with `values`, which are a configuration that was checked.
+    /// The parameters of a component that starts with `values` of a checked configuration.
     pub fn new(model: Parameters, values: &Values) -> Self {
         let at = no_location().start();
         let running = Block::of(&model.parameters, values, "", at);
@@ -125,9 +125,10 @@ impl LiveParameters {
         self.running.values()
     }
 
-    /// Checks changes, each a path and a value, as a whole: what they make of the running component and of its next start
-    /// must be a configuration that its `.pdsl` accepts. All that is wrong is found at once; the places in it are no
-    /// places of any text. A value that is the same already is no change.
+    /// Checks all changes, each a path and a value, together. The values of the running component
+    /// and those of its next start must then be a configuration that the `.pdsl` accepts. Reports
+    /// all errors at once; their spans have no source. A value that stays the same is not a
+    /// change.
     pub fn check<'c>(
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
@@ -135,7 +136,8 @@ impl LiveParameters {
         self.check_changes(changes, false)
     }
 
-    /// As [`LiveParameters::check`], for a component that has not started yet: every parameter may be another one, at once.
+    /// As [`LiveParameters::check`], for a component that has not started: each change takes
+    /// effect at once.
     pub fn check_start<'c>(
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
@@ -143,7 +145,7 @@ impl LiveParameters {
         self.check_changes(changes, true)
     }
 
-    /// What somebody means who writes `text` for a parameter on a command line, where texts need no quotes.
+    /// Parses a value of a command line, where strings need no quotes.
     pub fn parse_text(&self, path: &str, text: &str) -> Json {
         let json = serde_json::from_str(text);
         let status = self.list(&[path]);
@@ -182,7 +184,7 @@ impl LiveParameters {
         };
         for (target, new) in wanted {
             let Some(new) = new else {
-                // The rules about it say nothing.
+                // Rules that refer to it are not evaluated.
                 for block in [&mut accepted.running, &mut accepted.next] {
                     if let Some(field) = target.field_mut(block) {
                         field.faulty = true;
@@ -214,7 +216,7 @@ impl LiveParameters {
         for (_, violation) in now {
             found.push(violation.diagnostic());
         }
-        // Only a change that waits for the next start makes that differ from what runs.
+        // These values differ only in changes that wait for the next start.
         for (_, mut violation) in rules::violations(&self.model.rules, &accepted.next) {
             violation.explanation.push_str(", at the next start");
             found.push(violation.diagnostic());
@@ -228,7 +230,8 @@ impl LiveParameters {
         Ok(accepted)
     }
 
-    /// One change by itself: what it concerns, and the value that this becomes; none where that is wrong.
+    /// Checks one change by itself. Returns its target and its value, or no value if that is
+    /// invalid.
     fn check_change<'m>(
         &'m self,
         path: &str,
@@ -297,7 +300,7 @@ impl LiveParameters {
         Some((target, new.filter(|_| fits)))
     }
 
-    /// Takes over changes that were checked. Those of another check in between would be lost, so there must be none.
+    /// Makes checked changes effective. No other changes may be applied between check and apply.
     pub fn apply(&mut self, accepted: CheckedChanges) {
         self.running = accepted.running;
         self.next = accepted.next;
@@ -314,8 +317,8 @@ impl LiveParameters {
         all
     }
 
-    /// What can be told of the parameters that `paths` name, of groups and lists all that is in them; of all where
-    /// there is none.
+    /// The parameters that `paths` name, including the members of groups and lists; all
+    /// parameters if there are no paths.
     pub fn list(&self, paths: &[&str]) -> Result<Vec<ParameterStatus>, Diagnostics> {
         let all = self.all().into_iter().map(|parameter| parameter.status);
         let all: Vec<ParameterStatus> = all.collect();
@@ -422,7 +425,7 @@ fn shown(value: &Value, secret: bool) -> Json {
     }
 }
 
-/// A place for findings about what stands in no text.
+/// A locator for findings without a source.
 pub(crate) fn no_location() -> Locator {
     let source = SourceMap::new().add("", "");
     Locator { source }
@@ -444,7 +447,7 @@ fn set_value(target: &Target<'_>, root: &mut Block, new: &Value) {
     }
 }
 
-/// What was given has become what is there.
+/// Marks all values as existing ones.
 fn mark_existing(block: &mut Block) {
     for field in &mut block.fields {
         field.origin = Origin::Existing;

@@ -1,4 +1,4 @@
-//! `[middleware.NAME]`: what is set of the middlewares.
+//! `[middleware.NAME]`: the settings of middlewares.
 
 use crate::check::Checker;
 use crate::document;
@@ -11,15 +11,15 @@ use rc_settings::{
 use std::collections::BTreeMap;
 use toml_edit::{Item, TableLike};
 
-/// What keys are set to, by the name of the middleware and that of the key.
+/// The settings, by the names of middleware and key.
 pub type Settings = BTreeMap<String, BTreeMap<String, Setting>>;
 
-/// What one key is set to.
+/// One setting.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
     /// The value.
     pub value: Value,
-    /// The place of the value.
+    /// The location of the value.
     pub span: Span,
 }
 
@@ -63,7 +63,7 @@ impl Checker {
         settings
     }
 
-    /// What one key is set to; none where something is wrong with it, which is then reported.
+    /// Reads one setting. Reports an error and returns `None` if it is invalid.
     fn setting(&mut self, key: &Key, item: &Item, path: &str, at: Span) -> Option<Setting> {
         let span = self.locator.span(item.span(), at);
         let value = if key.kind.is_list() {
@@ -123,7 +123,8 @@ impl Checker {
         rules.into_iter().collect()
     }
 
-    /// The rules of a table, where each key is a slot or an operation of one, and its value a table of policies.
+    /// The rules of a table whose keys are slots or operations, and whose values are tables of
+    /// policies.
     fn qos(&mut self, table: &dyn TableLike, path: &str, place: Span) -> Option<Vec<Value>> {
         let mut rules: Vec<Option<Value>> = Vec::new();
         for (of, item) in table.iter() {
@@ -141,7 +142,7 @@ impl Checker {
                 let value = match &written {
                     Some(model::Value::Int(number)) if !is_word(name) => Scalar::Int(*number),
                     Some(model::Value::Text(text)) if name != "depth" => Scalar::Text(text),
-                    // A value of another type, or a key that does not exist, which is reported below.
+                    // A value of the wrong type, or an unknown policy, which is reported below.
                     _ => match qos::allowed(name) {
                         Some(allowed) => {
                             let path = format!("{path}.{name}");
@@ -184,7 +185,7 @@ impl Checker {
         None
     }
 
-    /// No setting is a secret.
+    /// Reports an error. Settings are never secret.
     fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: &str) {
         let what = document::described(item, false);
         let message = format!("`{path}` cannot be {what}");

@@ -1,4 +1,5 @@
-//! The parameters of a component, resolved: what generated code embeds, and what a configuration is read by.
+//! The parameters of a component: the model that generated code embeds and that configurations
+//! are checked against.
 
 use crate::condition::Condition;
 use rc_diagnostics::nearest;
@@ -12,7 +13,7 @@ use std::time::Duration;
 pub struct Parameters {
     /// The name after `ComponentParams`.
     pub name: String,
-    /// Its documentation.
+    /// The documentation, line by line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doc: Vec<String>,
     /// The parameters in the order of the text.
@@ -23,18 +24,18 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Whether the value of any of them is never shown.
+    /// Whether any parameter is secret.
     pub fn has_secrets(&self) -> bool {
         self.parameters.iter().any(Parameter::has_secrets)
     }
 
-    /// One line of JSON that [`Parameters::from_json`] reads.
+    /// Serialises the model as one line of JSON, for [`Parameters::from_json`].
     pub fn to_json(&self) -> String {
-        // Only maps with keys that are no texts cannot be written, and there are none.
+        // Only maps whose keys are not strings can fail, and there are none.
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Reads what [`Parameters::to_json`] wrote.
+    /// Deserialises the result of [`Parameters::to_json`].
     pub fn from_json(text: &str) -> Result<Self, serde_json::Error> {
         serde_json::from_str(text)
     }
@@ -43,46 +44,47 @@ impl Parameters {
 /// A `require` rule.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rule {
-    /// The names of the groups and lists in which it stands, from outside; in a list it holds for each element.
+    /// The groups and lists around the rule, the outermost first. In a list, the rule applies to
+    /// each element.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scope: Vec<String>,
-    /// What has to hold.
+    /// The condition that must hold.
     pub condition: Condition,
-    /// The condition as written, for people.
+    /// The text of the condition, for messages.
     pub text: String,
-    /// What is said where it is broken.
+    /// The message if the condition does not hold.
     pub message: String,
 }
 
-/// One parameter, group or list.
+/// A parameter, a group or a list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its documentation, line by line.
+    /// The documentation, line by line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doc: Vec<String>,
-    /// What it is.
+    /// The kind, with type or members.
     pub kind: Kind,
-    /// Its value where a configuration has none; without it, a scalar or an array is required.
+    /// The default. A scalar or an array without a default is required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub default: Option<Value>,
-    /// The allowed values of a number or a duration, or of each element of an array of them.
+    /// The allowed range of a number or a duration, or of the elements of an array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<Range>,
-    /// The only allowed values, or elements; empty where there is no such limit.
+    /// The only allowed values or elements. If empty, there is no such limit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Value>,
-    /// Its unit, for people.
+    /// The unit of a number, for users.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// `T`: it may be changed while the component runs.
+    /// `T`: whether a change takes effect at once.
     #[serde(default, skip_serializing_if = "is_false")]
     pub editable: bool,
-    /// A change is accepted and takes effect at the next start.
+    /// `restart`: whether a change takes effect at the next start.
     #[serde(default, skip_serializing_if = "is_false")]
     pub restart: bool,
-    /// Its value is never shown.
+    /// `secret`: whether the value is never shown.
     #[serde(default, skip_serializing_if = "is_false")]
     pub secret: bool,
 }
@@ -95,36 +97,36 @@ fn is_false(value: &bool) -> bool {
     !*value
 }
 
-/// What a parameter is.
+/// The kind of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// One value, or an array of values.
     Scalar {
-        /// The type of the value, or of each element.
+        /// The type of the value, or of the elements of an array.
         #[serde(rename = "type")]
         ty: Type,
-        /// The allowed length, where it is an array.
+        /// The allowed length of an array; `None` for a single value.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         array: Option<Length>,
     },
-    /// Parameters that belong together.
+    /// A group of parameters.
     Group(Vec<Parameter>),
     /// A list of structures.
     List {
-        /// Its allowed length.
+        /// The allowed length.
         length: Length,
         /// The parameters of each element.
         parameters: Vec<Parameter>,
     },
 }
 
-/// How many elements there may be.
+/// The allowed number of elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Length {
-    /// At least.
+    /// The minimum.
     pub min: u32,
-    /// At most; any number where there is none.
+    /// The maximum; `None` for no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<u32>,
 }
@@ -147,29 +149,29 @@ impl Length {
     }
 }
 
-/// The types of values.
+/// The types of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Type {
     /// `true` or `false`
     Bool,
-    /// A whole number of 32 bits.
+    /// An integer of 32 bits.
     Int,
-    /// A whole number of 64 bits.
+    /// An integer of 64 bits.
     Long,
     /// A floating-point number of 32 bits.
     Float,
     /// A floating-point number of 64 bits.
     Double,
-    /// A text.
+    /// A string.
     String,
-    /// A time.
+    /// A duration.
     Duration,
     /// A path in the file system.
     Path,
 }
 
-/// Why a value is not one of a type.
+/// Why a value does not have a type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConversionError {
     /// It has another type.
@@ -179,7 +181,7 @@ pub enum ConversionError {
 }
 
 impl Type {
-    /// All types, by the words that name them.
+    /// All types with their names.
     pub const WORDS: [(&'static str, Self); 8] = [
         ("bool", Self::Bool),
         ("int", Self::Int),
@@ -191,7 +193,7 @@ impl Type {
         ("path", Self::Path),
     ];
 
-    /// The type that `word` names, in upper or lower case.
+    /// The type of that name, in upper or lower case.
     pub fn from_word(word: &str) -> Option<Self> {
         Self::WORDS
             .iter()
@@ -199,7 +201,7 @@ impl Type {
             .map(|(_, ty)| *ty)
     }
 
-    /// The word that names it.
+    /// The name of the type.
     pub fn word(self) -> &'static str {
         Self::WORDS
             .iter()
@@ -207,37 +209,37 @@ impl Type {
             .map_or("", |(word, _)| word)
     }
 
-    /// Whether its values are numbers, which may have a unit.
+    /// Whether the values are numbers, which may have a unit.
     pub fn is_number(self) -> bool {
         matches!(self, Self::Int | Self::Long | Self::Float | Self::Double)
     }
 
-    /// Whether its values have an order that a range can limit.
+    /// Whether a range can limit the values.
     pub fn is_ordered(self) -> bool {
         self.is_number() || self == Self::Duration
     }
 
-    /// What its values are, for messages.
+    /// The values of the type, for messages.
     pub fn described(self) -> &'static str {
         match self {
             Self::Bool => "`true` or `false`",
-            Self::Int => "a whole number of 32 bits",
-            Self::Long => "a whole number of 64 bits",
+            Self::Int => "an integer of 32 bits",
+            Self::Long => "an integer of 64 bits",
             Self::Float => "a number of 32 bits",
             Self::Double => "a number of 64 bits",
-            Self::String => "a text in quotes",
-            Self::Duration => "a time like \"50ms\", or a number of milliseconds",
-            Self::Path => "a path in quotes",
+            Self::String => "a string",
+            Self::Duration => "a duration such as \"50ms\", or a number of milliseconds",
+            Self::Path => "a path as a string",
         }
     }
 
-    /// `value` as a value of this type: whole numbers are numbers, a time may be a text or a number of
-    /// milliseconds.
+    /// Converts a value into this type. An integer is also a number; a duration may be a string
+    /// or a number of milliseconds.
     pub fn convert(self, value: &Value) -> Result<Value, ConversionError> {
         Ok(match (self, value) {
-            // A time that is too long was read as the longest.
+            // A duration that is too long was read as the longest one.
             (Self::Duration, Value::Duration(u64::MAX)) => return Err(ConversionError::OutOfRange),
-            // An infinity that was written as such is kept; one that comes of rounding is a number too large.
+            // An infinity is kept. A finite number that rounds to an infinity is too large.
             (Self::Float, Value::Float(float))
                 if float.is_finite() && (*float as f32).is_infinite() =>
             {
@@ -268,20 +270,19 @@ impl Type {
     }
 }
 
-/// One value. What is no number (`nan`) equals itself: two values are equal where a file that says one of them need not
-/// be changed to say the other one.
+/// The value of a parameter. NaN equals NaN: equal values need no change in the file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Value {
     /// `true` or `false`
     Bool(bool),
-    /// A whole number.
+    /// An integer.
     Int(i64),
-    /// Any other number.
+    /// A floating-point number.
     Float(f64),
-    /// A text or a path.
+    /// A string or a path.
     Text(String),
-    /// A time in nanoseconds.
+    /// A duration in nanoseconds.
     Duration(u64),
     /// The elements of an array.
     Array(Vec<Value>),
@@ -302,7 +303,7 @@ impl PartialEq for Value {
 }
 
 impl Value {
-    /// The text, if it is one.
+    /// The string of a `string` or a `path`.
     pub fn as_text(&self) -> Option<&str> {
         match self {
             Self::Text(text) => Some(text),
@@ -310,7 +311,7 @@ impl Value {
         }
     }
 
-    /// `true` or `false`, if it is one of them.
+    /// The value of a `bool`.
     pub fn as_bool(&self) -> Option<bool> {
         match self {
             Self::Bool(value) => Some(*value),
@@ -318,7 +319,7 @@ impl Value {
         }
     }
 
-    /// The whole number, if it is one: the value of an `int` or a `long`.
+    /// The integer of an `int` or a `long`.
     pub fn as_int(&self) -> Option<i64> {
         match self {
             Self::Int(value) => Some(*value),
@@ -326,7 +327,7 @@ impl Value {
         }
     }
 
-    /// The number, if it is one: the value of a `float` or a `double`.
+    /// The number of a `float` or a `double`.
     pub fn as_float(&self) -> Option<f64> {
         match self {
             Self::Float(value) => Some(*value),
@@ -334,7 +335,7 @@ impl Value {
         }
     }
 
-    /// The time, if it is one.
+    /// The duration of a `duration`.
     pub fn as_duration(&self) -> Option<Duration> {
         match self {
             Self::Duration(value) => Some(Duration::from_nanos(*value)),
@@ -342,7 +343,7 @@ impl Value {
         }
     }
 
-    /// The elements, if it is an array.
+    /// The elements of an array.
     pub fn as_array(&self) -> Option<&[Self]> {
         match self {
             Self::Array(values) => Some(values),
@@ -350,7 +351,8 @@ impl Value {
         }
     }
 
-    /// As JSON: a time as a text like `50ms`; what JSON has no number for as TOML writes it, `inf`, `nan`.
+    /// Converts the value into JSON. A duration is a string such as `50ms`. Infinities and NaN
+    /// are strings as in TOML: `inf`, `nan`.
     pub fn to_json(&self) -> serde_json::Value {
         match self {
             Self::Bool(value) => (*value).into(),
@@ -363,7 +365,7 @@ impl Value {
         }
     }
 
-    /// As it is written in a TOML file, on one line.
+    /// Prints the value as TOML on one line.
     pub fn to_toml(&self) -> String {
         match self {
             Self::Bool(value) => value.to_string(),
@@ -380,7 +382,7 @@ impl Value {
     }
 }
 
-/// A TOML text. Rust's own notation differs in the escapes of control characters.
+/// Quotes a TOML string. The escapes of control characters differ from those of Rust.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
@@ -399,19 +401,19 @@ fn quoted(text: &str) -> String {
     out
 }
 
-/// The limits of a value, both included. They are of the parameter's own type, so that integers stay exact.
+/// Inclusive limits. They have the type of the parameter, so that integers stay exact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Range {
-    /// The smallest value.
+    /// The minimum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<Value>,
-    /// The largest value.
+    /// The maximum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<Value>,
 }
 
 impl Range {
-    /// Whether `value` is within; a value that is no number at all (NaN) is in no range.
+    /// Whether `value` is in the range. NaN is in no range.
     pub fn contains(&self, value: &Value) -> bool {
         self.min.as_ref().is_none_or(|min| at_most(min, value))
             && self.max.as_ref().is_none_or(|max| at_most(value, max))
@@ -443,7 +445,7 @@ fn at_most(a: &Value, b: &Value) -> bool {
 }
 
 impl Parameter {
-    /// A required parameter of this kind without any limits.
+    /// A required parameter without limits.
     pub fn new(name: impl Into<String>, kind: Kind) -> Self {
         Self {
             name: name.into(),
@@ -459,7 +461,7 @@ impl Parameter {
         }
     }
 
-    /// The allowed values in words: "a whole number of 32 bits, from 0 to 127".
+    /// The allowed values, for messages: "an integer of 32 bits, from 0 to 127".
     pub fn allowed(&self) -> String {
         match &self.kind {
             Kind::Scalar { ty, array: None } => format!("{}{}", ty.described(), self.limits()),
@@ -479,7 +481,8 @@ impl Parameter {
         }
     }
 
-    /// The allowed values of a scalar or of each element of an array, and the choice that `value` probably meant.
+    /// The allowed values of a scalar or an element of an array, and the choice that is nearest
+    /// to `value`.
     pub fn allowed_near(&self, value: &Value) -> String {
         let mut text = match &self.kind {
             Kind::Scalar { ty, .. } => format!("{}{}", ty.described(), self.limits()),
@@ -492,7 +495,7 @@ impl Parameter {
         text
     }
 
-    /// Its type and its limits in the words of PDSL: "int, from 0 to 127".
+    /// The type and the limits in the words of PDSL: "int, from 0 to 127".
     pub fn summary(&self) -> String {
         match &self.kind {
             Kind::Scalar { ty, array: None } => format!("{}{}", ty.word(), self.limits()),
@@ -507,7 +510,7 @@ impl Parameter {
         }
     }
 
-    /// When a change takes effect, for people; nothing where it is fixed at the start.
+    /// When a change takes effect, for users. `None` if the parameter is fixed at the start.
     pub fn change(&self) -> Option<&'static str> {
         match (self.restart, self.editable) {
             (true, _) => Some("a change takes effect at the next start"),
@@ -516,7 +519,7 @@ impl Parameter {
         }
     }
 
-    /// Whether a configuration has to say something about it.
+    /// Whether a configuration must set the parameter.
     pub fn is_required(&self) -> bool {
         match &self.kind {
             Kind::Scalar { .. } => self.default.is_none(),
@@ -525,7 +528,7 @@ impl Parameter {
         }
     }
 
-    /// Whether its value, or any in it, is never shown.
+    /// Whether the value, or a value in it, is secret.
     pub fn has_secrets(&self) -> bool {
         match &self.kind {
             Kind::Scalar { .. } => self.secret,

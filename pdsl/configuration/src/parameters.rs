@@ -1,4 +1,4 @@
-//! `[parameters]` against the model: every fault is found, and every default is filled in.
+//! Checks `[parameters]` against the model, and fills in the defaults.
 
 use crate::block::{Block, Content, Field, Origin, inner};
 use crate::document::{self, Locator};
@@ -7,22 +7,23 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
 use std::collections::HashSet;
 use toml_edit::{Item, TableLike};
 
-/// Reads the values of parameters, and keeps what is wrong.
+/// Reads the values of parameters, and collects the findings.
 pub(crate) struct Reader<'a> {
     pub(crate) locator: Locator,
     pub(crate) found: &'a mut Diagnostics,
-    /// The paths that have neither a value nor a default.
+    /// The paths of parameters without a value and without a default.
     pub(crate) missing: Vec<String>,
-    /// The places of values that are secret, or may be.
+    /// The locations of values that are secret or may be.
     pub(crate) secrets: Vec<Span>,
-    /// Whether there are secrets, so that a value at the wrong place may be one.
+    /// Whether there are secrets. Then a misplaced value may be one.
     pub(crate) has_secrets: bool,
-    /// Whether a list that is not there has one element, so that the rules in it are tried.
+    /// Whether a missing list has one element, so that the rules in it can be evaluated.
     pub(crate) with_sample_elements: bool,
 }
 
 impl Reader<'_> {
-    /// The values of `parameters` in `table`, which is called `path` and stands at `at`.
+    /// Reads the values of `parameters` from `table`, which has the path `path` and the location
+    /// `at`.
     pub(crate) fn block(
         &mut self,
         parameters: &[Parameter],
@@ -81,7 +82,7 @@ impl Reader<'_> {
                     .push(diagnostic.help("there are no parameters here"));
                 continue;
             }
-            // What is there already is rarely meant.
+            // A user rarely means a parameter that the table already sets.
             let absent = parameters.iter().filter(|p| !table.contains_key(&p.name));
             let near = nearest(name, absent.map(|p| p.name.as_str()));
             self.found.push(match near {
@@ -91,7 +92,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Keeps the places of the values in `item` from being shown.
+    /// Redacts the values in `item`.
     fn redact(&mut self, item: &Item) {
         let mut values = Vec::new();
         document::values_in(item, &mut values);
@@ -130,7 +131,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads `item` into `field`, which is that of `parameter`.
+    /// Reads `item` into the field of `parameter`.
     pub(crate) fn read_given(&mut self, parameter: &Parameter, item: &Item, field: &mut Field) {
         let (path, at) = (field.path.as_str(), field.at);
         let content = match &parameter.kind {
@@ -168,7 +169,7 @@ impl Reader<'_> {
                 Content::List(elements)
             }),
         };
-        // What is wrong with a single value is said already.
+        // `scalar` has reported the error of a single value.
         let single = matches!(parameter.kind, Kind::Scalar { array: None, .. });
         if content.is_none() {
             field.faulty = true;
@@ -183,7 +184,7 @@ impl Reader<'_> {
         field.content = content;
     }
 
-    /// Whether the length is allowed.
+    /// Checks a length, and returns whether it is allowed.
     fn length(&mut self, length: Length, count: usize, path: &str, at: Span) -> bool {
         if !length.allows(count) {
             let message = format!("`{path}` has length {count}");
@@ -202,7 +203,7 @@ impl Reader<'_> {
             .push(Diagnostic::error("wrong-type", at, message).help(help));
     }
 
-    /// One value, or one element of an array.
+    /// Reads one value, or one element of an array.
     pub(crate) fn scalar(
         &mut self,
         parameter: &Parameter,
@@ -241,7 +242,7 @@ impl Reader<'_> {
     }
 }
 
-/// Whether `item` may be the value of `parameter`; of a table, whether it is one.
+/// Whether `item` is a valid value of `parameter`. Of a group, whether it is a table.
 #[cfg(feature = "tools")]
 pub(crate) fn is_valid_value(parameter: &Parameter, item: &Item, locator: Locator) -> bool {
     match &parameter.kind {

@@ -1,28 +1,30 @@
-//! Paths of parameters, as messages and commands name them: `motors[2].max`.
+//! Paths of parameters in messages and commands: `motors[2].max`.
 
 use crate::block::{Block, Content, Field, inner};
 use crate::model::{Kind, Parameter, Value};
 use rc_diagnostics::{Diagnostic, Span};
 
-/// What a path leads to. Blocks have their fields in the order of the model, so the same indices leads to it in all of them.
+/// The target of a path. Blocks have their fields in the order of the model, so the indices are
+/// valid in all blocks of one model.
 pub(crate) struct Target<'m> {
     pub(crate) parameter: &'m Parameter,
-    /// As messages write it.
+    /// The path, as messages write it.
     pub(crate) path: String,
-    /// The index of a field, and of an element where the field is a list; the last one has none.
+    /// The index of each field on the path, and of the element if the field is a list. The last
+    /// step has no element.
     indices: Vec<(usize, Option<usize>)>,
-    /// Which element of an array is meant.
+    /// The element of an array.
     pub(crate) element: Option<usize>,
 }
 
 impl Target<'_> {
-    /// Whether both concern one value.
+    /// Whether both targets share a value.
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         let (a, b) = (self.element, other.element);
         self.indices == other.indices && (a == b || a.is_none() || b.is_none())
     }
 
-    /// Its field in `root`; none in a block of another model.
+    /// The field in `root`; `None` in a block of another model.
     pub(crate) fn field<'b>(&self, root: &'b Block) -> Option<&'b Field> {
         let (&(last, _), before) = self.indices.split_last()?;
         let mut block = root;
@@ -36,7 +38,7 @@ impl Target<'_> {
         block.fields.get(last)
     }
 
-    /// The same, to be changed.
+    /// The mutable field in `root`.
     pub(crate) fn field_mut<'b>(&self, root: &'b mut Block) -> Option<&'b mut Field> {
         let (&(last, _), before) = self.indices.split_last()?;
         let mut block = root;
@@ -50,7 +52,7 @@ impl Target<'_> {
         block.fields.get_mut(last)
     }
 
-    /// Its value in `root`: that of the parameter, or of the element that is meant.
+    /// The value in `root`: that of the parameter, or of the element of an array.
     pub(crate) fn value<'b>(&self, root: &'b Block) -> Option<&'b Value> {
         let Some(Content::Value(value)) = &self.field(root)?.content else {
             return None;
@@ -62,7 +64,8 @@ impl Target<'_> {
     }
 }
 
-/// Finds what `path` names among `parameters`, whose values are those of `root`; or says what is wrong with it.
+/// Resolves `path` among `parameters`, whose values are in `root`. The error explains what is
+/// wrong.
 pub(crate) fn resolve<'m>(
     path: &str,
     mut parameters: &'m [Parameter],
@@ -155,7 +158,7 @@ pub(crate) fn resolve<'m>(
     Err(unknown(format!("unknown parameter `{path}`")))
 }
 
-/// The names of a path, each with the index behind it.
+/// Parses the names of a path, each with its index.
 fn parse(path: &str) -> Option<Vec<(&str, Option<usize>)>> {
     let step = |step| {
         let Some((name, rest)) = str::split_once(step, '[') else {

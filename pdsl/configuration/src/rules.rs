@@ -1,4 +1,4 @@
-//! Rules across parameters: where each applies, and what is said where it is broken.
+//! Evaluates the rules across parameters, and reports violations.
 
 use crate::block::{Block, Content, Field, Origin};
 use crate::condition::{
@@ -7,27 +7,27 @@ use crate::condition::{
 use crate::model::{Rule, Value};
 use rc_diagnostics::{Diagnostic, Span};
 
-/// A rule that does not hold.
+/// A violated rule.
 pub(crate) struct Violation<'a> {
     rule: &'a Rule,
-    /// The first of the values that break it, of those that are given if there are any.
+    /// The value to point to first. A value that the user set takes precedence over a default.
     primary: InvolvedValue,
     related: Vec<InvolvedValue>,
-    /// The condition and the values that break it.
+    /// The condition, and the values that violate it.
     pub(crate) explanation: String,
 }
 
-/// One of the values that break a rule.
+/// A value that takes part in a violation.
 struct InvolvedValue {
     path: String,
     at: Span,
     origin: Origin,
-    /// "is 3"
+    /// The state of the value: "is 3".
     what: String,
 }
 
-/// The rules that do not hold, each by its index, once for each element of the lists around it. One that names a
-/// parameter which is itself faulty is not tried.
+/// The violated rules, each by its index, once for each element of the lists around it. A rule
+/// that refers to an invalid value is not evaluated.
 pub(crate) fn violations<'a>(rules: &'a [Rule], root: &Block) -> Vec<(usize, Violation<'a>)> {
     let mut all = Vec::new();
     for (at, rule) in rules.iter().enumerate() {
@@ -38,7 +38,8 @@ pub(crate) fn violations<'a>(rules: &'a [Rule], root: &Block) -> Vec<(usize, Vio
     all
 }
 
-/// Calls `visit` for every block that `scope` leads to, with the blocks around it, the outermost first.
+/// Calls `visit` for each block that `scope` leads to, with the blocks around it, the outermost
+/// first.
 fn visit_scope<'b>(
     blocks: &mut Vec<&'b Block>,
     scope: &[String],
@@ -89,7 +90,7 @@ fn evaluate_rule<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Violation<'a>>
         .map(InvolvedValue::described)
         .collect();
     let explanation = format!("`{}` {verdict}: {}", rule.text, values.join(", "));
-    // A default has no line of its own; another value may have one.
+    // A default has no location of its own; a value may have one.
     let origin = involved_values
         .iter()
         .map(|involved_value| involved_value.origin)
@@ -97,7 +98,7 @@ fn evaluate_rule<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Violation<'a>>
     let primary = involved_values
         .iter()
         .position(|involved_value| Some(involved_value.origin) == origin);
-    // A condition without parameters is refused when the `.pdsl` is read.
+    // The language refuses a condition without parameters.
     let primary = involved_values.remove(primary?);
     Some(Violation {
         rule,
@@ -108,7 +109,7 @@ fn evaluate_rule<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Violation<'a>>
 }
 
 impl Violation<'_> {
-    /// What is said to whoever wrote the configuration.
+    /// The finding for the author of the configuration.
     pub(crate) fn diagnostic(self) -> Diagnostic {
         let message = format!(
             "`{}` breaks a rule: {}",
@@ -136,17 +137,17 @@ impl InvolvedValue {
     }
 }
 
-/// What a reference leads to.
+/// A reference with its values.
 struct ResolvedReference<'b> {
     function: Option<Function>,
     reference: &'b Reference,
     referenced_values: Vec<ReferencedValue<'b>>,
-    /// The list or array that a function is about, or the parameter itself.
+    /// The list or array that a function takes, or the parameter itself.
     field: &'b Field,
     count: usize,
 }
 
-/// One value, and the element that it is of an array.
+/// A value, with its index if it is an element of an array.
 struct ReferencedValue<'b> {
     value: &'b Value,
     field: &'b Field,
@@ -154,7 +155,7 @@ struct ReferencedValue<'b> {
 }
 
 impl<'b> ResolvedReference<'b> {
-    /// None where something on the way is faulty.
+    /// Resolves a reference. `None` if a value on the path is invalid.
     fn find(
         function: Option<Function>,
         reference: &'b Reference,
@@ -216,7 +217,7 @@ impl<'b> ResolvedReference<'b> {
         }
     }
 
-    /// The values that decide.
+    /// The values that decide the condition.
     fn involved_values(&self, given: &ReferenceValues<'_>) -> Vec<InvolvedValue> {
         let whole = |what: &str| vec![self.field.involved_value(what.to_owned())];
         let referenced_value = |at: usize| {
@@ -237,7 +238,7 @@ impl<'b> ResolvedReference<'b> {
                 _ => whole(&format!("has length {}", self.count)),
             },
             Some(Function::Unique) => match first_duplicate(&given.values) {
-                // The second one is the one too many.
+                // The later one of two equal values is the likely mistake.
                 Some((first, second)) => [referenced_value(second), referenced_value(first)]
                     .into_iter()
                     .flatten()
@@ -265,7 +266,7 @@ impl ReferencedValue<'_> {
 }
 
 impl Field {
-    /// The tables in it.
+    /// The tables in the field.
     fn blocks(&self) -> &[Block] {
         match &self.content {
             Some(Content::Group(block)) => std::slice::from_ref(block),

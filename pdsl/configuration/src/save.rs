@@ -1,4 +1,4 @@
-//! Changed values on their steps back into the configuration file, which keeps its comments and its order.
+//! Writes changed values back into the configuration file, and keeps its comments and its order.
 
 use crate::block::{Block, Content, Field};
 use crate::live::{LiveParameters, ParamChange, no_location};
@@ -7,31 +7,32 @@ use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike};
 
-/// Why values are not written into a file.
+/// Why the values were not written.
 #[derive(Debug)]
 pub enum SaveError {
-    /// The file, or what it would become, is not what the `.pdsl` accepts.
+    /// The file, or the new text, does not pass the check.
     Invalid(SourceMap, Diagnostics),
-    /// Somebody else has changed what would be written; a line for each.
+    /// Somebody else changed the file. One line for each conflict.
     Conflicts(Vec<String>),
 }
 
-/// A value that is another one than the file has.
+/// A value that differs from the file.
 struct Edit<'m> {
     parameter: &'m Parameter,
-    /// From the outermost table, each with the element of a list.
+    /// The path from the outermost table: each name with the index of a list element.
     steps: Vec<(&'m str, Option<usize>)>,
     change: ParamChange,
 }
 
 impl LiveParameters {
-    /// The values of the next start that the file does not have, so far as is known.
+    /// The values of the next start that differ from the file, as far as the component knows.
     pub fn unsaved(&self) -> Vec<ParamChange> {
         self.edits().into_iter().map(|edit| edit.change).collect()
     }
 
-    /// `text`, which the file `path` holds now, with the values of the next start. Only those that were changed since
-    /// the component has read the file, or has last written it, are written; whatever else was edited in between stays.
+    /// Writes the values of the next start into `text`, the present contents of the file `path`.
+    /// Writes only values that changed since the component read or wrote the file, and keeps all
+    /// other edits.
     pub fn save(&self, path: &Path, text: &str) -> Result<String, SaveError> {
         let present = self.read(path, text)?;
         let mut edits = self.edits();
@@ -44,9 +45,9 @@ impl LiveParameters {
             return Err(SaveError::Conflicts(conflicts));
         }
         edits.retain(|edit| edit.value_in(&present) != Some(&edit.change.new));
-        // A table that is new may become the first one; what stands over the whole file stays over it.
+        // A new table may become the first one. Comments about the whole file stay above it.
         let (header, rest) = text.split_at(header_length(text));
-        // Right now, since it was read just before.
+        // The text is valid, since it was read above.
         let mut document: DocumentMut = rest.parse().unwrap_or_default();
         for edit in &edits {
             edit.write(&mut document);
@@ -60,12 +61,12 @@ impl LiveParameters {
         if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
             new = new.replace("\r\n", "\n").replace('\n', "\r\n");
         }
-        // What somebody else has edited may break a rule together with what is written.
+        // An edit of somebody else may violate a rule together with the new values.
         self.read(path, &new)?;
         Ok(new)
     }
 
-    /// Notes that the file has the values of the next start.
+    /// Records that the file has the values of the next start.
     pub fn saved(&mut self) {
         self.saved = self.next.clone();
     }
@@ -89,8 +90,9 @@ impl LiveParameters {
     }
 }
 
-/// The length of the comments at the beginning of a file that are about all of it: up to their last blank line, since what
-/// follows that is about the first table. The mark of an encoding belongs to them.
+/// The length of the leading comments that describe the whole file: up to their last blank line.
+/// Comments after that belong to the first table. A byte order mark belongs to the leading
+/// comments.
 fn header_length(text: &str) -> usize {
     let (mut at, mut blank) = (0, None);
     for line in text.split_inclusive('\n') {
@@ -107,7 +109,7 @@ fn header_length(text: &str) -> usize {
     at
 }
 
-/// The first value that the file does not have as it was read, nor as it is now.
+/// The first value that differs both from the file as it was read and from the next start.
 fn first_difference<'b>(
     saved: &'b Block,
     next: &Block,
@@ -147,7 +149,7 @@ fn first_difference<'b>(
     None
 }
 
-/// What is another one in the file than it was when that was read.
+/// A difference between the file as it was read and as it is now.
 struct Difference<'b> {
     field: &'b Field,
     read: String,
@@ -206,7 +208,7 @@ impl Edit<'_> {
         None
     }
 
-    /// What is to be said where the file has neither the old value nor the new one.
+    /// The conflict if the file has neither the old nor the new value.
     fn conflict(&self, present: &Block) -> Option<String> {
         let ParamChange {
             path,
@@ -215,22 +217,22 @@ impl Edit<'_> {
             secret,
         } = &self.change;
         let Some(there) = self.value_in(present) else {
-            return Some(format!("`{path}` is not in the file any more"));
+            return Some(format!("`{path}` is not in the file"));
         };
         if there == old || there == new {
             return None;
         }
         if *secret {
-            return Some(format!("`{path}` is another one in the file"));
+            return Some(format!("`{path}` has another value in the file"));
         }
         let [old, new, there] = [old, new, there].map(Value::to_toml);
         Some(format!(
-            "`{path}` was {old} when the file was read, is {there} in it now, and {new} here"
+            "`{path}` was {old} when the file was read, is {there} in the file now, and {new} here"
         ))
     }
 
-    /// What is to be said where the list around the value is not as it was read: its elements are known by their places
-    /// alone, so the value might get into another one.
+    /// The conflict if the list around the value changed. Elements are identified by their index
+    /// only, so the value might go to another element.
     fn list_conflict(&self, live: &LiveParameters, present: &Block) -> Option<String> {
         let path = &self.change.path;
         if self.value_in(present) == Some(&self.change.new) {
@@ -262,7 +264,7 @@ impl Edit<'_> {
                     if a.len() != c.len() {
                         let list = path.split_once('[').map_or(path.as_str(), |(list, _)| list);
                         return Some(format!(
-                            "`{list}` had {} elements when the file was read and has {} now: `{path}` may be that of another one",
+                            "`{list}` had {} elements when the file was read and has {} now: `{path}` may belong to another element",
                             a.len(),
                             c.len()
                         ));
@@ -275,11 +277,11 @@ impl Edit<'_> {
                     let other = &field.path;
                     return Some(if field.secret {
                         format!(
-                            "`{other}` is another one in the file: `{path}` may be that of another element"
+                            "`{other}` has another value in the file: `{path}` may belong to another element"
                         )
                     } else {
                         format!(
-                            "`{other}` was {read} when the file was read and is {present} in it now: `{path}` may be that of another element"
+                            "`{other}` was {read} when the file was read and is {present} in the file now: `{path}` may belong to another element"
                         )
                     });
                 }
@@ -298,7 +300,7 @@ impl Edit<'_> {
         for (name, element) in &self.steps[..last] {
             place = place.and_then(|place| inner(place, name, *element));
         }
-        // What is not as expected is found when the text is read again.
+        // The check of the new text reports an unexpected structure.
         let Some((table, in_line)) = place else {
             return;
         };
@@ -317,7 +319,7 @@ impl Edit<'_> {
     }
 }
 
-/// A table, and whether it stands in a line: then all in it does.
+/// A table, and whether it is an inline table.
 type TableAt<'t> = (&'t mut dyn TableLike, bool);
 
 fn table_of(item: &mut Item) -> Option<TableAt<'_>> {
@@ -325,7 +327,7 @@ fn table_of(item: &mut Item) -> Option<TableAt<'_>> {
     Some((item.as_table_like_mut()?, in_line))
 }
 
-/// The table called `name` in another one, which is made if it is not there; or one of its elements.
+/// The table `name` in another table, which is created if it is missing; or one of its elements.
 fn inner<'t>(
     (table, in_line): TableAt<'t>,
     name: &str,
@@ -352,7 +354,8 @@ fn inner<'t>(
     }
 }
 
-/// Takes away the space between the last value of a line and its bracket, where a comma is to come.
+/// Removes the space between the last value of an inline table and its brace, before a comma is
+/// added.
 fn trim_last_suffix(table: &mut dyn TableLike) {
     let last = table.iter_mut().last().map(|(_, item)| item);
     if let Some(value) = last.and_then(Item::as_value_mut) {
@@ -360,7 +363,7 @@ fn trim_last_suffix(table: &mut dyn TableLike) {
     }
 }
 
-/// Puts `new` where `old` stands, and leaves what is around it: the comment behind a value, the lines of an array.
+/// Replaces `old` by `new`, and keeps comments and line breaks around it.
 fn replace(old: &mut toml_edit::Value, mut new: toml_edit::Value) {
     if let (Some(there), Some(wanted)) = (old.as_array_mut(), new.as_array()) {
         while there.len() > wanted.len() {
@@ -371,10 +374,11 @@ fn replace(old: &mut toml_edit::Value, mut new: toml_edit::Value) {
             replace(old, new.clone());
         }
         for value in wanted.iter().skip(kept) {
-            // Like the one before it; an array that was empty stays on its line.
+            // A new element is laid out as the one before it. An array that was empty stays on
+            // its line.
             let before = there.len().checked_sub(1).and_then(|at| there.get(at));
             let prefix = before.and_then(|value| value.decor().prefix()?.as_str());
-            // Its line feed and its indentation, without a comment that stands there.
+            // The line break and the indentation, without a comment.
             let prefix = prefix.map(|text| &text[text.rfind('\n').unwrap_or(0)..]);
             let prefix = prefix.map(str::to_owned).filter(|_| there.len() > 1);
             let mut value = value.clone();

@@ -1,7 +1,8 @@
-//! What a configuration may hold as a JSON Schema, for editors that complete and check TOML.
+//! The JSON Schema of configurations, for editors that complete and check TOML.
 //!
-//! The schema never refuses what the checker accepts. Rules, the ranges of times that are texts and the sizes of
-//! floating-point numbers are beyond it. It is of draft 7, which the editors understand.
+//! The schema never refuses a configuration that the checker accepts. It does not express rules,
+//! ranges of durations that are strings, and the limits of floating-point numbers. It follows
+//! draft 7, which editors support.
 
 use crate::check::{COMPONENT, LEVELS, SHORTEST_PERIOD};
 use crate::model::{Kind, Length, Parameter, Parameters, Rule, Type, Value};
@@ -10,25 +11,25 @@ use rc_settings::{Key, Kind as Takes, MIDDLEWARES, Value as Setting, qos};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
-/// A time as it is written in a text; what `rc_settings::duration::parse` reads.
+/// The format of a duration, as `rc_settings::duration::parse` reads it.
 const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
-/// The address of a slot: names that are joined by `/`.
+/// The format of the address of a slot: names with `/` between them.
 const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";
-/// A namespace of ROS 2, the name of a node, and a rule that gives another name.
+/// The formats of a namespace of ROS 2, of the name of a node, and of rules.
 const NAMESPACE: &str = "^/([A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*)?$";
 const NODE: &str = "^[A-Za-z_][A-Za-z0-9_]*$";
 const QOS: &str = "^[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)?\\.[a-z]+:=[a-z0-9._]+$";
 const REMAPPING: &str = "^[A-Za-z0-9_/~]+:=[A-Za-z0-9_/~]+$";
 
-/// A slot of the component: its name, and what it is, for people.
+/// A slot of the component, with its description.
 pub struct Slot<'a> {
-    /// As `[bindings]` names it.
+    /// The name, as in `[bindings]`.
     pub name: &'a str,
-    /// "requires `Laser`"
+    /// The description: "requires `Laser`".
     pub what: String,
 }
 
-/// The schema of the configurations of a component, as text.
+/// The schema of the configurations of a component, as JSON.
 pub fn schema(
     component_name: &str,
     period: Duration,
@@ -97,11 +98,11 @@ pub fn schema(
     if let Some(required) = required {
         set(&mut root, "required", json!(required));
     }
-    // Only maps with keys that are no texts cannot be written, and there are none.
+    // Only maps whose keys are not strings can fail, and there are none.
     serde_json::to_string_pretty(&root).unwrap_or_default() + "\n"
 }
 
-/// What can be set of a middleware.
+/// The settings of a middleware.
 fn settings(middleware: &str, keys: &[Key]) -> Json {
     let mut table = object(keys.iter().map(|key| (key.name, setting(key))));
     describe(
@@ -156,7 +157,7 @@ fn setting(key: &Key) -> Json {
     schema
 }
 
-/// What can be set of the quality of service of a topic.
+/// The policies of the quality of service of a topic.
 fn policies() -> Json {
     let time = || {
         let mut time = duration(json!({ "exclusiveMinimum": 0 }), Json::Null);
@@ -178,7 +179,7 @@ fn policies() -> Json {
     }))
 }
 
-/// A table that has these keys and no others.
+/// A table with these keys and no others.
 fn object<'a>(properties: impl IntoIterator<Item = (&'a str, Json)>) -> Json {
     let properties: Map<String, Json> = properties
         .into_iter()
@@ -199,7 +200,7 @@ fn describe(schema: &mut Json, text: String) {
     }
 }
 
-/// The table of a block, whose rules are those of `scope`.
+/// The table of a block, with the rules of `scope`.
 fn table<'a>(
     parameters: &'a [Parameter],
     rules: &[Rule],
@@ -234,7 +235,7 @@ fn of<'a>(parameter: &'a Parameter, rules: &[Rule], scope: &mut Vec<&'a str>) ->
             list
         }
         Kind::Scalar { ty, array } => {
-            // What is secret is not told to whoever looks over somebody's shoulder.
+            // An editor must not show secrets.
             let default = parameter.default.as_ref().filter(|_| !parameter.secret);
             let default = default.and_then(json_of);
             let mut schema = match array {
@@ -262,7 +263,7 @@ fn elements(items: Json, length: Length) -> Json {
     schema
 }
 
-/// The documentation, and what no other part of a schema says.
+/// The documentation, and the facts that no other part of the schema expresses.
 fn description(parameter: &Parameter) -> String {
     let mut lines = parameter.doc.clone();
     let mut facts = vec![format!("{}.", parameter.summary())];
@@ -276,14 +277,14 @@ fn description(parameter: &Parameter) -> String {
     lines.join("\n")
 }
 
-/// With a capital at its beginning.
+/// Capitalises the first letter.
 fn sentence(text: &str) -> String {
     let mut chars = text.chars();
     let first = chars.next().map(|c| c.to_ascii_uppercase());
     first.into_iter().chain(chars).collect()
 }
 
-/// One value.
+/// The schema of one value.
 fn scalar(parameter: &Parameter, ty: Type) -> Json {
     if !parameter.choices.is_empty() && ty != Type::Duration {
         let choices: Vec<Json> = parameter.choices.iter().filter_map(json_of).collect();
@@ -320,7 +321,7 @@ fn set_limits(schema: &mut Json, min: Option<Json>, max: Option<Json>) {
     }
 }
 
-/// A text with a unit, or a number of milliseconds within `limits`.
+/// A string with a unit, or a number of milliseconds within `limits`.
 fn duration(mut limits: Json, default: Json) -> Json {
     set(&mut limits, "type", json!("number"));
     let mut schema = json!({ "anyOf": [{ "type": "string", "pattern": DURATION }, limits] });
@@ -330,7 +331,7 @@ fn duration(mut limits: Json, default: Json) -> Json {
     schema
 }
 
-/// The limit of a range, of a time in milliseconds; an infinite one is none.
+/// The limit of a range; of a duration in milliseconds. An infinite limit is none.
 fn number(value: &Value) -> Option<Json> {
     match value {
         Value::Duration(ns) => Some(json!(*ns as f64 / 1e6)),
@@ -338,7 +339,7 @@ fn number(value: &Value) -> Option<Json> {
     }
 }
 
-/// A value as a configuration holds it, where JSON can say it.
+/// The value in a configuration, if JSON can express it.
 fn json_of(value: &Value) -> Option<Json> {
     Some(match value {
         Value::Bool(value) => Json::from(*value),

@@ -1,12 +1,13 @@
-//! The first configuration file of a component, which its user then owns.
+//! The initial configuration file of a component. It then belongs to the user.
 
 use crate::model::{Kind, Parameter, Parameters};
 use rc_settings::duration;
 use std::fmt::Write;
 use std::time::Duration;
 
-/// The text of `etc/config.toml`: every parameter with its documentation, what is allowed, and its default. A
-/// parameter without default is a comment that says that it must be set. `period` is the component's own.
+/// The text of `etc/config.toml`: each parameter with its documentation, its limits and its
+/// default. A parameter without a default becomes a comment that requests a value. `period` is
+/// the period in the `.cdsl`.
 pub fn template(component_name: &str, period: Duration, parameters: Option<&Parameters>) -> String {
     let period = format!("period = \"{}\"", duration::text_of(period));
     let mut out = format!(
@@ -24,7 +25,7 @@ pub fn template(component_name: &str, period: Duration, parameters: Option<&Para
     out
 }
 
-/// `[parameters]`, with all that belongs to it.
+/// The table `[parameters]` with all its parameters.
 pub(crate) fn root(model: &Parameters) -> String {
     let mut out = String::new();
     comment(&mut out, &model.doc);
@@ -33,7 +34,7 @@ pub(crate) fn root(model: &Parameters) -> String {
     out
 }
 
-/// The values of a table come before the tables in it, or TOML would take them for theirs.
+/// The values of a table precede the tables in it, which TOML requires.
 fn block(out: &mut String, parameters: &[Parameter], path: &str) {
     for parameter in parameters
         .iter()
@@ -51,7 +52,7 @@ fn block(out: &mut String, parameters: &[Parameter], path: &str) {
     }
 }
 
-/// A group or a list, whose head says `path`.
+/// A group or a list with the header `path`.
 pub(crate) fn table(parameter: &Parameter, path: &str) -> String {
     let mut out = String::new();
     comment(&mut out, &parameter.doc);
@@ -78,7 +79,7 @@ pub(crate) fn table(parameter: &Parameter, path: &str) -> String {
     out
 }
 
-/// A value that is written as `name`, with its comment.
+/// A value with the key `name`, and its comment.
 pub(crate) fn scalar(parameter: &Parameter, name: &str) -> String {
     let mut out = String::new();
     comment(&mut out, &parameter.doc);
@@ -99,7 +100,7 @@ pub(crate) fn scalar(parameter: &Parameter, name: &str) -> String {
 
 fn comment(out: &mut String, lines: &[String]) {
     for line in lines {
-        // A line feed in a unit or a documentation would end the comment.
+        // A line break in a unit or a documentation would end the comment.
         let line = line.replace(['\n', '\r'], " ");
         out.push_str(format!("# {line}").trim_end());
         out.push('\n');

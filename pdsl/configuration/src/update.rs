@@ -1,9 +1,9 @@
-//! A configuration after its `.pdsl` has changed: what is new, what is gone, what has another name, and the text that
-//! says so.
+//! Updates a configuration after a change of its `.pdsl`: adds, renames and removes parameters.
 //!
-//! Nothing that somebody wrote gets lost. ChangeKind is gone becomes a comment. A value goes to another name only where that
-//! can be nothing but another spelling or a slip of the pen; a robot must not move by a guess. So a value also stays, and
-//! the configuration stays wrong, where it may be that of a parameter for which a default would hold otherwise.
+//! The update loses nothing that a user wrote. A removed parameter becomes a comment. A value
+//! moves to another name only if that is another spelling or a typing error, because a robot must
+//! not move by a guess. If a removed key might be a renamed parameter, it is kept, and the
+//! configuration is rejected until the user renames or deletes it.
 
 mod edits;
 mod inline;
@@ -22,35 +22,35 @@ use std::fmt;
 use std::ops::Range;
 use toml_edit::{Document, Item, Table};
 
-/// The words over what became a comment.
-const REMOVED_NOTE: &str = "No parameter any more (rcgen config --update):";
+/// The comment above removed parameters.
+const REMOVED_NOTE: &str = "No longer a parameter (rcgen config --update):";
 
-/// One difference between a configuration and what its `.pdsl` declares.
+/// A difference between a configuration and its `.pdsl`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
-    /// The parameter, or what was one: `motors[2].max`.
+    /// The path of the parameter, or of the removed key: `motors[2].max`.
     pub path: String,
-    /// The place in the configuration: of a key that is there, or of the table that lacks one.
+    /// The location of the key, or of the table that lacks one.
     pub at: Span,
-    /// ChangeKind is the matter with it.
+    /// The kind of difference.
     pub kind: ChangeKind,
 }
 
-/// ChangeKind is the matter with a parameter of a configuration.
+/// The kinds of differences.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ChangeKind {
-    /// It is new, and gets this default.
+    /// A new parameter with this default.
     Added(String),
-    /// It is new, and somebody has to give it a value.
+    /// A new parameter that must be set.
     Required,
-    /// It is called so now.
+    /// The parameter has this new name.
     Renamed(String),
-    /// It is gone; the name that it candidates has now.
+    /// The key is not a parameter; the name that it may have now.
     Removed(Option<String>),
-    /// It is no parameter any more, but may be one of these, or another one, which are new and have these defaults; a group
-    /// has many.
+    /// The key is not a parameter, but may be one of these new parameters, each with its default.
+    /// A group has no single default.
     Ambiguous(Vec<(String, Option<String>)>),
-    /// Its table stands in braces over several lines, which only a person changes well.
+    /// An inline table spans several lines. A person has to change it.
     Manual,
 }
 
@@ -62,11 +62,11 @@ impl fmt::Display for Change {
             ChangeKind::Required => write!(f, "add `{path}`, which must be set"),
             ChangeKind::Renamed(to) => write!(f, "rename `{path}` to `{to}`"),
             ChangeKind::Removed(None) => {
-                write!(f, "comment out `{path}`, which is no parameter any more")
+                write!(f, "comment out `{path}`, which is not a parameter")
             }
             ChangeKind::Removed(Some(near)) => write!(
                 f,
-                "comment out `{path}`, which is no parameter any more; is it `{near}` now?"
+                "comment out `{path}`, which is not a parameter; is it `{near}` now?"
             ),
             ChangeKind::Ambiguous(new) => {
                 let names = new.iter();
@@ -78,36 +78,36 @@ impl fmt::Display for Change {
                     .collect();
                 write!(
                     f,
-                    "leave `{path}` to you: it is no parameter any more; rename it if it is {} now, or take it out",
+                    "leave `{path}` to you: it is not a parameter; rename it if it is {} now, or remove it",
                     names.join(" or ")
                 )
             }
             ChangeKind::Manual => write!(
                 f,
-                "leave `{path}` to you: its braces span several lines, and what it holds is not what is declared"
+                "leave `{path}` to you: its inline table spans several lines and differs from the .pdsl"
             ),
         }
     }
 }
 
 impl Change {
-    /// Whether it is no change, but something that a person has to decide.
+    /// Whether a person has to decide about the difference.
     pub fn needs_decision(&self) -> bool {
         matches!(self.kind, ChangeKind::Ambiguous(_) | ChangeKind::Manual)
     }
 }
 
-/// ChangeKind [`update`] finds.
+/// The result of [`update`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Update {
     /// The differences.
     pub changes: Vec<Change>,
-    /// The whole text as it should be.
+    /// The updated text.
     pub text: String,
 }
 
-/// ChangeKind has to become of a configuration that was written for another version of `parameters`. Comments, order and
-/// layout of what is there stay. An error is a text that is no TOML.
+/// Updates a configuration that was written for another version of `parameters`. Keeps comments,
+/// order and layout. Fails if the text is not valid TOML.
 pub fn update(
     sources: &SourceMap,
     source: SourceId,
@@ -149,8 +149,8 @@ pub fn update(
     })
 }
 
-/// Notes about what a configuration leaves to its defaults, one for each table; none where that is all that can be said
-/// of it: then it is as short as somebody wants it.
+/// One note for each table about the defaults in effect. None if the configuration differs from
+/// its `.pdsl` only in unset parameters: a user may keep it short.
 pub fn unset_parameters(update: &Update) -> Vec<Diagnostic> {
     let new = |change: &Change| matches!(change.kind, ChangeKind::Added(_));
     if update.changes.iter().all(new) {
@@ -178,22 +178,22 @@ pub fn unset_parameters(update: &Update) -> Vec<Diagnostic> {
         }
     }
     let note = |(at, texts): (Span, Vec<String>)| {
-        let message = format!("not set, so that defaults hold: {}", texts.join(", "));
+        let message = format!("not set, so the defaults apply: {}", texts.join(", "));
         Diagnostic::note("unset-parameter", at, message)
-            .help("`rcgen config --update` writes in what is new, and tells what it leaves to you")
+            .help("`rcgen config --update` adds new parameters, and lists what it leaves to you")
     };
     tables.into_iter().map(note).collect()
 }
 
-/// Where a table is, and how it is written.
+/// The context of a table: its path, and its notation.
 struct TableContext {
-    /// How findings call it.
+    /// The path in findings.
     path: String,
-    /// ChangeKind its head says, or would say.
+    /// The header, whether written or not.
     head: String,
-    /// ChangeKind stands before its names where it is written by dots in keys.
+    /// The prefix of keys, if the table is written with dotted keys.
     prefix: String,
-    /// The head above its keys.
+    /// The position of the header above the keys.
     body: Option<usize>,
 }
 
@@ -219,7 +219,7 @@ impl Updater<'_> {
         self.changes.push(Change { path, at, kind });
     }
 
-    /// ChangeKind is in a table, or in each table of a list.
+    /// Updates a table, or each table of a list.
     fn item(&mut self, item: &Item, parameters: &[Parameter], context: &TableContext) {
         match item {
             Item::Table(table) => self.table(table, parameters, context),
@@ -299,7 +299,7 @@ impl Updater<'_> {
             .filter(|p| names.is_unambiguous(p))
             .collect();
         self.values(table, &decided, context, at, &key_of);
-        // ChangeKind is new comes behind what it follows in the `.pdsl`.
+        // A new table follows its predecessor in the `.pdsl`.
         let mut before = context.body;
         for parameter in decided.iter().filter(|p| !is_scalar(p)) {
             let Some(item) = table.get(&key_of(parameter)) else {
@@ -321,7 +321,7 @@ impl Updater<'_> {
         }
     }
 
-    /// The values that a table lacks, each behind what it follows in the `.pdsl`.
+    /// Adds missing values, each after its predecessor in the `.pdsl`.
     fn values(
         &mut self,
         table: &Table,
@@ -330,7 +330,7 @@ impl Updater<'_> {
         at: Span,
         key_of: &dyn Fn(&Parameter) -> String,
     ) {
-        // A table that is there only by the heads of others gets one, above theirs.
+        // A table that exists only by headers of inner tables gets a header above theirs.
         let mut head = format!("[{}]\n\n", context.head);
         let headless = context.body.is_none() && context.prefix.is_empty();
         let above = first(table).map(|first| self.text.above(first));
@@ -350,7 +350,7 @@ impl Updater<'_> {
             }
             let kind = added_kind(parameter);
             let name = format!("{}{}", context.prefix, parameter.name);
-            // A comment that asks for a value is enough.
+            // A comment that requests the value is enough.
             let request = format!("# {name} =");
             let asked = kind == ChangeKind::Required
                 && self.text.has_line(context.body, context.body, &request);
@@ -372,7 +372,7 @@ impl Updater<'_> {
         }
     }
 
-    /// A group or a list that is not there, its place, and the last head that comes before it.
+    /// Adds a group or a list at `place`, after the last header `before`.
     fn new_table(
         &mut self,
         parameter: &Parameter,
@@ -384,7 +384,7 @@ impl Updater<'_> {
         // A list that may be empty is a comment.
         let example = format!("# [[{}]]", new.head);
         let is_list = matches!(parameter.kind, Kind::List { .. });
-        // Of the elements of a list, each has its own; of all else there is one in the file.
+        // Each element of a list has its own tables; any other table is unique in the file.
         let (from, to) = if context.path.contains('[') {
             (context.body, before)
         } else {
@@ -401,7 +401,7 @@ impl Updater<'_> {
         );
     }
 
-    /// Notes that these are new, and all that is in them.
+    /// Records these parameters, and all in them, as added.
     fn added(&mut self, parameters: &[Parameter], path: &str, at: Span) {
         for parameter in parameters {
             let path = inner(path, &parameter.name);
@@ -414,8 +414,8 @@ impl Updater<'_> {
         }
     }
 
-    /// Gives a key another name, in all heads where it stands. Heads with quotes, and keys with dots, which may repeat
-    /// the name anywhere, are left alone.
+    /// Renames a key in all headers. Leaves headers with quotes and dotted keys, which may repeat
+    /// the name anywhere, unchanged and returns `false`.
     fn rename(&mut self, item: &Item, key: Range<usize>, context: &TableContext, to: &str) -> bool {
         if is_dotted(item) {
             return false;
@@ -444,7 +444,7 @@ impl Updater<'_> {
         true
     }
 
-    /// Makes comments of what is no parameter any more, with one note over all of it.
+    /// Turns a removed key into comments, below one note.
     fn remove(&mut self, key: Range<usize>, item: &Item, note: &mut &str) {
         match item {
             Item::Table(table) if table.is_dotted() => {
@@ -481,7 +481,7 @@ fn candidates(parameters: &[&Parameter], path: &str) -> Vec<(String, Option<Stri
     all.map(|p| (inner(path, &p.name), default(p))).collect()
 }
 
-/// ChangeKind is said of a value or a list that is new.
+/// The kind of difference for a new value or list.
 fn added_kind(parameter: &Parameter) -> ChangeKind {
     match (&parameter.kind, &parameter.default) {
         (Kind::List { length, .. }, _) if length.min == 0 => ChangeKind::Added("[]".to_owned()),
@@ -499,7 +499,7 @@ fn is_dotted(item: &Item) -> bool {
     item.as_table().is_some_and(Table::is_dotted)
 }
 
-/// The first head in a table.
+/// The position of the first header in a table.
 fn first(table: &Table) -> Option<usize> {
     table.iter().filter_map(|(_, item)| first_in(item)).min()
 }
@@ -510,7 +510,7 @@ fn first_in(item: &Item) -> Option<usize> {
     found.iter().map(|head| head.start).min()
 }
 
-/// The parameters in a group or in each element of a list.
+/// The parameters of a group, or of each element of a list.
 fn members(parameter: &Parameter) -> &[Parameter] {
     match &parameter.kind {
         Kind::Scalar { .. } => &[],

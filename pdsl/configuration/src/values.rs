@@ -1,4 +1,4 @@
-//! The values of one configuration, for generated code and for the management endpoint.
+//! The values of one configuration, for generated code and for the management socket.
 
 use crate::model::Value;
 use serde_json::{Map, Value as Json};
@@ -6,10 +6,10 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What is shown of a value that is secret.
+/// The replacement for secret values.
 pub(crate) const SECRET: &str = "***";
 
-/// What stands under one name.
+/// The value of a name.
 #[derive(Clone, PartialEq)]
 pub(crate) enum Entry {
     /// A value, and whether it is secret.
@@ -22,8 +22,8 @@ pub(crate) enum Entry {
 
 /// The values of parameters in the order of their declarations.
 ///
-/// The accessors are for code that was generated from the same model: a name that is not there, or is of another
-/// type, gives zero, nothing, an empty text. A value shown with `{:?}` hides what is secret.
+/// The accessors are for code that was generated from the same model. A missing name or another
+/// type gives zero, `false`, or something empty. `Debug` does not show secret values.
 #[derive(Clone, Default, PartialEq)]
 pub struct Values {
     entries: Vec<(String, Entry)>,
@@ -157,7 +157,8 @@ impl Values {
         }
     }
 
-    /// All values as a JSON object, times as texts like `50ms`, and `***` for each one that is secret.
+    /// Converts all values into a JSON object. Durations are strings such as `50ms`; secret
+    /// values are `***`.
     pub fn to_json(&self) -> Json {
         let mut object = Map::new();
         for (name, entry) in &self.entries {

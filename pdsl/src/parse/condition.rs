@@ -1,7 +1,8 @@
-//! The condition of a rule, from pest's pairs to a tree.
+//! Parses the condition of a rule.
 //!
-//! What stands between two brackets is a flat list of operands and operators here; it is taken apart at the operators
-//! that bind least: `or`, `and`, `not`, comparisons, `+` and `-`, `*` and `/`, the sign.
+//! Between two brackets, pest gives a flat list of operands and operators. This module splits it
+//! at the operators in the order of their precedence: `or`, `and`, `not`, comparisons, `+` and
+//! `-`, `*` and `/`, sign.
 
 use super::Rule;
 use crate::ast::{Expression, ExpressionKind, Path, ProductOperator, SumOperator};
@@ -10,7 +11,7 @@ use rc_configuration::condition::Comparator;
 use rc_diagnostics::{Diagnostic, Span};
 use rc_syntax::{Name, ParseContext};
 
-/// Reads one condition. None, with a finding, where the order of its operators makes no sense.
+/// Parses one condition. Reports an error and returns `None` if its operators are misplaced.
 pub(super) fn read(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
     let mut operands = Vec::new();
     let mut before = None;
@@ -26,9 +27,9 @@ pub(super) fn read(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Exp
     any(r, operands)
 }
 
-/// What stands between two operators.
+/// An operand with the operators around it.
 struct Operand {
-    /// The operator before it; none for the first.
+    /// The operator before it; `None` for the first operand.
     before: Option<(Rule, Name)>,
     nots: Vec<Name>,
     minuses: usize,
@@ -98,7 +99,8 @@ fn path(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Path {
     }
 }
 
-/// Takes `operands` apart at every operator `rule`, which leaves each of the parts without an operator before it.
+/// Splits `operands` at each operator `rule`. The operator is removed from the first operand of
+/// each part.
 fn split(operands: Vec<Operand>, rule: Rule) -> Vec<(Option<Name>, Vec<Operand>)> {
     let mut parts: Vec<(Option<Name>, Vec<Operand>)> = Vec::new();
     for mut operand in operands {
@@ -152,7 +154,7 @@ fn truth(r: &mut ParseContext<'_>, mut operands: Vec<Operand>) -> Option<Express
     }
     let inner = comparison(r, operands)?;
     Some(match nots.first() {
-        // Two of them are none.
+        // Two of them cancel each other.
         Some(first) if nots.len() % 2 == 1 => Expression {
             span: first.span.to(inner.span),
             kind: ExpressionKind::Not(Box::new(inner)),
@@ -243,7 +245,7 @@ fn report_misplaced_not(r: &mut ParseContext<'_>, not: &Name) {
         .push(diagnostic.help("put brackets around it: `a == (not b)`"));
 }
 
-/// Reports a sign of another language.
+/// Reports an operator of another language.
 fn report_foreign_operator(r: &mut ParseContext<'_>, operator: &Name, word: &str) {
     if matches!(operator.text.as_str(), "&&" | "||" | "!" | "=") {
         let message = format!("`{}` is written `{word}` here", operator.text);

@@ -61,8 +61,8 @@ fn an_import_must_be_found_and_be_of_use() {
         &expect![[r#"
             c.pdsl:1:8: error[import-not-found]: cannot find `bsu.pdsl`; searched in memory (did you mean `bus.pdsl`?)
             c.pdsl:2:8: error[import-not-found]: cannot find `nothing`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
-            c.pdsl:4:8: warning[unused-import]: `bus.pdsl` is imported already; first here at c.pdsl:3:8
-            c.pdsl:5:8: warning[unused-import]: nothing is declared in `empty.pdsl`
+            c.pdsl:4:8: warning[unused-import]: duplicate import `bus.pdsl`; first imported here at c.pdsl:3:8
+            c.pdsl:5:8: warning[unused-import]: `empty.pdsl` declares nothing
             broken.pdsl:1:1: error[syntax-error]: expected `ComponentParams`, found `ComponentParam`
         "#]],
     );
@@ -83,7 +83,7 @@ fn a_circle_is_an_error() {
             ),
         ],
         &expect![[r#"
-            b.pdsl:1:8: error[import-cycle]: these files import each other in a circle: c.pdsl → a.pdsl → b.pdsl → c.pdsl
+            b.pdsl:1:8: error[import-cycle]: cyclic import: c.pdsl → a.pdsl → b.pdsl → c.pdsl
         "#]],
     );
     assert_eq!(names(model), "C: b a c");
@@ -91,7 +91,7 @@ fn a_circle_is_an_error() {
         "import \"c.pdsl\";\nComponentParams C { c int 1; };",
         &[],
         &expect![[r#"
-            c.pdsl:1:8: error[import-cycle]: these files import each other in a circle: c.pdsl → c.pdsl
+            c.pdsl:1:8: error[import-cycle]: cyclic import: c.pdsl → c.pdsl
         "#]],
     );
 }
@@ -105,7 +105,7 @@ fn a_name_in_two_files_shows_both() {
             "ComponentParams A {\n int speed;\n speed int 1;\n max int 2; someName int 3; require max < Speed \"\"; };",
         )],
         &expect![[r#"
-            c.pdsl:3:2: error[duplicate-name]: parameter `speed` is declared twice; first declared here at a.pdsl:3:2
+            c.pdsl:3:2: error[duplicate-name]: duplicate parameter `speed`; first declared here at a.pdsl:3:2
             c.pdsl:4:2: error[duplicate-name]: parameter `Max` differs from `max` only in case; first declared here at a.pdsl:4:2
             c.pdsl:5:2: error[name-collision]: parameters `someName` and `some_name` are both `some_name` in generated code; first declared here at a.pdsl:4:13
             a.pdsl:2:6: error[unknown-type]: unknown type `speed` (expected one of `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
@@ -133,7 +133,7 @@ fn a_chain_of_imports_has_an_end() {
         "import \"f0\"; ComponentParams C { };",
         &texts,
         &expect![[r#"
-            f48.pdsl:1:8: error[nested-too-deep]: imports nest deeper than 50 levels here
+            f48.pdsl:1:8: error[nested-too-deep]: imports are nested more than 50 levels deep
         "#]],
     );
 }

@@ -121,7 +121,7 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
             c.pdsl:8:10: error[syntax-error]: expected `:`, found `{`
             c.pdsl:9:10: error[syntax-error]: expected `;`, a flag, a range or choices, found `3`
             c.pdsl:10:10: error[syntax-error]: expected `;`, a default, a flag or choices, found `"`
-            c.pdsl:11:7: error[bad-default]: `q` cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:11:7: error[bad-default]: `q` cannot be the default of `int` (allowed is an integer of 32 bits)
             c.pdsl:12:16: error[syntax-error]: expected a string, found `;`
             c.pdsl:13:1: error[syntax-error]: expected a name, found `§`
         "#]],
@@ -182,10 +182,10 @@ fn names_are_unique_without_regard_to_case() {
     check(
         "a int 1;\na int 2;\nA string;\ngroup a { a int 1; };\nlist b { };",
         &expect![[r#"
-        c.pdsl:3:1: error[duplicate-name]: parameter `a` is declared twice; first declared here at c.pdsl:2:1
-        c.pdsl:4:1: error[duplicate-name]: parameter `A` differs from `a` only in case; first declared here at c.pdsl:2:1
-        c.pdsl:5:7: error[duplicate-name]: parameter `a` is declared twice; first declared here at c.pdsl:2:1
-    "#]],
+            c.pdsl:3:1: error[duplicate-name]: duplicate parameter `a`; first declared here at c.pdsl:2:1
+            c.pdsl:4:1: error[duplicate-name]: parameter `A` differs from `a` only in case; first declared here at c.pdsl:2:1
+            c.pdsl:5:7: error[duplicate-name]: duplicate parameter `a`; first declared here at c.pdsl:2:1
+        "#]],
     );
 }
 
@@ -208,19 +208,19 @@ fn defaults_fit_their_type_range_and_choices() {
          l duration \"soon\";\nm duration 5s :1s;\nn float 1e99;\no double 1e999;",
         &expect![[r#"
             c.pdsl:2:7: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:2:11 (allowed is from 0 to 127)
-            c.pdsl:3:7: error[bad-default]: the string "x" cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:4:7: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is a whole number of 32 bits)
+            c.pdsl:3:7: error[bad-default]: the string "x" cannot be the default of `int` (allowed is an integer of 32 bits)
+            c.pdsl:4:7: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is an integer of 32 bits)
             c.pdsl:5:8: error[bad-default]: the number 1 cannot be the default of `bool` (allowed is `true` or `false`)
-            c.pdsl:6:10: error[bad-default]: `fast` cannot be the default of `string` (allowed is a text in quotes)
-            c.pdsl:7:10: error[default-not-a-choice]: the default "fsat" is not one of the choices (allowed is a text in quotes, one of "fast", "slow"; did you mean `fast`?)
-            c.pdsl:8:7: error[default-not-a-choice]: the default 3 is not one of the choices (allowed is a whole number of 32 bits, one of 1, 2)
+            c.pdsl:6:10: error[bad-default]: `fast` cannot be the default of `string` (allowed is a string)
+            c.pdsl:7:10: error[default-not-a-choice]: the default "fsat" is not one of the choices (allowed is a string, one of "fast", "slow"; did you mean `fast`?)
+            c.pdsl:8:7: error[default-not-a-choice]: the default 3 is not one of the choices (allowed is an integer of 32 bits, one of 1, 2)
             c.pdsl:9:14: error[bad-default]: the default has length 1; allowed are 2 to 3 elements
-            c.pdsl:10:11: error[bad-default]: the default of an array stands in brackets, not the number 1.0
+            c.pdsl:10:11: error[bad-default]: expected the default of an array in brackets, found the number 1.0
             c.pdsl:11:7: error[bad-default]: only an array has a list of values as default (an array is declared with `int[]`)
             c.pdsl:12:13: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:12:24 (allowed is from 0 to 127)
-            c.pdsl:12:18: error[bad-default]: `true` cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:13:12: error[bad-default]: the string "soon" cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
-            c.pdsl:14:12: error[bad-range]: this range is empty: its end is below its begin
+            c.pdsl:12:18: error[bad-default]: `true` cannot be the default of `int` (allowed is an integer of 32 bits)
+            c.pdsl:13:12: error[bad-default]: the string "soon" cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)
+            c.pdsl:14:12: error[bad-range]: this range is empty: its end is below its start
             c.pdsl:15:9: error[bad-default]: the number 1e99 cannot be the default of `float` (allowed is a number of 32 bits)
             c.pdsl:16:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)
         "#]],
@@ -233,18 +233,18 @@ fn ranges_and_lengths_make_sense() {
         "a int 9:1;\nb string \"x\" 0:5;\nc int 0.5:3;\nd int 0:3000000000;\ne duration 1s:1ms;\nf int[4:2];\n\
          g int[-1:2];\nh int[0:0];\nlist i 1.5:2 { };\nj bool 0:1;\nk int {1, two, 1};",
         &expect![[r#"
-            c.pdsl:2:7: error[bad-range]: this range is empty: its end is below its begin
-            c.pdsl:3:14: error[bad-range]: a range is only possible for numbers and times; this is of type `string`
-            c.pdsl:4:7: error[bad-range]: the number 0.5 cannot limit `int`; allowed is a whole number of 32 bits
-            c.pdsl:5:9: error[bad-range]: the number 3000000000 cannot limit `int`; allowed is a whole number of 32 bits
-            c.pdsl:6:12: error[bad-range]: this range is empty: its end is below its begin
-            c.pdsl:7:7: error[bad-length]: no length is at least 4 and at most 2
-            c.pdsl:8:7: error[bad-length]: a length is a whole number from 0 to 4294967295
-            c.pdsl:9:9: error[bad-length]: this could never have an element
-            c.pdsl:10:8: error[bad-length]: a length is a whole number from 0 to 4294967295
-            c.pdsl:11:8: error[bad-range]: a range is only possible for numbers and times; this is of type `bool`
-            c.pdsl:12:11: error[bad-choice]: `two` is not of type `int`; allowed is a whole number of 32 bits
-            c.pdsl:12:16: error[bad-choice]: the number 1 is a choice already; first here at c.pdsl:12:8
+            c.pdsl:2:7: error[bad-range]: this range is empty: its end is below its start
+            c.pdsl:3:14: error[bad-range]: only numbers and durations have a range; this is of type `string`
+            c.pdsl:4:7: error[bad-range]: the number 0.5 cannot limit `int`; allowed is an integer of 32 bits
+            c.pdsl:5:9: error[bad-range]: the number 3000000000 cannot limit `int`; allowed is an integer of 32 bits
+            c.pdsl:6:12: error[bad-range]: this range is empty: its end is below its start
+            c.pdsl:7:7: error[bad-length]: the minimum length 4 is above the maximum 2
+            c.pdsl:8:7: error[bad-length]: a length is an integer from 0 to 4294967295
+            c.pdsl:9:9: error[bad-length]: the maximum length is 0
+            c.pdsl:10:8: error[bad-length]: a length is an integer from 0 to 4294967295
+            c.pdsl:11:8: error[bad-range]: only numbers and durations have a range; this is of type `bool`
+            c.pdsl:12:11: error[bad-choice]: `two` is not of type `int`; allowed is an integer of 32 bits
+            c.pdsl:12:16: error[bad-choice]: duplicate choice the number 1; first used here at c.pdsl:12:8
         "#]],
     );
 }
@@ -254,10 +254,10 @@ fn flags_come_once() {
     check(
         "a int 1 T F;\nb int 1 T T;\nc int 1 unit \"m\" T unit \"s\";\nd int 1 t Restart SECRET;",
         &expect![[r#"
-        c.pdsl:2:11: error[repeated-flag]: a parameter is either `T`, changeable while the component runs, or `F`, fixed; first here at c.pdsl:2:9
-        c.pdsl:3:11: error[repeated-flag]: this was said already; first here at c.pdsl:3:9
-        c.pdsl:4:20: error[repeated-flag]: this was said already; first here at c.pdsl:4:9
-    "#]],
+            c.pdsl:2:11: error[repeated-flag]: a parameter is either `T`, changeable while the component runs, or `F`, fixed; first used here at c.pdsl:2:9
+            c.pdsl:3:11: error[repeated-flag]: duplicate flag; first used here at c.pdsl:3:9
+            c.pdsl:4:20: error[repeated-flag]: duplicate flag; first used here at c.pdsl:4:9
+        "#]],
     );
 }
 
@@ -293,21 +293,21 @@ fn numbers_outside_their_type() {
          e long 0:99999999999999999999;\nf int 0xFFFFFFFF;\ng long 0xFFFFFFFFFFFFFFFF;\nh float -1e39:1e39;\ni duration 1e30s;\nj duration -1s;\n\
          k double nan;\nl int {1, 3000000000};\nm int[] [1, 3000000000];\nn int 1.0;\no duration -5;\np double 1e999 {1e999};",
         &expect![[r#"
-            c.pdsl:2:7: error[bad-default]: the number 2147483648 cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:3:7: error[bad-range]: the number -2147483649 cannot limit `int`; allowed is a whole number of 32 bits
-            c.pdsl:4:8: error[bad-default]: the number 9.223372036854776e18 cannot be the default of `long` (allowed is a whole number of 64 bits)
-            c.pdsl:6:10: error[bad-range]: the number 1e20 cannot limit `long`; allowed is a whole number of 64 bits
-            c.pdsl:7:7: error[bad-default]: the number 4294967295 cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:8:8: error[bad-default]: `0xFFFFFFFFFFFFFFFF` cannot be the default of `long` (allowed is a whole number of 64 bits)
+            c.pdsl:2:7: error[bad-default]: the number 2147483648 cannot be the default of `int` (allowed is an integer of 32 bits)
+            c.pdsl:3:7: error[bad-range]: the number -2147483649 cannot limit `int`; allowed is an integer of 32 bits
+            c.pdsl:4:8: error[bad-default]: the number 9.223372036854776e18 cannot be the default of `long` (allowed is an integer of 64 bits)
+            c.pdsl:6:10: error[bad-range]: the number 1e20 cannot limit `long`; allowed is an integer of 64 bits
+            c.pdsl:7:7: error[bad-default]: the number 4294967295 cannot be the default of `int` (allowed is an integer of 32 bits)
+            c.pdsl:8:8: error[bad-default]: `0xFFFFFFFFFFFFFFFF` cannot be the default of `long` (allowed is an integer of 64 bits)
             c.pdsl:9:9: error[bad-range]: the number -1e39 cannot limit `float`; allowed is a number of 32 bits
             c.pdsl:9:15: error[bad-range]: the number 1e39 cannot limit `float`; allowed is a number of 32 bits
-            c.pdsl:10:12: error[bad-default]: a time that is too long cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
-            c.pdsl:11:12: error[bad-default]: `-1s` cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
+            c.pdsl:10:12: error[bad-default]: a duration that is too long cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)
+            c.pdsl:11:12: error[bad-default]: `-1s` cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)
             c.pdsl:12:10: error[bad-default]: `nan` cannot be the default of `double` (allowed is a number of 64 bits)
-            c.pdsl:13:11: error[bad-choice]: the number 3000000000 is not of type `int`; allowed is a whole number of 32 bits
-            c.pdsl:14:13: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:15:7: error[bad-default]: the number 1.0 cannot be the default of `int` (allowed is a whole number of 32 bits)
-            c.pdsl:16:12: error[bad-default]: the number -5 cannot be the default of `duration` (allowed is a time like "50ms", or a number of milliseconds)
+            c.pdsl:13:11: error[bad-choice]: the number 3000000000 is not of type `int`; allowed is an integer of 32 bits
+            c.pdsl:14:13: error[bad-default]: the number 3000000000 cannot be the default of `int` (allowed is an integer of 32 bits)
+            c.pdsl:15:7: error[bad-default]: the number 1.0 cannot be the default of `int` (allowed is an integer of 32 bits)
+            c.pdsl:16:12: error[bad-default]: the number -5 cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)
             c.pdsl:17:10: error[bad-default]: the number inf cannot be the default of `double` (allowed is a number of 64 bits)
             c.pdsl:17:17: error[bad-choice]: the number inf is not of type `double`; allowed is a number of 64 bits
         "#]],
@@ -319,9 +319,9 @@ fn there_is_something_to_choose_from() {
     check(
         "a int {};\nb string x {};\nlist path { port int 1; };\nlist path2 {};\nc bool true {true};\nd int 1 {1, 2,};",
         &expect![[r#"
-            c.pdsl:2:7: error[bad-choice]: there is nothing to choose from
-            c.pdsl:3:10: error[bad-default]: `x` cannot be the default of `string` (allowed is a text in quotes)
-            c.pdsl:3:12: error[bad-choice]: there is nothing to choose from
+            c.pdsl:2:7: error[bad-choice]: expected at least one choice
+            c.pdsl:3:10: error[bad-default]: `x` cannot be the default of `string` (allowed is a string)
+            c.pdsl:3:12: error[bad-choice]: expected at least one choice
             c.pdsl:7:15: error[syntax-error]: expected a value, found `}`
         "#]],
     );
@@ -344,7 +344,7 @@ fn blocks_nest_as_deep_as_a_component_can_read() {
     check(
         &nested(21),
         &expect![[r#"
-        c.pdsl:2:296: error[nested-too-deep]: groups and lists nest deeper than 20 levels here
-    "#]],
+            c.pdsl:2:296: error[nested-too-deep]: groups and lists are nested more than 20 levels deep
+        "#]],
     );
 }

@@ -97,25 +97,25 @@ fn types_have_to_fit() {
          require b > true \"\";\nrequire not i \"\";\nrequire i and b or d \"\";\nrequire t * t > 1s \"\";\nrequire 1 / t > 1 \"\";\n\
          require t + 1 > 1s \"\";\nrequire -s == s and -b \"\";\nrequire (i < 3) + 1 > 2 \"\";\nrequire b == 1 \"\";\nrequire i == \"1\" and d == 1s \"\";",
         &expect![[r#"
-            c.pdsl:3:9: error[condition-type]: a text cannot be compared with a number
-            c.pdsl:4:9: error[condition-type]: a text cannot be computed with
-            c.pdsl:4:13: error[condition-type]: a text cannot be computed with
+            c.pdsl:3:9: error[condition-type]: a string cannot be compared with a number
+            c.pdsl:4:9: error[condition-type]: a string cannot be computed with
+            c.pdsl:4:13: error[condition-type]: a string cannot be computed with
             c.pdsl:5:9: error[condition-type]: this is a number, not a condition (compare it with something: `a < b`)
-            c.pdsl:6:9: error[condition-type]: a time cannot be compared with a number (a time has its unit here: `100ms`)
-            c.pdsl:7:9: error[condition-type]: a text has no order (only `==` and `!=` compare it)
+            c.pdsl:6:9: error[condition-type]: a duration cannot be compared with a number (a duration needs a unit here: `100ms`)
+            c.pdsl:7:9: error[condition-type]: a string has no order (only `==` and `!=` compare it)
             c.pdsl:8:9: error[condition-type]: `true` or `false` has no order (only `==` and `!=` compare it)
             c.pdsl:9:13: error[condition-type]: this is a number, not a condition (compare it with something: `a < b`)
             c.pdsl:10:9: error[condition-type]: this is a number, not a condition (compare it with something: `a < b`)
             c.pdsl:10:20: error[condition-type]: this is a number, not a condition (compare it with something: `a < b`)
-            c.pdsl:11:9: error[condition-type]: a time cannot be multiplied with a time
-            c.pdsl:12:9: error[condition-type]: a number cannot be divided by a time
-            c.pdsl:13:9: error[condition-type]: a time and a number cannot be added (a time has its unit here: `100ms`)
-            c.pdsl:14:10: error[condition-type]: a text cannot be computed with
+            c.pdsl:11:9: error[condition-type]: a duration cannot be multiplied with a duration
+            c.pdsl:12:9: error[condition-type]: a number cannot be divided by a duration
+            c.pdsl:13:9: error[condition-type]: a duration and a number cannot be added (a duration needs a unit here: `100ms`)
+            c.pdsl:14:10: error[condition-type]: a string cannot be computed with
             c.pdsl:14:22: error[condition-type]: `true` or `false` cannot be computed with
             c.pdsl:15:9: error[condition-type]: `true` or `false` cannot be computed with
             c.pdsl:16:9: error[condition-type]: `true` or `false` cannot be compared with a number
-            c.pdsl:17:9: error[condition-type]: a number cannot be compared with a text
-            c.pdsl:17:22: error[condition-type]: a number cannot be compared with a time (a time has its unit here: `100ms`)
+            c.pdsl:17:9: error[condition-type]: a number cannot be compared with a string
+            c.pdsl:17:22: error[condition-type]: a number cannot be compared with a duration (a duration needs a unit here: `100ms`)
         "#]],
     );
     // What fits, and holds for the defaults.
@@ -146,8 +146,8 @@ fn lists_are_asked_with_functions() {
             c.pdsl:10:13: error[condition-type]: `m.x` is one value in each element (write `len(m)`)
             c.pdsl:11:13: error[condition-type]: `m` is a list of structures (name one of their parameters: `min(m.…)`)
             c.pdsl:11:31: error[condition-type]: `m` is a list of structures (name one of their parameters: `unique(m.…)`)
-            c.pdsl:12:13: error[condition-type]: `min` takes numbers or times; `m.s` is of type `string` (only numbers and times have an order)
-            c.pdsl:12:30: error[condition-type]: `max` takes numbers or times; `g` is of type `string` (only numbers and times have an order)
+            c.pdsl:12:13: error[condition-type]: `min` takes numbers or durations; `m.s` is of type `string` (only numbers and durations have an order)
+            c.pdsl:12:30: error[condition-type]: `max` takes numbers or durations; `g` is of type `string` (only numbers and durations have an order)
             c.pdsl:13:13: error[condition-type]: `len` takes a list; `q` is a group (a list, an array, or a parameter in the elements of a list)
             c.pdsl:13:31: error[condition-type]: `unique` takes a list; `q` is a group (a list, an array, or a parameter in the elements of a list)
             c.pdsl:14:9: error[condition-type]: `true` or `false` cannot be compared with a number
@@ -170,9 +170,9 @@ fn choices_are_compared_with_choices() {
         &expect![[r#"
             c.pdsl:3:17: error[bad-choice]: `fsat` is not one of the choices of `mode` (did you mean `fast`?)
             c.pdsl:4:17: error[bad-choice]: the string "slwo" is not one of the choices of `mode` (did you mean `slow`?)
-            c.pdsl:5:14: error[bad-choice]: the number 3 is not one of the choices of `k` (allowed is a whole number of 32 bits, one of 1, 2)
+            c.pdsl:5:14: error[bad-choice]: the number 3 is not one of the choices of `k` (allowed is an integer of 32 bits, one of 1, 2)
             c.pdsl:6:14: error[unknown-parameter]: unknown parameter `fast` (expected one of `mode`, `k`, `t`, `x`)
-            c.pdsl:8:14: error[bad-choice]: the time 3s is not one of the choices of `t` (allowed is a time like "50ms", or a number of milliseconds, one of "1s", "2s")
+            c.pdsl:8:14: error[bad-choice]: the duration 3s is not one of the choices of `t` (allowed is a duration such as "50ms", or a number of milliseconds, one of "1s", "2s")
         "#]],
     );
 }
@@ -298,26 +298,26 @@ fn all_faults_at_once_and_no_rule_about_a_faulty_value() {
             config.toml:2:1: error[unknown-parameter]: unknown parameter `lmit` (did you mean `limit`?)
             config.toml:3:9: error[out-of-range]: `speed` cannot be the number -1 (allowed is a number of 64 bits, at least 0)
             config.toml:4:10: error[wrong-length]: `motors` has length 9 (allowed are 1 to 8 elements)
-            config.toml:4:29: error[out-of-range]: `motors[0].id` cannot be the number 200 (allowed is a whole number of 32 bits, from 0 to 127)
+            config.toml:4:29: error[out-of-range]: `motors[0].id` cannot be the number 200 (allowed is an integer of 32 bits, from 0 to 127)
             config.toml:4:49: error[rule-broken]: `motors[0].max` breaks a rule: no motor may be faster than the bus allows (`max <= limit` does not hold: `motors[0].max` is 20.0, `limit` is 10.0 by default)
             config.toml:4:54: error[missing-parameter]: `motors[1].min` must be set (allowed is a number of 64 bits)
-            config.toml:4:62: error[wrong-type]: `motors[1].name` cannot be the number 3 (allowed is a text in quotes)
-            config.toml:4:70: error[out-of-range]: `motors[1].id` cannot be the number 200 (allowed is a whole number of 32 bits, from 0 to 127)
+            config.toml:4:62: error[wrong-type]: `motors[1].name` cannot be the number 3 (allowed is a string)
+            config.toml:4:70: error[out-of-range]: `motors[1].id` cannot be the number 200 (allowed is an integer of 32 bits, from 0 to 127)
             config.toml:5:28: error[rule-broken]: `motors[2].min` breaks a rule: min must lie below max; `motors[2].max` at config.toml:5:37 (`min < max` does not hold: `motors[2].min` is 7.0, `motors[2].max` is 5.0)
-            config.toml:6:41: error[missing-parameter]: `motors[4].name` must be set (allowed is a text in quotes)
-            config.toml:6:41: error[missing-parameter]: `motors[4].id` must be set (allowed is a whole number of 32 bits, from 0 to 127)
+            config.toml:6:41: error[missing-parameter]: `motors[4].name` must be set (allowed is a string)
+            config.toml:6:41: error[missing-parameter]: `motors[4].id` must be set (allowed is an integer of 32 bits, from 0 to 127)
             config.toml:6:41: error[missing-parameter]: `motors[4].min` must be set (allowed is a number of 64 bits)
-            config.toml:6:45: error[missing-parameter]: `motors[5].name` must be set (allowed is a text in quotes)
-            config.toml:6:45: error[missing-parameter]: `motors[5].id` must be set (allowed is a whole number of 32 bits, from 0 to 127)
+            config.toml:6:45: error[missing-parameter]: `motors[5].name` must be set (allowed is a string)
+            config.toml:6:45: error[missing-parameter]: `motors[5].id` must be set (allowed is an integer of 32 bits, from 0 to 127)
             config.toml:6:45: error[missing-parameter]: `motors[5].min` must be set (allowed is a number of 64 bits)
-            config.toml:6:49: error[missing-parameter]: `motors[6].name` must be set (allowed is a text in quotes)
-            config.toml:6:49: error[missing-parameter]: `motors[6].id` must be set (allowed is a whole number of 32 bits, from 0 to 127)
+            config.toml:6:49: error[missing-parameter]: `motors[6].name` must be set (allowed is a string)
+            config.toml:6:49: error[missing-parameter]: `motors[6].id` must be set (allowed is an integer of 32 bits, from 0 to 127)
             config.toml:6:49: error[missing-parameter]: `motors[6].min` must be set (allowed is a number of 64 bits)
-            config.toml:6:53: error[missing-parameter]: `motors[7].name` must be set (allowed is a text in quotes)
-            config.toml:6:53: error[missing-parameter]: `motors[7].id` must be set (allowed is a whole number of 32 bits, from 0 to 127)
+            config.toml:6:53: error[missing-parameter]: `motors[7].name` must be set (allowed is a string)
+            config.toml:6:53: error[missing-parameter]: `motors[7].id` must be set (allowed is an integer of 32 bits, from 0 to 127)
             config.toml:6:53: error[missing-parameter]: `motors[7].min` must be set (allowed is a number of 64 bits)
-            config.toml:6:57: error[missing-parameter]: `motors[8].name` must be set (allowed is a text in quotes)
-            config.toml:6:57: error[missing-parameter]: `motors[8].id` must be set (allowed is a whole number of 32 bits, from 0 to 127)
+            config.toml:6:57: error[missing-parameter]: `motors[8].name` must be set (allowed is a string)
+            config.toml:6:57: error[missing-parameter]: `motors[8].id` must be set (allowed is an integer of 32 bits, from 0 to 127)
             config.toml:6:57: error[missing-parameter]: `motors[8].min` must be set (allowed is a number of 64 bits)
         "#]],
     );
@@ -330,8 +330,8 @@ fn an_array_is_faulty_with_its_elements() {
         body,
         "a = [1, 2, 10]",
         &expect![[r#"
-        config.toml:2:12: error[out-of-range]: `a[2]` cannot be the number 10 (allowed is a whole number of 32 bits, from 0 to 9)
-    "#]],
+            config.toml:2:12: error[out-of-range]: `a[2]` cannot be the number 10 (allowed is an integer of 32 bits, from 0 to 9)
+        "#]],
     );
     configure(
         body,
@@ -352,8 +352,8 @@ fn an_array_is_faulty_with_its_elements() {
         body,
         "a = [5, 5, 10]",
         &expect![[r#"
-        config.toml:2:12: error[out-of-range]: `a[2]` cannot be the number 10 (allowed is a whole number of 32 bits, from 0 to 9)
-    "#]],
+            config.toml:2:12: error[out-of-range]: `a[2]` cannot be the number 10 (allowed is an integer of 32 bits, from 0 to 9)
+        "#]],
     );
     configure(
         body,

@@ -104,7 +104,7 @@ fn the_command_line_says_what_can_be_set() {
         ("ddds.domain=1", "did you mean `dds`?"),
         ("dds.domian=1", "did you mean `domain`?"),
         ("iceoryx2.x=1", "there are no settings of iceoryx2 yet"),
-        ("dds.domain=233", "a whole number from 0 to 232"),
+        ("dds.domain=233", "an integer from 0 to 232"),
         ("dds.lease=10ms", "at least 100ms"),
         (
             "dds.peers=a b",

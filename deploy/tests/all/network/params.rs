@@ -154,7 +154,7 @@ fn what_is_wrong_changes_nothing_and_says_so() {
     for expected in [
         "error[unknown-parameter]: unknown parameter `sped` (did you mean `speed`?)",
         "error[out-of-range]: `safe_distance` cannot be the number 9 (allowed is a number of 32 bits, from 150 to 3000, in mm)",
-        "error[wrong-type]: `turn_speed` cannot be the text \"x\"",
+        "error[wrong-type]: `turn_speed` cannot be the string \"x\"",
     ] {
         assert!(
             wrong.stderr.contains(expected),

@@ -1,12 +1,12 @@
-//! A configuration as text: where its lines and tables are, and the edits that are to be made.
+//! Edits of the text of a configuration.
 
 use std::ops::Range;
 use toml_edit::{Item, Table};
 
-/// The text, the heads of its tables, and what is to become of it.
+/// The text, the positions of its headers, and the edits.
 pub(super) struct Text<'a> {
     whole: &'a str,
-    /// Where each `[table]` and `[[table]]` begins, in order.
+    /// The start of each `[table]` and `[[table]]`, in order.
     heads: Vec<usize>,
     edits: Vec<Edit>,
 }
@@ -17,10 +17,10 @@ struct Edit {
     with: String,
 }
 
-/// ChangeKind comes first where several insertions are at one place.
+/// The order of insertions at one position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum InsertionOrder {
-    /// The values of the table whose head stands above.
+    /// Values of the table above.
     Body,
     /// Another table.
     Table,
@@ -51,19 +51,19 @@ impl<'a> Text<'a> {
         });
     }
 
-    /// Where the line of `at` begins.
+    /// The start of the line with the position `at`.
     pub(super) fn line(&self, at: usize) -> usize {
         self.slice(0..at).rfind('\n').map_or(0, |feed| feed + 1)
     }
 
-    /// Where the line after that of `at` begins.
+    /// The start of the next line.
     pub(super) fn next_line(&self, at: usize) -> usize {
         let feed = self.slice(at..self.whole.len()).find('\n');
         feed.map_or(self.whole.len(), |feed| at + feed + 1)
     }
 
-    /// Where what the table with this head says ends; without a head, where what stands over all heads ends. A comment
-    /// over the next head belongs to that.
+    /// The end of the table with this header; without a header, the end of the text above all
+    /// headers. A comment above the next header belongs to that header.
     pub(super) fn end_of(&self, head: Option<usize>) -> usize {
         let start = head.map_or(0, |head| self.next_line(head));
         let next = self.next_head(head);
@@ -77,7 +77,8 @@ impl<'a> Text<'a> {
         self.heads.get(at).copied()
     }
 
-    /// Where the comment over a head begins. One that begins with the text is about all of it, and is not meant.
+    /// The start of the comment above a header. A comment at the start of the text belongs to the
+    /// whole text.
     pub(super) fn above(&self, head: usize) -> usize {
         let line = self.line(head);
         let comment = |line: &str| line.trim_start().starts_with('#');
@@ -87,12 +88,12 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Where the text ends, blank lines aside.
+    /// The end of the text without trailing blank lines.
     pub(super) fn end(&self) -> usize {
         self.back(0, self.whole.len(), |line| line.trim().is_empty())
     }
 
-    /// `end`, without the lines before it that are `so`, but not before `start`.
+    /// Moves `end` before the preceding lines that satisfy `so`, but not before `start`.
     fn back(&self, start: usize, mut end: usize, so: impl Fn(&str) -> bool) -> usize {
         while end > start {
             let line = self.line(end - 1);
@@ -104,14 +105,15 @@ impl<'a> Text<'a> {
         end
     }
 
-    /// Whether a line begins with `words` from the table with the head `from` up to the head that follows `to`.
+    /// Whether a line between the header `from` and the header after `to` starts with `words`.
     pub(super) fn has_line(&self, from: Option<usize>, to: Option<usize>, words: &str) -> bool {
         let end = self.next_head(to).unwrap_or(self.whole.len());
         let mut lines = self.slice(from.unwrap_or(0)..end).lines();
         lines.any(|line| line.trim_start().starts_with(words))
     }
 
-    /// Inserts whole lines at `at`, the beginning of a line or the end of the text, with blank lines around them.
+    /// Inserts whole lines at `at`, the start of a line or the end of the text, between blank
+    /// lines.
     pub(super) fn insert(&mut self, at: usize, order: InsertionOrder, lines: &str) {
         let above = self.slice(0..at);
         let last = above.strip_suffix('\n').unwrap_or(above);
@@ -130,7 +132,7 @@ impl<'a> Text<'a> {
         });
     }
 
-    /// Makes comments of the lines of `range`, below `note`.
+    /// Turns the lines of `range` into comments below `note`.
     pub(super) fn comment_out(&mut self, range: Range<usize>, note: &str) {
         let range = self.line(range.start)..range.end;
         let mut out = String::new();
@@ -144,7 +146,7 @@ impl<'a> Text<'a> {
         self.replace(range, out);
     }
 
-    /// The text with all edits. Lines end as those of the text.
+    /// Applies all edits. Keeps the line endings of the text.
     pub(super) fn finish(mut self) -> String {
         self.edits
             .sort_by_key(|edit| (edit.range.start, edit.range.end, edit.order));
@@ -176,7 +178,7 @@ impl<'a> Text<'a> {
     }
 }
 
-/// The heads of all tables in `item`.
+/// Collects the headers of all tables in `item`.
 pub(super) fn heads_in(item: &Item, out: &mut Vec<Range<usize>>) {
     let mut add = |table: &Table| {
         out.extend(head(table));
@@ -189,7 +191,8 @@ pub(super) fn heads_in(item: &Item, out: &mut Vec<Range<usize>>) {
     }
 }
 
-/// Where `[table]` is written; a table may also be there only by the names in other heads, or by dots in keys.
+/// The range of the header `[table]`. `None` for a table that exists only by headers of inner
+/// tables or by dotted keys.
 pub(super) fn head(table: &Table) -> Option<Range<usize>> {
     let written = !table.is_implicit() && !table.is_dotted();
     table.span().filter(|span| written && !span.is_empty())

@@ -1,4 +1,4 @@
-//! Tables in braces, which have no room for comments: `{ id = 1, max = 2.0 }`.
+//! Updates inline tables, which have no room for comments: `{ id = 1, max = 2.0 }`.
 
 use super::key_matches::KeyMatches;
 use super::{Change, ChangeKind, REMOVED_NOTE, Updater, added_kind, candidates};
@@ -7,7 +7,7 @@ use crate::model::{Kind, Parameter};
 use toml_edit::{InlineTable, TableLike, Value};
 
 impl Updater<'_> {
-    /// A table in braces, or each one in an array of them.
+    /// Updates an inline table, or each one in an array.
     pub(super) fn value(&mut self, value: &Value, parameters: &[Parameter], path: &str) {
         let mut all = Vec::new();
         match value {
@@ -44,7 +44,8 @@ impl Updater<'_> {
         }
     }
 
-    /// The text of a table as it should be, and the lines of what is gone; nothing where it is not that simple.
+    /// The updated text of a table. Appends removed keys to `gone`. `None` if the notation is not
+    /// supported.
     fn inline(
         &mut self,
         table: &InlineTable,
@@ -55,7 +56,7 @@ impl Updater<'_> {
         let at = self.locator.span(table.span(), self.locator.start());
         let names = KeyMatches::of(parameters, table, self.locator);
         let mut simple = true;
-        // Each entry with the parameter that it is.
+        // Each entry with the index of its parameter.
         let mut entries: Vec<(usize, String)> = Vec::new();
         for (name, value) in table {
             let spans = TableLike::key(table, name).and_then(toml_edit::Key::span);
@@ -105,7 +106,8 @@ impl Updater<'_> {
                 continue;
             }
             let path = inner(path, &parameter.name);
-            // ChangeKind must be set is left to the checker: there is no room for a comment. Groups have their defaults.
+            // The checker reports a missing required parameter: there is no room for a comment. A
+            // missing group has its defaults.
             if let Some(default) = &parameter.default {
                 let text = format!("{} = {}", parameter.name, default.to_toml());
                 let place = entries.iter().rposition(|(known, _)| *known < index);

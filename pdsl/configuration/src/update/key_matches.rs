@@ -1,4 +1,4 @@
-//! Which keys of a table are parameters, and which were.
+//! Matches the keys of a table with parameters, including renamed ones.
 
 use crate::document::Locator;
 use crate::model::{Kind, Parameter};
@@ -7,23 +7,23 @@ use rc_diagnostics::nearest;
 use std::collections::{HashMap, HashSet};
 use toml_edit::{Item, TableLike};
 
-/// Beyond so many pairs of names nothing is compared any more.
+/// The number of pairs of names beyond which names are not compared.
 const PAIRS: usize = 100_000;
-/// So many parameters that a key may be are named.
+/// The number of candidates in a message.
 const NAMED: usize = 3;
 
-/// The keys of one table beside the parameters that it may have.
+/// The keys of one table, matched with its parameters.
 pub(super) struct KeyMatches<'m> {
     known: HashSet<&'m str>,
-    /// The parameters that have no key of their name.
+    /// The parameters without a key.
     absent: Vec<&'m Parameter>,
-    /// Keys that are parameters under another name, by that name.
+    /// Keys with another spelling, and the parameters that they mean.
     renamed: HashMap<String, &'m Parameter>,
-    /// For each other key some of the parameters for which a default would hold, though its value may be meant for them.
+    /// For each other key, parameters that it may mean and whose defaults would apply.
     candidates: HashMap<String, Vec<&'m Parameter>>,
     /// All those parameters.
     ambiguous: HashSet<&'m str>,
-    /// Whether there are too many names to compare them.
+    /// Whether there are too many names to compare.
     many: bool,
 }
 
@@ -89,35 +89,35 @@ impl<'m> KeyMatches<'m> {
         }
     }
 
-    /// Whether a key is a parameter.
+    /// Whether the key is a parameter.
     pub(super) fn is_parameter(&self, key: &str) -> bool {
         self.known.contains(key)
     }
 
-    /// The parameter that a key certainly is, though it is called otherwise.
+    /// The parameter that the key certainly means, under another spelling.
     pub(super) fn renamed(&self, key: &str) -> Option<&'m Parameter> {
         self.renamed.get(key).copied()
     }
 
-    /// The parameters with defaults that a key may be, which only a person can decide.
+    /// The parameters that the key may mean. A person has to decide.
     pub(super) fn candidates(&self, key: &str) -> &[&'m Parameter] {
         self.candidates.get(key).map_or(&[], Vec::as_slice)
     }
 
-    /// Whether no key may be this parameter by another name.
+    /// Whether no key may mean this parameter.
     pub(super) fn is_unambiguous(&self, parameter: &Parameter) -> bool {
         !self.ambiguous.contains(parameter.name.as_str())
     }
 
-    /// The parameter that a key candidates is.
+    /// The parameter with the nearest name.
     pub(super) fn nearest(&self, key: &str) -> Option<&'m str> {
         let absent = self.absent.iter().filter(|_| !self.many);
         nearest(key, absent.map(|p| p.name.as_str()))
     }
 }
 
-/// Whether what `item` says under `key` may be meant for `parameter`. Of a group that is so where one name in it is the
-/// same, or where the value may have moved into it.
+/// Whether `key` with the value `item` may mean `parameter`. It may mean a group if a name in it
+/// is equal, or if the value may have moved into the group.
 fn may_mean(parameter: &Parameter, key: &str, item: &Item, locator: Locator) -> bool {
     let Kind::Group(members) = &parameter.kind else {
         return is_valid_value(parameter, item, locator);
@@ -128,9 +128,9 @@ fn may_mean(parameter: &Parameter, key: &str, item: &Item, locator: Locator) -> 
     })
 }
 
-/// Whether two names are one, written in another way, or with one letter too many, one too few, or two letters
-/// swapped. Another letter or a digit makes another name (`min_x` and `min_y`, `motor1` and `motor`), and so does any
-/// difference between short names.
+/// Whether two names are the same in another spelling, or differ by one added or missing letter
+/// or by two swapped letters. A different letter or digit makes another name (`min_x` and
+/// `min_y`, `motor1` and `motor`). Short names must be equal.
 fn is_misspelling(a: &str, b: &str) -> bool {
     let plain = |name: &str| -> Vec<char> {
         let letters = name.chars().filter(|c| *c != '_' && *c != '-');

@@ -150,22 +150,22 @@ tags = ["x", 3]
     check(
         text,
         &expect![[r#"
-        config.toml:3:8: error[out-of-range]: `rate` cannot be the number 5 (allowed is a whole number of 32 bits, from 9600 to 1000000, in baud)
-        config.toml:4:8: error[wrong-type]: `gain` cannot be the text "much" (allowed is a number of 32 bits, from 0 to 10)
-        config.toml:5:8: error[invalid-choice]: `mode` cannot be the text "fasst" (allowed is a text in quotes, one of "slow", "fast"; did you mean `fast`?)
-        config.toml:6:11: error[wrong-type]: `timeout` cannot be the text "soon" (allowed is a time like "50ms", or a number of milliseconds, from 1ms to 2s)
-        config.toml:7:11: error[wrong-length]: `offsets` has length 1 (allowed are 2 to 3 elements)
-        config.toml:8:1: error[unknown-parameter]: unknown parameter `verbos` (did you mean `verbose`?)
-        config.toml:9:7: error[out-of-range]: `pin` cannot be this number (allowed is a whole number of 32 bits, from 0 to 9999)
-        config.toml:10:9: error[wrong-type]: `token` cannot be this number (allowed is a text in quotes)
-        config.toml:11:10: error[wrong-type]: `device` cannot be a date (allowed is a path in quotes)
-        config.toml:13:8: error[wrong-type]: `log.keep` cannot be the text "x" (allowed is a whole number of 64 bits)
-        config.toml:14:1: error[unknown-parameter]: unknown parameter `log.kep` (did you mean `keep`?)
-        config.toml:17:6: error[out-of-range]: `motors[0].id` cannot be the number 200 (allowed is a whole number of 32 bits, from 0 to 127)
-        config.toml:18:1: error[missing-parameter]: `motors[1].name` must be set (allowed is a text in quotes)
-        config.toml:23:7: error[wrong-type]: `motors[2].max` cannot be `true` (allowed is a number of 32 bits)
-        config.toml:24:14: error[wrong-type]: `motors[2].tags[1]` cannot be the number 3 (allowed is a text in quotes)
-    "#]],
+            config.toml:3:8: error[out-of-range]: `rate` cannot be the number 5 (allowed is an integer of 32 bits, from 9600 to 1000000, in baud)
+            config.toml:4:8: error[wrong-type]: `gain` cannot be the string "much" (allowed is a number of 32 bits, from 0 to 10)
+            config.toml:5:8: error[invalid-choice]: `mode` cannot be the string "fasst" (allowed is a string, one of "slow", "fast"; did you mean `fast`?)
+            config.toml:6:11: error[wrong-type]: `timeout` cannot be the string "soon" (allowed is a duration such as "50ms", or a number of milliseconds, from 1ms to 2s)
+            config.toml:7:11: error[wrong-length]: `offsets` has length 1 (allowed are 2 to 3 elements)
+            config.toml:8:1: error[unknown-parameter]: unknown parameter `verbos` (did you mean `verbose`?)
+            config.toml:9:7: error[out-of-range]: `pin` cannot be this number (allowed is an integer of 32 bits, from 0 to 9999)
+            config.toml:10:9: error[wrong-type]: `token` cannot be this number (allowed is a string)
+            config.toml:11:10: error[wrong-type]: `device` cannot be a date (allowed is a path as a string)
+            config.toml:13:8: error[wrong-type]: `log.keep` cannot be the string "x" (allowed is an integer of 64 bits)
+            config.toml:14:1: error[unknown-parameter]: unknown parameter `log.kep` (did you mean `keep`?)
+            config.toml:17:6: error[out-of-range]: `motors[0].id` cannot be the number 200 (allowed is an integer of 32 bits, from 0 to 127)
+            config.toml:18:1: error[missing-parameter]: `motors[1].name` must be set (allowed is a string)
+            config.toml:23:7: error[wrong-type]: `motors[2].max` cannot be `true` (allowed is a number of 32 bits)
+            config.toml:24:14: error[wrong-type]: `motors[2].tags[1]` cannot be the number 3 (allowed is a string)
+        "#]],
     );
 }
 
@@ -177,15 +177,15 @@ fn numbers_at_their_limits() {
     check(
         text,
         &expect![[r#"
-        config.toml:1:41: error[out-of-range]: `motors[0].id` cannot be the number 3000000000 (allowed is a whole number of 32 bits, from 0 to 127)
-        config.toml:1:83: error[out-of-range]: `motors[1].max` cannot be the number 1e99 (allowed is a number of 32 bits)
-        config.toml:2:19: error[out-of-range]: `gain` cannot be the number nan (allowed is a number of 32 bits, from 0 to 10)
-        config.toml:3:22: error[out-of-range]: `timeout` cannot be the number -1 (allowed is a time like "50ms", or a number of milliseconds, from 1ms to 2s)
-        config.toml:4:22: error[wrong-length]: `offsets` has length 4 (allowed are 2 to 3 elements)
-        config.toml:4:28: error[out-of-range]: `offsets[1]` cannot be the number 2.0 (allowed is a number of 64 bits, from -1 to 1)
-        config.toml:4:33: error[out-of-range]: `offsets[2]` cannot be the number nan (allowed is a number of 64 bits, from -1 to 1)
-        config.toml:6:19: error[wrong-type]: `rate` cannot be the number 10000.0 (allowed is a whole number of 32 bits, from 9600 to 1000000, in baud)
-    "#]],
+            config.toml:1:41: error[out-of-range]: `motors[0].id` cannot be the number 3000000000 (allowed is an integer of 32 bits, from 0 to 127)
+            config.toml:1:83: error[out-of-range]: `motors[1].max` cannot be the number 1e99 (allowed is a number of 32 bits)
+            config.toml:2:19: error[out-of-range]: `gain` cannot be the number nan (allowed is a number of 32 bits, from 0 to 10)
+            config.toml:3:22: error[out-of-range]: `timeout` cannot be the number -1 (allowed is a duration such as "50ms", or a number of milliseconds, from 1ms to 2s)
+            config.toml:4:22: error[wrong-length]: `offsets` has length 4 (allowed are 2 to 3 elements)
+            config.toml:4:28: error[out-of-range]: `offsets[1]` cannot be the number 2.0 (allowed is a number of 64 bits, from -1 to 1)
+            config.toml:4:33: error[out-of-range]: `offsets[2]` cannot be the number nan (allowed is a number of 64 bits, from -1 to 1)
+            config.toml:6:19: error[wrong-type]: `rate` cannot be the number 10000.0 (allowed is an integer of 32 bits, from 9600 to 1000000, in baud)
+        "#]],
     );
 }
 
@@ -206,9 +206,9 @@ fn a_missing_parameter_points_at_its_table() {
     check(
         "[parameters]\nmotors = [{}]",
         &expect![[r#"
-        config.toml:2:11: error[missing-parameter]: `motors[0].name` must be set (allowed is a text in quotes)
-        config.toml:2:11: error[missing-parameter]: `motors[0].id` must be set (allowed is a whole number of 32 bits, from 0 to 127)
-    "#]],
+            config.toml:2:11: error[missing-parameter]: `motors[0].name` must be set (allowed is a string)
+            config.toml:2:11: error[missing-parameter]: `motors[0].id` must be set (allowed is an integer of 32 bits, from 0 to 127)
+        "#]],
     );
 }
 
@@ -217,11 +217,11 @@ fn tables_and_values_are_not_confused() {
     check(
         "[parameters]\nlog = 3\nmotors = 5\nrate = {}\noffsets = 1",
         &expect![[r#"
-        config.toml:2:7: error[wrong-type]: `log` cannot be the number 3 (allowed is a table)
-        config.toml:3:10: error[wrong-type]: `motors` cannot be the number 5 (allowed is a list of tables, 1 to 3 elements)
-        config.toml:4:8: error[wrong-type]: `rate` cannot be a table (allowed is a whole number of 32 bits, from 9600 to 1000000, in baud)
-        config.toml:5:11: error[wrong-type]: `offsets` cannot be the number 1 (allowed is an array, 2 to 3 elements, each a number of 64 bits, from -1 to 1)
-    "#]],
+            config.toml:2:7: error[wrong-type]: `log` cannot be the number 3 (allowed is a table)
+            config.toml:3:10: error[wrong-type]: `motors` cannot be the number 5 (allowed is a list of tables, 1 to 3 elements)
+            config.toml:4:8: error[wrong-type]: `rate` cannot be a table (allowed is an integer of 32 bits, from 9600 to 1000000, in baud)
+            config.toml:5:11: error[wrong-type]: `offsets` cannot be the number 1 (allowed is an array, 2 to 3 elements, each a number of 64 bits, from -1 to 1)
+        "#]],
     );
     check(
         "[parameters]\nmotors = [1, 2]\nlog = [[1]]\n[parameters.gain]\nx = 1",
@@ -236,7 +236,7 @@ fn tables_and_values_are_not_confused() {
         &expect![[r#"
             config.toml:1:14: error[wrong-type]: `parameters` cannot be this number (allowed is a table)
             config.toml:2:13: error[wrong-type]: `component` cannot be an array (allowed is a table)
-            config.toml:3:12: error[wrong-type]: `bindings` cannot be this text (allowed is a table)
+            config.toml:3:12: error[wrong-type]: `bindings` cannot be this string (allowed is a table)
             config.toml:4:22: error[wrong-type]: `middleware.dds` cannot be this number (allowed is a table)
         "#]],
     );
@@ -262,12 +262,12 @@ fn settings_of_middlewares() {
     let (configuration, _, rendered) = read(text, None);
     expect![[r#"
         config.toml:2:1: error[unknown-key]: unknown key `middleware.dds.domian` (did you mean `domain`?)
-        config.toml:3:10: error[out-of-range]: `middleware.dds.domain` cannot be the number 233 (allowed is a whole number from 0 to 232)
-        config.toml:4:14: error[wrong-type]: `middleware.dds.interfaces` cannot be the text "eth0" (allowed is an array, each element the name or the address of a network interface, such as "eth0" or "10.0.0.2")
+        config.toml:3:10: error[out-of-range]: `middleware.dds.domain` cannot be the number 233 (allowed is an integer from 0 to 232)
+        config.toml:4:14: error[wrong-type]: `middleware.dds.interfaces` cannot be the string "eth0" (allowed is an array, each element the name or the address of a network interface, such as "eth0" or "10.0.0.2")
         config.toml:5:22: error[wrong-type]: `middleware.dds.peers[1]` cannot be the number 5 (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
-        config.toml:5:25: error[bad-setting]: `middleware.dds.peers[2]` cannot be the text "a:0" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
-        config.toml:6:13: error[wrong-type]: `middleware.dds.multicast` cannot be the text "on" (allowed is true or false)
-        config.toml:7:9: error[out-of-range]: `middleware.dds.lease` cannot be the text "50ms" (allowed is a time of at least 100ms, at most a day)
+        config.toml:5:25: error[bad-setting]: `middleware.dds.peers[2]` cannot be the string "a:0" (allowed is the name or the address of a machine, such as "robot.local" or "10.0.0.2:7410")
+        config.toml:6:13: error[wrong-type]: `middleware.dds.multicast` cannot be the string "on" (allowed is true or false)
+        config.toml:7:9: error[out-of-range]: `middleware.dds.lease` cannot be the string "50ms" (allowed is a duration of at least 100ms, at most a day)
         config.toml:8:1: error[unknown-key]: unknown key `middleware.dds.qos` (there are domain, interfaces, peers, multicast, lease)
         config.toml:10:1: error[unknown-key]: unknown key `middleware.iceoryx2.segment` (there are no settings of iceoryx2 yet)
         config.toml:11:13: error[unknown-middleware]: unknown middleware `ddss` (did you mean `dds`?)
@@ -275,7 +275,7 @@ fn settings_of_middlewares() {
     assert_eq!(configuration.middleware["dds"].len(), 0);
     let (_, _, rendered) = read("middleware.dds.lease = \"soon\"", None);
     expect![[r#"
-        config.toml:1:24: error[wrong-type]: `middleware.dds.lease` cannot be the text "soon" (allowed is a time of at least 100ms, at most a day)
+        config.toml:1:24: error[wrong-type]: `middleware.dds.lease` cannot be the string "soon" (allowed is a duration of at least 100ms, at most a day)
     "#]].assert_eq(&rendered);
 }
 
@@ -301,11 +301,11 @@ fn names_of_ros() {
                 [middleware.ros2.remap]\nLaser = 1\nBase = \"a b\"\n";
     let (_, _, rendered) = read(text, None);
     expect![[r#"
-        config.toml:2:19: error[bad-setting]: `middleware.ros2.service_mapping` cannot be the text "basic" (allowed is one of enhanced, cyclone)
-        config.toml:3:13: error[bad-setting]: `middleware.ros2.namespace` cannot be the text "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
-        config.toml:4:8: error[bad-setting]: `middleware.ros2.node` cannot be the text "a/b" (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
+        config.toml:2:19: error[bad-setting]: `middleware.ros2.service_mapping` cannot be the string "basic" (allowed is one of enhanced, cyclone)
+        config.toml:3:13: error[bad-setting]: `middleware.ros2.namespace` cannot be the string "robot" (allowed is a namespace of ROS 2, such as "/robot": each `/` is followed by letters, digits and single `_`, no digit first)
+        config.toml:4:8: error[bad-setting]: `middleware.ros2.node` cannot be the string "a/b" (allowed is the name of a node, such as "lidar_front": letters, digits and `_`, no digit first)
         config.toml:6:9: error[wrong-type]: `middleware.ros2.remap."Laser"` cannot be the number 1 (allowed is the new name)
-        config.toml:7:8: error[bad-setting]: `middleware.ros2.remap."Base"` cannot be the text "a b" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name)
+        config.toml:7:8: error[bad-setting]: `middleware.ros2.remap."Base"` cannot be the string "a b" (allowed is a rule FROM:=TO, such as "LaserPub/newScan:=/scan": FROM is a slot, SLOT/operation or a name of ROS 2, TO is the new name)
     "#]].assert_eq(&rendered);
 }
 
@@ -334,16 +334,16 @@ fn quality_of_service_of_ros() {
     let (_, _, rendered) = read(text, None);
     expect![[r#"
         config.toml:2:9: error[wrong-type]: `middleware.ros2.qos."Laser"` cannot be the number 1 (allowed is a table of reliability, durability, depth, deadline, lifespan, liveliness)
-        config.toml:4:9: error[bad-setting]: `middleware.ros2.qos."Base"`: `depth` cannot be `0`; allowed is a whole number from 1 to 1000
+        config.toml:4:9: error[bad-setting]: `middleware.ros2.qos."Base"`: `depth` cannot be `0`; allowed is an integer from 1 to 1000
         config.toml:5:8: error[bad-setting]: `middleware.ros2.qos."Base"`: `dept` is not a quality of service that can be set; did you mean `depth`?
         config.toml:6:15: error[bad-setting]: `middleware.ros2.qos."Base"`: `reliability` cannot be `best`; allowed is reliable or best_effort
-        config.toml:7:12: error[wrong-type]: `middleware.ros2.qos."Base".deadline` cannot be `true` (allowed is a time such as 500ms, at most a day, or none)
+        config.toml:7:12: error[wrong-type]: `middleware.ros2.qos."Base".deadline` cannot be `true` (allowed is a duration such as 500ms, at most a day, or none)
         config.toml:8:14: error[wrong-type]: `middleware.ros2.qos."Base".durability` cannot be the number 1 (allowed is volatile or transient_local)
         config.toml:10:9: error[bad-setting]: `middleware.ros2.qos."/scan"`: `/scan` is neither SLOT nor SLOT/operation
     "#]].assert_eq(&rendered);
     let (_, _, rendered) = read("middleware.ros2.qos = [\"Laser.depth=1\"]", None);
     expect![[r#"
-        config.toml:1:24: error[bad-setting]: `middleware.ros2.qos[0]` cannot be the text "Laser.depth=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a time, or none))
+        config.toml:1:24: error[bad-setting]: `middleware.ros2.qos[0]` cannot be the string "Laser.depth=1" (allowed is a rule SLOT.POLICY:=VALUE or SLOT/operation.POLICY:=VALUE, such as "LaserPub/newScan.depth:=1", of reliability (reliable, best_effort), durability (volatile, transient_local), depth (1 to 1000), deadline, lifespan and liveliness (a duration, or none))
     "#]].assert_eq(&rendered);
 }
 
@@ -352,21 +352,21 @@ fn what_belongs_to_the_framework() {
     let text = "[component]\nperiod = 0\nlog = \"inf\"\nperoid = 3\n[bindings]\na = 3\nb = \"x\"\n[middlewares.dds]\nx = 1\n";
     let (configuration, _, rendered) = read(text, None);
     expect![[r#"
-        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number 0 (allowed is a time of at least 100us)
-        config.toml:3:7: error[invalid-choice]: `component.log` cannot be the text "inf" (did you mean `info`?)
+        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number 0 (allowed is a duration of at least 100us)
+        config.toml:3:7: error[invalid-choice]: `component.log` cannot be the string "inf" (did you mean `info`?)
         config.toml:4:1: error[unknown-key]: unknown key `component.peroid` (did you mean `period`?)
-        config.toml:6:5: error[wrong-type]: `bindings.a` cannot be this number (allowed is an address in quotes)
+        config.toml:6:5: error[wrong-type]: `bindings.a` cannot be this number (allowed is an address as a string)
         config.toml:8:2: error[unknown-key]: unknown key `middlewares` (did you mean `middleware`?)
     "#]].assert_eq(&rendered);
     assert_eq!(configuration.bindings.len(), 1);
     let (_, _, rendered) = read("[component]\nperiod = \"x\"\nlog = 3", None);
     expect![[r#"
-        config.toml:2:10: error[wrong-type]: `component.period` cannot be the text "x" (allowed is a time like "50ms", or a number of milliseconds)
-        config.toml:3:7: error[wrong-type]: `component.log` cannot be the number 3 (allowed is a level in quotes)
+        config.toml:2:10: error[wrong-type]: `component.period` cannot be the string "x" (allowed is a duration such as "50ms", or a number of milliseconds)
+        config.toml:3:7: error[wrong-type]: `component.log` cannot be the number 3 (allowed is a level as a string)
     "#]].assert_eq(&rendered);
     let (_, _, rendered) = read("[component]\nperiod = -3", None);
     expect![[r#"
-        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number -3 (allowed is a time of at least 100us)
+        config.toml:2:10: error[out-of-range]: `component.period` cannot be the number -3 (allowed is a duration of at least 100us)
     "#]].assert_eq(&rendered);
     let (_, _, rendered) = read("[parameters]\nx = 3", None);
     expect![[r#"
@@ -555,7 +555,7 @@ fn what_is_secret_is_shown_in_no_line_of_a_finding() {
         2 | pin = ********
           |       ^^^^^^^^
           |
-          = help: allowed is a whole number of 32 bits, from 0 to 9999
+          = help: allowed is an integer of 32 bits, from 0 to 9999
         error[wrong-type]: `token` cannot be an array
          --> config.toml:3:9
           |
@@ -564,14 +564,14 @@ fn what_is_secret_is_shown_in_no_line_of_a_finding() {
         4 | | *******
           | |_______^
           |
-          = help: allowed is a text in quotes
+          = help: allowed is a string
         error[wrong-type]: `log.keep` cannot be `true`
          --> config.toml:5:16
           |
         5 | log = { keep = true }
           |                ^^^^
           |
-          = help: allowed is a whole number of 64 bits
+          = help: allowed is an integer of 64 bits
     "#]]
     .assert_eq(&render(&sources, &found, Format::Human));
 }

@@ -210,15 +210,15 @@ fn all_that_is_wrong_is_said_at_once_and_nothing_is_taken() {
         &expect![[r#"
             unknown-parameter: unknown parameter `sped` (did you mean `speed`?)
             out-of-range: `speed` cannot be the number 99 (allowed is a number of 32 bits, from 0 to 10, in rad/s)
-            wrong-type: `name` cannot be the number 5 (allowed is a text in quotes)
-            invalid-choice: `mode` cannot be the text "fasst" (allowed is a text in quotes, one of "slow", "fast"; did you mean `fast`?)
-            wrong-type: `period` cannot be the text "soon" (allowed is a time like "50ms", or a number of milliseconds, from 1ms to 2s)
-            wrong-type: `count` cannot be null (allowed is a whole number of 32 bits, from 0 to 9)
+            wrong-type: `name` cannot be the number 5 (allowed is a string)
+            invalid-choice: `mode` cannot be the string "fasst" (allowed is a string, one of "slow", "fast"; did you mean `fast`?)
+            wrong-type: `period` cannot be the string "soon" (allowed is a duration such as "50ms", or a number of milliseconds, from 1ms to 2s)
+            wrong-type: `count` cannot be null (allowed is an integer of 32 bits, from 0 to 9)
             wrong-type: `verbose` cannot be a table (allowed is `true` or `false`)
             wrong-length: `gains` has length 1 (allowed are 2 to 4 elements)
             out-of-range: `gains[0]` cannot be the number -1 (allowed is a number of 64 bits, from 0 to 100)
             repeated-change: `gains[0]` is changed twice (give each parameter one value)
-            wrong-type: `tags[1]` cannot be the number 1 (allowed is a text in quotes)
+            wrong-type: `tags[1]` cannot be the number 1 (allowed is a string)
             fixed-parameter: `fixed` is fixed when the component starts (change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `arm` and generate anew)
             wrong-type: `log` cannot be changed as a whole (name a parameter in it, as in `log.level`)
             unknown-parameter: unknown parameter `log.levl` (did you mean `level`?)
@@ -230,8 +230,8 @@ fn all_that_is_wrong_is_said_at_once_and_nothing_is_taken() {
             unknown-parameter: there is no `spare[0]` (`spare` is empty)
             unknown-parameter: `motors[x].max` is not the path of a parameter (a path looks like `safe_distance` or `motors[2].max`)
             unknown-parameter: `` is not the path of a parameter (a path looks like `safe_distance` or `motors[2].max`)
-            out-of-range: `pin` cannot be this number (allowed is a whole number of 32 bits, from 0 to 9999)
-            wrong-type: `token` cannot be an array (allowed is a text in quotes)
+            out-of-range: `pin` cannot be this number (allowed is an integer of 32 bits, from 0 to 9999)
+            wrong-type: `token` cannot be an array (allowed is a string)
         "#]],
     );
     assert_eq!(value(&live, "limit"), json!(5.0));
@@ -286,7 +286,7 @@ fn broken_rules_are_said_beside_all_else() {
         ],
         &expect![[r#"
             out-of-range: `speed` cannot be the number 9999 (allowed is a number of 32 bits, from 0 to 10, in rad/s)
-            wrong-type: `motors[1].min` cannot be the text "x" (allowed is a number of 64 bits)
+            wrong-type: `motors[1].min` cannot be the string "x" (allowed is a number of 64 bits)
             rule-broken: `motors[0].min` breaks a rule: min must lie below max (`min < max` does not hold: `motors[0].min` is 3.0, `motors[0].max` is 1.5)
         "#]],
     );
@@ -620,15 +620,15 @@ fn what_somebody_else_has_edited_is_not_overwritten() {
     let same = FILE.replace("speed = 2.0 ", "speed = 2.5 ");
     let same = same.replace("log.level", "token = \"theirs\"\nlog.level");
     expect![[r#"
-        `speed` was 2.0 when the file was read, is 2.5 in it now, and 3.0 here
-        `token` is another one in the file"#]]
+        `speed` was 2.0 when the file was read, is 2.5 in the file now, and 3.0 here
+        `token` has another value in the file"#]]
     .assert_eq(&save(&same));
     // The same value.
     let agreed = FILE.replace("speed = 2.0 ", "speed = 3 ");
     assert!(save(&agreed).contains("speed = 3    "), "{}", save(&agreed));
     // A mistake, there before or made by both together.
     expect![[r#"
-        config.toml:12:8: error[invalid-choice]: `mode` cannot be the text "slo" (allowed is a text in quotes, one of "slow", "fast"; did you mean `slow`?)
+        config.toml:12:8: error[invalid-choice]: `mode` cannot be the string "slo" (allowed is a string, one of "slow", "fast"; did you mean `slow`?)
     "#]].assert_eq(&save(&FILE.replace("mode = 'slow'", "mode = 'slo'")));
     let both = FILE.replace("speed = 2.0 ", "limit = 2.5\nspeed = 2.0 ");
     expect![[r#"
@@ -660,23 +660,23 @@ fn an_element_of_a_list_that_was_moved_is_not_written_into() {
     );
     // Exchanged.
     expect![[r#"
-        `motors[1].name` was "r" when the file was read and is "l" in it now: `motors[1].min` may be that of another element
-        `motors[1].max` was 1.0 when the file was read, is 1.5 in it now, and 3.0 here"#]].assert_eq(&save(
+        `motors[1].name` was "r" when the file was read and is "l" in the file now: `motors[1].min` may belong to another element
+        `motors[1].max` was 1.0 when the file was read, is 1.5 in the file now, and 3.0 here"#]].assert_eq(&save(
         &live,
         &format!("[parameters]\nspeed = 2.0\n{right}{left}"),
     ));
     // One more, one less.
     expect![[r#"
-        `motors` had 2 elements when the file was read and has 3 now: `motors[1].min` may be that of another one
-        `motors` had 2 elements when the file was read and has 3 now: `motors[1].max` may be that of another one"#]].assert_eq(&save(&live, &format!("{file}{right}")));
+        `motors` had 2 elements when the file was read and has 3 now: `motors[1].min` may belong to another element
+        `motors` had 2 elements when the file was read and has 3 now: `motors[1].max` may belong to another element"#]].assert_eq(&save(&live, &format!("{file}{right}")));
     expect![[r#"
-        `motors[1].min` is not in the file any more
-        `motors[1].max` is not in the file any more"#]]
+        `motors[1].min` is not in the file
+        `motors[1].max` is not in the file"#]]
     .assert_eq(&save(&live, &format!("[parameters]\nspeed = 2.0\n{left}")));
     // Another one at its place.
     expect![[r#"
-        `motors[1].name` was "r" when the file was read and is "x" in it now: `motors[1].min` may be that of another element
-        `motors[1].name` was "r" when the file was read and is "x" in it now: `motors[1].max` may be that of another element"#]].assert_eq(&save(&live, &file.replace("\"r\"", "\"x\"")));
+        `motors[1].name` was "r" when the file was read and is "x" in the file now: `motors[1].min` may belong to another element
+        `motors[1].name` was "r" when the file was read and is "x" in the file now: `motors[1].max` may belong to another element"#]].assert_eq(&save(&live, &file.replace("\"r\"", "\"x\"")));
     // The other elements and all else may change, and what is the same already is no matter.
     let other = file
         .replace("speed = 2.0", "speed = 1.0")

@@ -297,7 +297,7 @@ struct Property {
     pdsl: String,
     /// How many faults were tried.
     faults: usize,
-    /// ChangeKind the schema has to say about each.
+    /// What the schema has to say about each.
     case: Case,
 }
 
@@ -491,7 +491,7 @@ fn property(u: &mut Unstructured<'_>) -> Result<Property> {
     Ok(property)
 }
 
-/// ChangeKind the framework's own tables may hold.
+/// What the framework's own tables may hold.
 fn framework() -> Case {
     let slots = ["Laser", "Laser1"].map(|name| rc_configuration::Slot {
         name,

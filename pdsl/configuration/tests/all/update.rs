@@ -185,28 +185,28 @@ acceleration = 4.0
 limits = { low = 0.0, middle = 0.5, high = 1.0 }
 "#,
         &expect![[r#"
-            comment out `old`, which is no parameter any more
-            comment out `older`, which is no parameter any more
-            comment out `oldest`, which is no parameter any more
-            comment out `motors[0].acceleration`, which is no parameter any more
-            comment out `motors[0].limits.middle`, which is no parameter any more
+            comment out `old`, which is not a parameter
+            comment out `older`, which is not a parameter
+            comment out `oldest`, which is not a parameter
+            comment out `motors[0].acceleration`, which is not a parameter
+            comment out `motors[0].limits.middle`, which is not a parameter
             add `points` = []
             -----
             [parameters]
             device = "/dev/x"
             rate = 9600
-            # No parameter any more (rcgen config --update):
+            # No longer a parameter (rcgen config --update):
             # old = [
             #     1,   # one
             #     2,
             # ]
             safe_distance = 0.7
             serial = "A1"
-            # No parameter any more (rcgen config --update):
+            # No longer a parameter (rcgen config --update):
             # older.a = 1
             # older.b = "x"
 
-            # No parameter any more (rcgen config --update):
+            # No longer a parameter (rcgen config --update):
             # [parameters.oldest]
             # c = 1
 
@@ -222,9 +222,9 @@ limits = { low = 0.0, middle = 0.5, high = 1.0 }
             name = "left"
             id = 1
             max = 1.0
-            # No parameter any more (rcgen config --update):
+            # No longer a parameter (rcgen config --update):
             # acceleration = 4.0
-            # No parameter any more (rcgen config --update):
+            # No longer a parameter (rcgen config --update):
             # motors[0].limits.middle = 0.5
             limits = { low = 0.0, high = 1.0 }
 
@@ -265,13 +265,13 @@ min = 1.0
 limits = { low = 0.1, High = 0.2 }
 "#,
         &expect![[r#"
-            leave `divice` to you: it is no parameter any more; rename it if it is `device` ("/dev/ttyUSB0" by default) now, or take it out
+            leave `divice` to you: it is not a parameter; rename it if it is `device` ("/dev/ttyUSB0" by default) now, or remove it
             rename `saef_distance` to `safe_distance`
             rename `Serial` to `serial`
-            leave `logs` to you: it is no parameter any more; rename it if it is `log` or in it now, or take it out
+            leave `logs` to you: it is not a parameter; rename it if it is `log` or in it now, or remove it
             rename `motor` to `motors`
-            leave `motors[0].limits.height` to you: it is no parameter any more; rename it if it is `motors[0].limits.high` (1.0 by default) now, or take it out
-            leave `motors[1].min` to you: it is no parameter any more; rename it if it is `motors[1].max` (1.5 by default) now, or take it out
+            leave `motors[0].limits.height` to you: it is not a parameter; rename it if it is `motors[0].limits.high` (1.0 by default) now, or remove it
+            leave `motors[1].min` to you: it is not a parameter; rename it if it is `motors[1].max` (1.5 by default) now, or remove it
             rename `motors[1].limits.High` to `motors[1].limits.high`
             add `points` = []
             -----
@@ -325,7 +325,7 @@ parameters.motors = [
             add `serial`, which must be set
             add `log.keep` = 7
             add `motors[0].max` = 1.5
-            comment out `motors[1].min`, which is no parameter any more
+            comment out `motors[1].min`, which is not a parameter
             add `motors[1].limits.low` = 0.0
             add `points` = []
             -----
@@ -348,7 +348,7 @@ parameters.motors = [
             parameters.motors = [
                 # The left one.
                 { name = "left", id = 1, max = 1.5 },
-            # No parameter any more (rcgen config --update):
+            # No longer a parameter (rcgen config --update):
             # motors[1].min = 0.1
                 { name = "right", id = 2, max = 2.0, limits = { low = 0.0, high = 3.0 } },
             ]
@@ -542,7 +542,7 @@ fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
     let update = rc_configuration::update(&sources, source, None).expect("TOML");
     assert_eq!(
         update.text,
-        "[parameters]\n# No parameter any more (rcgen config --update):\n# x = 1\n"
+        "[parameters]\n# No longer a parameter (rcgen config --update):\n# x = 1\n"
     );
     let source = sources.add("config.toml", "x = = 1");
     let found = rc_configuration::update(&sources, source, None).expect_err("no TOML");
@@ -555,12 +555,12 @@ fn lines_end_as_they_did_and_braces_over_several_lines_are_left_alone() {
     let (_, text) = updated(&model, "[parameters]\r\na = 3\r\nc = 4\r\n");
     assert_eq!(text.matches('\n').count(), text.matches("\r\n").count());
     let (changes, text) = updated(&model, "parameters = { a = 1,\n  c = 4 }\n");
-    expect![["leave `c` to you: it is no parameter any more; rename it if it is `b` (2 by default) now, or take it out"]]
+    expect!["leave `c` to you: it is not a parameter; rename it if it is `b` (2 by default) now, or remove it"]
         .assert_eq(&changes.join("\n"));
     assert_eq!(text, "parameters = { a = 1,\n  c = 4 }\n");
     let (changes, text) = updated(&model, "parameters = { a = 1,\n  c = 'x' }\n");
     assert!(
-        changes[0].starts_with("leave `` to you: its braces"),
+        changes[0].starts_with("leave `` to you: its inline table"),
         "{changes:?}"
     );
     assert_eq!(text, "parameters = { a = 1,\n  c = 'x' }\n");
@@ -584,7 +584,7 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
     };
     let left = |from: &str, to: &str| {
         format!(
-            "leave `{from}` to you: it is no parameter any more; rename it if it is {to} now, or take it out"
+            "leave `{from}` to you: it is not a parameter; rename it if it is {to} now, or remove it"
         )
     };
     let rest = "max_speed = 5\nname = ''\n";
@@ -621,7 +621,7 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
                     "joints[0].most",
                     "`joints[0].vmax` (1.0 by default) or `joints[0].vmin` (0.0 by default)",
                 ),
-                "comment out `joints[1].most`, which is no parameter any more".to_owned(),
+                "comment out `joints[1].most`, which is not a parameter".to_owned(),
                 "add `joints[1].vmax` = 1.0".to_owned(),
             ],
         ),
@@ -714,18 +714,18 @@ fn whatever_is_written_stays_or_becomes_a_comment() {
             changes += said.len();
             let source = sources.add("config.toml", text.as_str());
             let (_, found) = rc_configuration::check(&sources, source, Some(&model));
-            // ChangeKind may be another parameter stays wrong until somebody decides.
+            // What may be another parameter stays wrong until somebody decides.
             let left = |d: &&rc_diagnostics::Diagnostic| {
                 let path = d.message.strip_prefix("unknown parameter ");
                 path.is_none_or(|path| {
-                    let line = format!("leave {path} to you: it is no parameter any more; ");
+                    let line = format!("leave {path} to you: it is not a parameter; ");
                     !said.iter().any(|change| change.starts_with(&line))
                 })
             };
             let bad = ["toml-syntax", "unknown-parameter"];
             let bad = found.iter().filter(|d| bad.contains(&d.code)).find(left);
             assert!(bad.is_none(), "{bad:?}\n{toml}\n-----\n{text}");
-            // ChangeKind is in braces is written anew; its numbers stay.
+            // What is in braces is written anew; its numbers stay.
             for line in toml.lines().filter(|line| !line.contains('{')) {
                 let kept = |now: &str| now == line || now.strip_prefix("# ") == Some(line);
                 assert!(text.lines().any(kept), "{line}\n{toml}\n-----\n{text}");

@@ -11,7 +11,7 @@ use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// ChangeKind has been tried.
+/// What has been tried.
 #[derive(Default)]
 struct Count {
     accepted: usize,
@@ -77,14 +77,14 @@ fn read(model: &Parameters, text: &str) -> Configuration {
     configuration
 }
 
-/// ChangeKind each parameter is at the next start.
+/// What each parameter is at the next start.
 fn next(live: &LiveParameters) -> HashMap<String, Json> {
     let all = live.list(&[]).expect("all parameters");
     let value = |p: ParameterStatus| (p.path, p.pending.unwrap_or(p.value));
     all.into_iter().map(value).collect()
 }
 
-/// ChangeKind a change took out of a text, and what it put there, in lines.
+/// What a change took out of a text, and what it put there, in lines.
 fn difference<'t>(old: &'t str, new: &'t str) -> (Vec<&'t str>, Vec<&'t str>) {
     let (mut old, mut new): (Vec<_>, Vec<_>) = (old.lines().collect(), new.lines().collect());
     let same = old.iter().zip(&new).take_while(|(a, b)| a == b).count();
@@ -154,7 +154,7 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
             .iter()
             .any(|p| p.pending.is_some());
         if !waiting {
-            // ChangeKind is secret, too.
+            // What is secret, too.
             assert!(
                 configuration.parameters == live.values(),
                 "{saved}\n{about}"
