@@ -1,4 +1,4 @@
-//! What the management thread tells the worker thread to do.
+//! Commands of the management thread to the worker thread.
 
 use crate::proposal::Proposal;
 use rc_middleware::WakeEvent;

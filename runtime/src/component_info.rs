@@ -1,4 +1,4 @@
-//! What a component tells about itself: its status and its heartbeats.
+//! The status and the heartbeats of a component.
 
 use crate::description::Description;
 use crate::status::Shared;

@@ -1,4 +1,4 @@
-//! What is known of a component when it is generated.
+//! The description of a component by its generated code.
 
 use rc_management::component::Role;
 use rc_middleware::typed::Operation;

@@ -17,8 +17,8 @@ pub(crate) enum ServiceState {
     Stopping,
 }
 
-/// Sends the state to `NOTIFY_SOCKET`, if there is one. A component that rcdeploy started has told rcdeploy; the
-/// variable is then meant for rcdeploy.
+/// Sends the state to `NOTIFY_SOCKET`, if there is one. A component that rcdeploy has started reports to rcdeploy
+/// instead; the variable is then meant for rcdeploy.
 pub(crate) fn notify(state: ServiceState) {
     let path = std::env::var_os("NOTIFY_SOCKET");
     let Some(path) = path.filter(|_| std::env::var_os("RC_SUPERVISED").is_none()) else {

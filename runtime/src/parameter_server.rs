@@ -328,7 +328,7 @@ fn write_into(live: &LiveParameters, file: &Path) -> Result<(), Error> {
         SaveError::Conflicts(lines) => Error::new(
             Error::FILE,
             format!(
-                "somebody else has changed {shown}, and nothing was written: {}; restart the component to take what the file says, or change it back and save again",
+                "{shown} has changed since it was read; nothing was written: {}; restart the component to use the file as it is, or revert the file and save again",
                 lines.join("; ")
             ),
         ),

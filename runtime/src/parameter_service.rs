@@ -138,7 +138,7 @@ impl ParameterService for RequestQueue {
         for (path, value) in changes {
             if secret.contains(&path.as_str()) {
                 return Err(format!(
-                    "`{path}` is secret, and is not told or changed here"
+                    "`{path}` is secret; change it in the configuration or with `rcdeploy params`"
                 ));
             }
             if values.insert(path.clone(), json(value)).is_some() {

@@ -53,7 +53,7 @@ pub enum Incoming {
     Answer(Option<u64>, Result<Value, Error>),
     /// A notification: its method and parameters.
     Notification(String, Value),
-    /// What is neither.
+    /// A line that is neither.
     Unknown(String),
 }
 
@@ -197,7 +197,7 @@ impl Client {
 
     fn turn(&mut self) {
         if self.output.write(&self.stream).is_err() {
-            // The other side has closed, but may have answered before: reading tells.
+            // The other side has closed, but may have answered before; only reading shows that.
             self.output.clear();
         }
         let (lines, ended) = self.lines.read(&self.stream);

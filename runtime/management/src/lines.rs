@@ -33,7 +33,7 @@ impl Line {
         }
     }
 
-    /// The text of a complete line; U+FFFD replaces what is not UTF-8.
+    /// The text of a complete line; U+FFFD replaces invalid UTF-8.
     pub fn into_text(self) -> Option<String> {
         match self {
             Self::Complete(bytes) => Some(match String::from_utf8(bytes) {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-/// What a component tells its supervisor.
+/// A message of a component to its supervisor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ComponentMessage {
@@ -29,7 +29,7 @@ pub enum ComponentMessage {
     Heartbeat(Heartbeat),
 }
 
-/// What a supervisor tells a component.
+/// A message of a supervisor to a component.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SupervisorMessage {
