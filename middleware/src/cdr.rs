@@ -1,29 +1,29 @@
-//! Values as bytes: OMG CDR in the version XCDR1, little endian, the form that DDS and ROS 2 use.
+//! Serialization: OMG CDR, version XCDR1, little endian, as DDS and ROS 2 use it.
 //!
-//! Numbers are aligned to their size, counted from the start of the body; a sequence is its length as uint32
-//! and then its elements; a string is a sequence of bytes with a zero at its end; an enum is an int32; an
-//! optional value is a sequence of none or one.
-//! Source: OMG DDS-XTypes 1.3, 7.4.1 (`PLAIN_CDR`).
+//! Numbers are aligned to their size, counted from the start of the body. A sequence is its length
+//! as uint32 and then its elements. A string is a sequence of bytes with a zero at its end. An enum
+//! is an int32. An optional value is a sequence of none or one. Source: OMG DDS-XTypes 1.3, 7.4.1
+//! (`PLAIN_CDR`).
 
 use crate::header::Encoding;
 use std::collections::BTreeMap;
 use zerocopy::{FromBytes, FromZeros, IntoBytes};
 
-/// A value that cannot be written.
+/// A value cannot be encoded.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// Longer than its type allows.
+    /// A sequence or a string is longer than its type allows.
     #[error("`{what}` has {length} elements, its type allows {bound}")]
     TooLong {
-        /// The member.
+        /// The name of the member.
         what: &'static str,
         /// Its length.
         length: usize,
         /// The bound of its type.
         bound: usize,
     },
-    /// Outside the range of its annotation.
+    /// A number is outside the range of its annotation.
     #[error("`{what}` is {value}, outside its range {range}")]
     OutOfRange {
         /// The member.
@@ -33,33 +33,33 @@ pub enum EncodeError {
         /// The range of its annotation.
         range: &'static str,
     },
-    /// A string with a zero byte, which CDR cannot carry.
+    /// A string holds a zero byte, which CDR does not allow.
     #[error("a string holds a zero byte")]
     ZeroByte,
-    /// An enum, a `bool` or a text in place holds none of its values.
+    /// An enum, a `bool` or a string in place holds no valid value.
     #[error("{0}")]
     NoValue(String),
-    /// The value cannot be built up.
+    /// There is no memory for the value.
     #[error("there is no memory for {0} bytes")]
     NoMemory(usize),
 }
 
-/// Bytes that are not a value of the expected type.
+/// Bytes are no value of the expected type.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DecodeError {
     /// The bytes end too early.
     #[error("the message ends too early, at byte {0}")]
     Truncated(usize),
-    /// A bool or an enum with a value that it does not have.
+    /// A bool or an enum holds no valid value.
     #[error("{value} is not a value of `{what}`")]
     NoSuchValue {
-        /// The type.
+        /// The name of the type.
         what: &'static str,
-        /// The number found.
+        /// The number that was found.
         value: i64,
     },
-    /// A string that is not UTF-8 or lacks its end.
+    /// A string is not UTF-8 or lacks its end.
     #[error("a string is not UTF-8 with a zero at its end")]
     BadString,
     /// Longer than its type allows.
@@ -82,23 +82,25 @@ pub enum DecodeError {
         /// The range of its annotation.
         range: &'static str,
     },
-    /// An operation or exception that is not in the interface.
+    /// The interface does not have an operation or an exception.
     #[error("unknown {0}")]
     Unknown(&'static str),
-    /// Bytes that were sent in place and have not the size of the type.
+    /// A memory image does not have the size of its type.
     #[error("{length} bytes are no `{what}` in place, which has {expected}")]
     NotAnImage {
         /// The type.
         what: &'static str,
-        /// How many came.
+        /// The number of bytes that arrived.
         length: usize,
         /// The size of the type.
         expected: usize,
     },
-    /// A value sent in place where this side reads none.
-    #[error("a value came in place; this operation has none: regenerate both ends")]
+    /// A memory image arrived for an operation that has none on this side.
+    #[error(
+        "a memory image arrived for an operation that has none here; regenerate both components"
+    )]
     Image,
-    /// A value that cannot be taken over.
+    /// A value cannot be copied.
     #[error(transparent)]
     Invalid(#[from] EncodeError),
 }
@@ -310,6 +312,15 @@ impl<'m> Writer<'m> {
 }
 
 /// Reads values one after the other.
+///
+/// ```
+/// use rc_middleware::Reader;
+///
+/// let mut reader = Reader::new(&[1, 0, 0, 0, 2, 0, 0, 0]);
+/// assert_eq!(reader.get::<u8>(), Ok(1));
+/// assert_eq!(reader.get::<u32>(), Ok(2)); // aligned to 4 bytes
+/// assert!(reader.get::<u8>().is_err());
+/// ```
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
@@ -333,13 +344,13 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What follows, from the byte `at` of the body, is the memory image of a plain type.
+    /// Continues at byte `at` of the body, where the memory image of a plain type begins.
     pub(crate) fn image_at(&mut self, at: usize) {
         self.at = at.min(self.bytes.len());
         self.image = true;
     }
 
-    /// Whether what follows is the memory image of a plain type.
+    /// Whether the rest is the memory image of a plain type.
     pub(crate) fn is_image(&self) -> bool {
         self.image
     }
@@ -360,7 +371,7 @@ impl<'a> Reader<'a> {
         T::decode(self)
     }
 
-    /// What was not read yet.
+    /// The bytes that were not read yet.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()
     }
@@ -383,7 +394,8 @@ impl<'a> Reader<'a> {
         Ok(taken)
     }
 
-    /// A length; never more than what can still come, so that memory is not asked for in vain.
+    /// Reads a length. It is at most the number of elements that the rest can hold, so a false
+    /// length allocates no memory.
     pub fn length(&mut self) -> Result<usize, DecodeError> {
         let length = self.get::<u32>()? as usize;
         if length > self.bytes.len() - self.at {
@@ -392,7 +404,7 @@ impl<'a> Reader<'a> {
         Ok(length)
     }
 
-    /// A string, in the memory of the message.
+    /// Reads a string, in the memory of the message.
     pub(crate) fn text(&mut self) -> Result<&'a str, DecodeError> {
         let length = self.length()?;
         let [inner @ .., 0] = self.raw(length)? else {
@@ -404,7 +416,7 @@ impl<'a> Reader<'a> {
         std::str::from_utf8(inner).map_err(|_| DecodeError::BadString)
     }
 
-    /// Refuses a length above the bound of `what`.
+    /// Fails if `length` exceeds the bound of `what`.
     pub fn bound(
         &self,
         what: &'static str,
@@ -422,7 +434,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Refuses a value outside `min..=max`; NaN is outside of every range.
+    /// Fails if a value is outside `min..=max`; NaN is outside every range.
     pub fn range(
         &self,
         what: &'static str,
@@ -437,28 +449,28 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Goes on at the next multiple of `size` bytes.
+    /// Continues at the next multiple of `size` bytes.
     pub(crate) fn align(&mut self, size: usize) {
         self.at = self.at.next_multiple_of(size).min(self.bytes.len());
     }
 }
 
-/// A value that travels.
+/// A value that can be encoded and decoded.
 pub trait Cdr: Sized {
-    /// Writes it.
+    /// Writes the value.
     fn encode(&self, writer: &mut Writer<'_>);
 
-    /// Reads one.
+    /// Reads a value.
     fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError>;
 
-    /// Writes several without their number; numbers go in one piece.
+    /// Writes several values without their number. Arrays of numbers are copied at once.
     fn encode_all(items: &[Self], writer: &mut Writer<'_>) {
         for item in items {
             item.encode(writer);
         }
     }
 
-    /// Reads several; numbers come in one piece.
+    /// Reads several values. Arrays of numbers are copied at once.
     fn decode_all(count: usize, reader: &mut Reader<'_>) -> Result<Vec<Self>, DecodeError> {
         (0..count).map(|_| Self::decode(reader)).collect()
     }
@@ -497,7 +509,8 @@ macro_rules! numbers {
                 reader.align(size_of::<Self>());
                 let size = count.checked_mul(size_of::<Self>()).ok_or(DecodeError::Truncated(reader.at))?;
                 let bytes = reader.raw(size)?;
-                // Where they lie as they should, which is the rule, memory is not filled with zeros first.
+                // Aligned numbers, which are the rule, are copied without filling the memory with
+                // zeros first.
                 if let Ok(items) = <[Self]>::ref_from_bytes(bytes) {
                     return Ok(items.to_vec());
                 }
@@ -539,7 +552,7 @@ impl Cdr for String {
     }
 }
 
-/// Writes a string that is borrowed.
+/// Writes a borrowed string.
 pub fn text(value: &str, writer: &mut Writer<'_>) {
     if value.as_bytes().contains(&0) {
         writer.fail(EncodeError::ZeroByte);
@@ -549,7 +562,7 @@ pub fn text(value: &str, writer: &mut Writer<'_>) {
     writer.raw(&[0]);
 }
 
-/// Writes a sequence that is borrowed.
+/// Writes a borrowed sequence.
 pub fn sequence<T: Cdr>(items: &[T], writer: &mut Writer<'_>) {
     writer.length(items.len());
     T::encode_all(items, writer);

@@ -1,49 +1,50 @@
-//! Values that are written and read where they are: the memory image of a plain type.
+//! Values that are written and read in shared memory: the memory image of a plain type.
 //!
-//! A type is plain when its size is known from its declaration alone. For each one that travels in place generated
-//! code has a structure in C's layout that holds only integers, floating-point numbers and lengths, with every gap
-//! spelled out, so that *every* pattern of bytes is one of its values (`zerocopy` proves it when it compiles).
-//! What an enum, a `bool` or a text makes of them is asked at each read, and lengths are never believed beyond
-//! their bound. A reference exists only after size, alignment and the hash of the types were checked.
+//! A type is plain if its declaration alone determines its size. For each type that travels in
+//! place, generated code has a structure in the layout of C. The structure holds only integers,
+//! floating-point numbers and lengths, and declares its padding, so that *every* pattern of bytes
+//! is a value of it (`zerocopy` proves this at compile time). Enums, `bool`s and strings are
+//! checked at each read, and a length above its bound counts as the bound. A reference exists only
+//! after size, alignment and the hash of the types were checked.
 //!
-//! Whoever sends in place is trusted not to write after sending: it is a process of the same user.
+//! A sender in place is trusted not to write after sending: it is a process of the same user.
 
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader};
 use crate::counter::Counter;
 use std::ops::{Deref, DerefMut};
 pub use zerocopy::{self, FromBytes, FromZeros, Immutable, IntoBytes, KnownLayout};
 
-/// Where the image begins in an answer: behind the envelope, which has 36 bytes, at the next multiple of 16.
+/// Offset of the image in a reply: the next multiple of 16 behind the envelope, which has 36 bytes.
 pub const BEHIND_ENVELOPE: usize = 48;
 
-/// The structure of a plain type. Its unused tails are neither written nor read.
+/// The structure of a plain type. Unused elements of sequences are neither written nor read.
 pub trait InPlace: FromBytes + IntoBytes + KnownLayout + Immutable + 'static {
-    /// The same type with its values in memory of their own.
+    /// The corresponding type that owns its values.
     type Value: Cdr;
 
     /// The name of the type in messages.
     const NAME: &'static str;
 
-    /// Gives all members their defaults; sequences and optional members are empty. What is behind a length stays what it
-    /// was.
+    /// Sets all members to their defaults; sequences and optional members become empty. Unused
+    /// elements keep their bytes.
     fn reset(&mut self);
 
-    /// Takes a value over.
+    /// Copies a value into this structure.
     fn set(&mut self, value: &Self::Value) -> Result<(), EncodeError>;
 
-    /// The value, copied. Fails where an enum, a `bool` or a text holds none of its values.
+    /// Copies the value out. It fails if an enum, a `bool` or a string holds no valid value.
     fn value(&self) -> Result<Self::Value, DecodeError>;
 
-    /// Whether the numbers are in the ranges of their annotations, also those of structures in sequences.
+    /// Fails if a number is outside the range of its annotation, also in structures in sequences.
     fn check(&self) -> Result<(), DecodeError> {
         Ok(())
     }
 }
 
-/// A value that came: in the sender's memory, or in our own where it had to be copied.
+/// A received value: in the memory of the sender, or a copy.
 #[derive(Debug)]
 pub enum Placed<'a, T> {
-    /// Where the sender wrote it.
+    /// In the memory of the sender.
     Shared(&'a T),
     /// A copy.
     Copied(Box<T>),
@@ -60,20 +61,20 @@ impl<T> Deref for Placed<'_, T> {
     }
 }
 
-/// A value in memory of our own, with its defaults; it is never on the stack.
+/// A new value with its defaults. It is never on the stack.
 pub fn boxed<T: InPlace>() -> Result<Box<T>, EncodeError> {
     let mut value = T::new_box_zeroed().map_err(|_| EncodeError::NoMemory(size_of::<T>()))?;
     value.reset();
     Ok(value)
 }
 
-/// The image in memory that was lent, with its defaults.
+/// The image in lent memory, with its defaults.
 pub(crate) fn over<T: InPlace>(memory: &mut [u8]) -> Option<&mut T> {
     T::mut_from_bytes(memory).ok()
 }
 
 impl<'a> Reader<'a> {
-    /// The value that follows, in place if that is how it was sent.
+    /// Reads the next value, in place if it was sent so.
     pub fn in_place<T: InPlace>(&mut self) -> Result<Placed<'a, T>, DecodeError> {
         let Some(bytes) = self.image() else {
             let mut value = boxed::<T>()?;
@@ -87,7 +88,7 @@ impl<'a> Reader<'a> {
         };
         let value = match T::ref_from_bytes(bytes) {
             Ok(value) => Placed::Shared(value),
-            // Of the right size, at a place where it cannot be read: a copy can.
+            // The image has the right size but not the alignment: copy it.
             Err(zerocopy::ConvertError::Alignment(_)) if bytes.len() == size_of::<T>() => {
                 let mut value = boxed::<T>()?;
                 value.as_mut_bytes().copy_from_slice(bytes);
@@ -99,7 +100,7 @@ impl<'a> Reader<'a> {
         Ok(value)
     }
 
-    /// The value that follows, copied, however it was sent.
+    /// Reads the next value and copies it, in either encoding.
     pub fn value<T: InPlace>(&mut self) -> Result<T::Value, DecodeError> {
         if self.is_image() {
             self.in_place::<T>()?.value()
@@ -109,20 +110,21 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A sequence or a text in place: how many of `items` there are. What is above the bound counts as the bound.
+/// The used part of `items`, which hold a sequence or a string. A length above the bound counts as
+/// the bound.
 #[inline]
 pub fn filled<T>(items: &[T], length: u32) -> &[T] {
     &items[..items.len().min(length as usize)]
 }
 
-/// The same, to be written.
+/// The same, for writing.
 #[inline]
 pub fn filled_mut<T>(items: &mut [T], length: u32) -> &mut [T] {
     let length = items.len().min(length as usize);
     &mut items[..length]
 }
 
-/// Sets how many of `items` there are; fails where there are not so many.
+/// Sets the number of used `items`; fails if it exceeds their number.
 pub fn resize<'a, T>(
     what: &'static str,
     items: &'a mut [T],
@@ -142,7 +144,7 @@ pub fn resize<'a, T>(
     Ok(items)
 }
 
-/// The text in `bytes`.
+/// The string in `bytes`.
 pub fn text(bytes: &[u8]) -> Result<&str, DecodeError> {
     match std::str::from_utf8(bytes) {
         Ok(text) if !text.contains('\0') => Ok(text),
@@ -150,7 +152,7 @@ pub fn text(bytes: &[u8]) -> Result<&str, DecodeError> {
     }
 }
 
-/// Writes a text into `bytes`.
+/// Writes a string into `bytes`.
 pub fn set_text(
     what: &'static str,
     bytes: &mut [u8],
@@ -164,7 +166,7 @@ pub fn set_text(
     Ok(())
 }
 
-/// Takes one value over for each item; there are as many of both.
+/// Copies a value into each item; there are as many of both.
 pub fn set_all<T: InPlace>(items: &mut [T], values: &[T::Value]) -> Result<(), EncodeError> {
     items
         .iter_mut()
@@ -172,23 +174,23 @@ pub fn set_all<T: InPlace>(items: &mut [T], values: &[T::Value]) -> Result<(), E
         .try_for_each(|(item, value)| item.set(value))
 }
 
-/// The value of each item.
+/// Copies the value of each item out.
 pub fn values<T: InPlace>(items: &[T]) -> Result<Vec<T::Value>, DecodeError> {
     items.iter().map(InPlace::value).collect()
 }
 
-/// The value of the first item, where there is one.
+/// Copies the value of the first item out, if there is one.
 pub fn first<T: InPlace>(items: &[T]) -> Result<Option<T::Value>, DecodeError> {
     items.first().map(InPlace::value).transpose()
 }
 
-/// A `bool` in place: a byte, until somebody asks.
+/// A `bool` in place: a byte, which is checked when it is read.
 #[derive(Clone, Copy, Debug, FromBytes, Immutable, IntoBytes, KnownLayout)]
 #[repr(transparent)]
 pub struct Bool(u8);
 
 impl Bool {
-    /// The value. Fails where the byte is neither 0 nor 1.
+    /// The value. It fails if the byte is neither 0 nor 1.
     pub fn get(&self) -> Result<bool, DecodeError> {
         Reader::new(&[self.0]).get()
     }
@@ -261,14 +263,14 @@ impl<T: InPlace, const N: usize> InPlace for [T; N] {
     }
 
     fn value(&self) -> Result<Self::Value, DecodeError> {
-        // There are N of them.
+        // The iterator has N items.
         values(self)?
             .try_into()
             .map_err(|_| DecodeError::Truncated(N))
     }
 }
 
-/// A value that is written in place and then sent. Dropped without being sent it is not sent.
+/// A value that is written in place and then sent. Dropping it without sending discards it.
 pub struct Loan<'a, T: InPlace> {
     pub(crate) memory: Memory<'a, T>,
     pub(crate) send: Sending<'a>,
@@ -279,7 +281,7 @@ pub(crate) enum Memory<'a, T> {
     Copied(Box<T>, &'a mut dyn crate::backend::Publisher),
 }
 
-/// What is needed when it is sent.
+/// What sending it needs.
 pub(crate) struct Sending<'a> {
     pub(crate) type_hash: u64,
     pub(crate) sent: &'a Counter,

@@ -1,4 +1,5 @@
-//! The layer between generated code and the bytes of a backend. Only this layer and generated code know codecs.
+//! Typed publishers, clients and requests: the layer between generated code and the bytes of a
+//! backend. Only this layer and generated code know codecs.
 
 use crate::backend::{Client, Profile, Publisher, Reply};
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
@@ -9,35 +10,36 @@ use crate::in_place::{self, BEHIND_ENVELOPE, InPlace, Loan, Memory, Sending};
 use crate::rpc::{self, Outcome, ReplyKind, RequestId};
 use std::time::Duration;
 
-/// What generated code knows of one operation.
+/// An operation of an interface. Generated code has one constant for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Operation {
-    /// Its name in the IDSL.
+    /// The name in the IDSL.
     pub name: &'static str,
-    /// The hash of its name, the discriminator of the envelope.
+    /// The hash of the name: the discriminator in the envelope.
     pub id: i32,
-    /// The hash of its types.
+    /// The hash of the types.
     pub type_hash: u64,
-    /// Whether an answer comes back.
+    /// Whether the operation is a query, which has a reply.
     pub two_way: bool,
-    /// What an answer may be where the operation throws, in the order of [`Profile::Ros`]: its exceptions, as it names
-    /// them, and then its result. Empty where it throws nothing.
+    /// The variants of a reply, if the operation throws: its exceptions in the order of their
+    /// declaration, and then its result, as [`Profile::Ros`] orders them. Empty if it throws
+    /// nothing.
     pub replies: &'static [ReplyVariant],
 }
 
-/// One of the things that an answer may be. A result of several parts is several, all with the case 0.
+/// A variant of a reply. A result of several parts has one variant for each part, all with case 0.
 #[derive(Clone, Copy, Debug)]
 pub struct ReplyVariant {
     /// 0 for the result, else the hash of the exception.
     pub case: i32,
-    /// Writes its default.
+    /// Writes the default value.
     pub put: fn(&mut Writer<'_>),
-    /// Reads it and forgets it.
+    /// Reads a value and drops it.
     pub skip: fn(&mut Reader<'_>) -> Result<(), DecodeError>,
 }
 
 impl ReplyVariant {
-    /// The exception `T`, or, with 0, a part of the result.
+    /// The variant of the exception `T`; with case 0, of a part of the result.
     pub const fn of<T: Cdr + Default>(case: i32) -> Self {
         Self {
             case,
@@ -55,13 +57,26 @@ impl PartialEq for ReplyVariant {
 
 impl Eq for ReplyVariant {}
 
-/// The code of an answer in [`Profile::Ros`]: 0 for the result, else the number of the exception, from 1.
+/// The code of a reply in [`Profile::Ros`]: 0 for the result, else the number of the exception,
+/// from 1.
 fn code(replies: &[ReplyVariant], case: i32) -> i32 {
     let at = replies.iter().position(|a| a.case == case && case != 0);
     at.map_or(0, |at| i32::try_from(at + 1).unwrap_or(i32::MAX))
 }
 
-/// The sending end of a topic.
+/// Publishes the samples of one operation.
+///
+/// ```no_run
+/// use rc_middleware::typed::{Operation, TypedPublisher};
+/// use rc_middleware::{Publisher, SendError};
+///
+/// # fn publish(port: Box<dyn Publisher>, operation: Operation) -> Result<(), SendError> {
+/// let mut topic = TypedPublisher::new(port, operation);
+/// topic.publish_with(|writer| writer.put(&42_i32))?;
+/// assert_eq!(topic.sent().get(), 1);
+/// # Ok(())
+/// # }
+/// ```
 pub struct TypedPublisher {
     port: Box<dyn Publisher>,
     operation: Operation,
@@ -70,7 +85,7 @@ pub struct TypedPublisher {
 }
 
 impl TypedPublisher {
-    /// Sends the values of `operation` through `port`.
+    /// Publishes samples of `operation` through `port`.
     pub fn new(port: Box<dyn Publisher>, operation: Operation) -> Self {
         Self {
             port,
@@ -80,20 +95,21 @@ impl TypedPublisher {
         }
     }
 
-    /// How many values it has sent.
+    /// The number of sent samples.
     pub fn sent(&self) -> &Counter {
         &self.sent
     }
 
-    /// Begins a value; what is put into the writer is sent by `publish`.
+    /// Begins a sample. [`TypedPublisher::publish`] sends what is put into the writer.
     pub fn begin(&mut self) -> &mut Writer<'static> {
         self.writer.clear();
         &mut self.writer
     }
 
-    /// Sends the value that was begun.
+    /// Sends the sample that was begun.
     pub fn publish(&mut self) -> Result<(), SendError> {
-        // What cannot be written takes no number: subscribers would count it as lost.
+        // A sample that cannot be encoded takes no sequence number: subscribers would count it as
+        // lost.
         let body = self.writer.finish()?;
         let header = Header {
             type_hash: self.operation.type_hash,
@@ -104,8 +120,8 @@ impl TypedPublisher {
         self.port.publish(header, body)
     }
 
-    /// Sends one sample, which `write` serializes. Large arrays are written straight into memory of the
-    /// middleware, which takes a second pass: `write` must write the same each time.
+    /// Sends one sample, which `write` serializes. Large arrays are written straight into memory of
+    /// the middleware, which takes a second pass: `write` must write the same each time.
     pub fn publish_with(&mut self, write: impl Fn(&mut Writer<'_>)) -> Result<(), SendError> {
         if self.port.can_loan(Encoding::Cdr) {
             self.writer.measure();
@@ -128,7 +144,7 @@ impl TypedPublisher {
         })
     }
 
-    /// Begins a value that is written in place; what is dropped without being sent is not sent.
+    /// Begins a sample that is written in place. Dropping the loan without sending it discards it.
     pub fn loan<T: InPlace>(&mut self) -> Result<Loan<'_, T>, SendError> {
         let send = Sending {
             type_hash: self.operation.type_hash,
@@ -148,14 +164,14 @@ impl TypedPublisher {
         Ok(Loan { memory, send })
     }
 
-    /// How many subscribers there are.
+    /// The number of subscribers.
     pub fn peers(&self) -> usize {
         self.port.peers()
     }
 }
 
 impl<T: InPlace> Loan<'_, T> {
-    /// Sends it. Where there is no shared memory it is copied now.
+    /// Sends the sample. Without shared memory it is copied now.
     pub fn send(self) -> Result<(), SendError> {
         self.check().map_err(unsendable)?;
         let Sending {
@@ -163,7 +179,8 @@ impl<T: InPlace> Loan<'_, T> {
             sent: counter,
             writer,
         } = self.send;
-        // What cannot be sent takes no number: nobody is to miss it.
+        // A sample that cannot be sent takes no sequence number: subscribers would count it as
+        // lost.
         let header = |encoding| Header {
             type_hash,
             sequence: counter.next(),
@@ -195,7 +212,7 @@ fn fill(memory: &mut [u8], write: impl Fn(&mut Writer<'_>)) -> Result<(), Encode
     }
 }
 
-/// Why a value in place cannot be sent.
+/// The reason why a value in place cannot be sent.
 fn unsendable(error: DecodeError) -> EncodeError {
     match error {
         DecodeError::OutOfRange { what, value, range } => {
@@ -206,7 +223,25 @@ fn unsendable(error: DecodeError) -> EncodeError {
     }
 }
 
-/// The calling end of a connection.
+/// Calls the operations of one interface.
+///
+/// ```no_run
+/// use rc_middleware::typed::{Operation, TypedClient, expect_result};
+/// use rc_middleware::{CallError, Client};
+/// use std::time::Duration;
+///
+/// # fn ask(port: Box<dyn Client>, double: &Operation) -> Result<i32, CallError> {
+/// let mut client = TypedClient::new(port, Duration::from_secs(1));
+/// client.call_with(
+///     double,
+///     |writer| writer.put(&21_i32),
+///     |case, reader| {
+///         expect_result(case)?;
+///         Ok(reader.get()?)
+///     },
+/// )
+/// # }
+/// ```
 pub struct TypedClient {
     port: Box<dyn Client>,
     writer: Writer<'static>,
@@ -220,7 +255,8 @@ pub struct TypedClient {
 }
 
 impl TypedClient {
-    /// Calls through `port`; an answer that takes longer than `timeout` is a `CallError::Deadline`.
+    /// Calls through `port`. A call without a reply after `timeout` fails with
+    /// [`CallError::Deadline`].
     pub fn new(port: Box<dyn Client>, timeout: Duration) -> Self {
         let id = RequestId {
             writer: port.guid(),
@@ -239,27 +275,27 @@ impl TypedClient {
         }
     }
 
-    /// How many calls and commands it has begun.
+    /// The number of requests, commands included.
     pub fn sent(&self) -> &Counter {
         &self.sent
     }
 
-    /// How long a call may take.
+    /// The longest time of a call.
     pub fn timeout(&self) -> Duration {
         self.timeout
     }
 
-    /// Sets how long a call may take.
+    /// Sets the longest time of a call.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// Whether a server is there.
+    /// The number of servers, 0 or 1.
     pub fn peers(&self) -> usize {
         self.port.peers()
     }
 
-    /// Begins a call of `operation`; its parameters are put into the writer, then it is sent or called.
+    /// Begins a request of `operation`. Put its parameters into the writer, then send or call it.
     pub fn begin(&mut self, operation: &Operation) -> &mut Writer<'static> {
         self.id.sequence = self.sent.next();
         self.writer.clear();
@@ -271,16 +307,17 @@ impl TypedClient {
         &mut self.writer
     }
 
-    /// One way: `Ok` means that a live server has it in its queue.
+    /// Sends the command that was begun. `Ok` means that the queue of a live server holds it.
     pub fn send(&mut self) -> Result<(), CallError> {
         let header = self.header();
         self.port.send(header, self.writer.finish()?)
     }
 
-    /// There and back: 0 for a result or the hash of an exception, and the bytes of it.
+    /// Calls the query that was begun. Gives 0 for a result or the hash of an exception, and a
+    /// reader of it.
     pub fn call(&mut self) -> Result<(i32, Reader<'_>), CallError> {
-        let (header, asked) = (self.header(), self.asked());
-        let (reply, mut answered) = (&mut self.reply, Header::default());
+        let (header, pending) = (self.header(), self.pending());
+        let (reply, mut replied) = (&mut self.reply, Header::default());
         self.port.call(
             header,
             self.writer.finish()?,
@@ -288,24 +325,24 @@ impl TypedClient {
             &mut |header, body| {
                 reply.clear();
                 reply.extend_from_slice(body);
-                answered = header;
+                replied = header;
             },
         )?;
-        open(&self.reply, answered, asked)
+        open(&self.reply, replied, pending)
     }
 
-    /// The same; the answer is read where the server wrote it, by `read`.
+    /// The same; `read` reads the reply in the memory of the middleware.
     pub fn call_in_place<T, E: From<CallError>>(
         &mut self,
         read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
     ) -> Result<T, E> {
-        let (header, asked) = (self.header(), self.asked());
+        let (header, pending) = (self.header(), self.pending());
         let (mut read, mut outcome) = (Some(read), None);
         let request = self.writer.finish().map_err(CallError::from)?;
         self.port
             .call(header, request, self.timeout, &mut |header, body| {
                 if let Some(read) = read.take() {
-                    outcome = Some(match open(body, header, asked) {
+                    outcome = Some(match open(body, header, pending) {
                         Ok((case, mut reader)) => read(case, &mut reader),
                         Err(error) => Err(error.into()),
                     });
@@ -314,8 +351,8 @@ impl TypedClient {
         outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
     }
 
-    /// Sends a command, whose parameters `write` serializes. `Ok` means that the queue of a live server
-    /// holds it.
+    /// Sends a command, whose parameters `write` serializes. `Ok` means that the queue of a live
+    /// server holds it.
     pub fn send_with(
         &mut self,
         operation: &Operation,
@@ -325,8 +362,8 @@ impl TypedClient {
         self.send()
     }
 
-    /// Calls `operation`. `write` serializes the parameters. `read` gets 0 for a result or the hash of an
-    /// exception, and reads the reply in the memory of the middleware.
+    /// Calls `operation`. `write` serializes the parameters. `read` gets 0 for a result or the hash
+    /// of an exception, and reads the reply in the memory of the middleware.
     pub fn call_with<T, E: From<CallError>>(
         &mut self,
         operation: &Operation,
@@ -337,8 +374,8 @@ impl TypedClient {
         self.call_in_place(read)
     }
 
-    fn asked(&self) -> Asked {
-        Asked {
+    fn pending(&self) -> PendingCall {
+        PendingCall {
             id: self.id,
             operation: self.operation,
             type_hash: self.type_hash,
@@ -357,9 +394,9 @@ impl TypedClient {
     }
 }
 
-/// What an answer answers.
+/// The request that a reply belongs to.
 #[derive(Clone, Copy)]
-struct Asked {
+struct PendingCall {
     id: RequestId,
     operation: i32,
     type_hash: u64,
@@ -368,22 +405,22 @@ struct Asked {
 }
 
 /// Opens the envelope of a reply.
-fn open(body: &[u8], header: Header, asked: Asked) -> Result<(i32, Reader<'_>), CallError> {
+fn open(body: &[u8], header: Header, pending: PendingCall) -> Result<(i32, Reader<'_>), CallError> {
     let mut reader = Reader::new(body);
-    match rpc::open_reply(&mut reader, asked.operation)? {
-        (id, _) if id != asked.id => Err(DecodeError::Unknown("request in the reply").into()),
+    match rpc::open_reply(&mut reader, pending.operation)? {
+        (id, _) if id != pending.id => Err(DecodeError::Unknown("request in the reply").into()),
         (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),
         (_, ReplyKind::Case(case)) => {
             if header.encoding == Encoding::Image {
-                // What is in memory is believed only of an end whose types are the same.
-                if header.type_hash != asked.type_hash {
+                // A memory image is read only if its sender has the same types.
+                if header.type_hash != pending.type_hash {
                     return Err(DecodeError::Unknown("type in the reply").into());
                 }
                 reader.image_at(BEHIND_ENVELOPE);
             }
-            if asked.profile == Profile::Ros {
-                rpc::open_body(&mut reader, asked.profile);
-                let case = open_answer(&mut reader, asked.replies)?;
+            if pending.profile == Profile::Ros {
+                rpc::open_body(&mut reader, pending.profile);
+                let case = open_ros_reply(&mut reader, pending.replies)?;
                 return Ok((case, reader));
             }
             Ok((case, reader))
@@ -391,17 +428,17 @@ fn open(body: &[u8], header: Header, asked: Asked) -> Result<(i32, Reader<'_>), 
     }
 }
 
-/// Goes to what an answer in [`Profile::Ros`] is, and says which of the `answers` that is.
-fn open_answer(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
+/// Skips to the variant that a reply in [`Profile::Ros`] holds, and gives its case.
+fn open_ros_reply(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
     if replies.is_empty() {
         return Ok(0);
     }
     let found: i32 = reader.get()?;
-    for answer in replies.iter().filter(|answer| answer.case != 0) {
-        if code(replies, answer.case) == found {
-            return Ok(answer.case);
+    for variant in replies.iter().filter(|variant| variant.case != 0) {
+        if code(replies, variant.case) == found {
+            return Ok(variant.case);
         }
-        (answer.skip)(reader)?;
+        (variant.skip)(reader)?;
     }
     match found {
         0 => Ok(0),
@@ -409,7 +446,7 @@ fn open_answer(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32,
     }
 }
 
-/// Refuses a reply that is an exception which the operation does not throw.
+/// Fails if a reply is an exception, which the operation does not throw.
 pub fn expect_result(case: i32) -> Result<(), DecodeError> {
     if case == 0 {
         Ok(())
@@ -418,16 +455,16 @@ pub fn expect_result(case: i32) -> Result<(), DecodeError> {
     }
 }
 
-/// A request while it is being answered.
+/// A request that a server handles.
 pub struct Request<'a> {
-    /// Which operation is asked for, the hash of its name.
+    /// The hash of the name of the operation.
     pub operation: i32,
     reader: Reader<'a>,
     id: RequestId,
     type_hash: u64,
     two_way: bool,
     replies: &'static [ReplyVariant],
-    /// What comes behind the part of the answer that is being written.
+    /// The variants behind the one that is being written.
     rest: &'static [ReplyVariant],
     writer: Writer<'static>,
     reply: &'a mut dyn Reply,
@@ -435,7 +472,8 @@ pub struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// Opens the envelope of `body`; the answer is written into `reply`. Fails where there is no envelope.
+    /// Opens the envelope of `body`. The reply is written into `reply`. It fails if there is no
+    /// envelope.
     pub fn open(
         header: Header,
         body: &'a [u8],
@@ -459,8 +497,9 @@ impl<'a> Request<'a> {
         })
     }
 
-    /// The parameters of `operation`, which `read` reads. Where the sender's types are others or the bytes are
-    /// no parameters, the request is refused. A stranger (type hash 0) is trusted to have looked.
+    /// Reads the parameters of `operation` with `read`. If the types of the sender differ or the
+    /// bytes are no parameters, the request is refused. Another program (type hash 0) is trusted to
+    /// use the right types.
     pub fn arguments<T>(
         &mut self,
         operation: &Operation,
@@ -472,7 +511,7 @@ impl<'a> Request<'a> {
         if self.type_hash != 0 && self.type_hash != operation.type_hash {
             let (theirs, ours) = (self.type_hash, operation.type_hash);
             let reason = format!(
-                "`{what}` has types {theirs:016x} there and {ours:016x} here; regenerate both ends"
+                "`{what}` has types {theirs:016x} there and {ours:016x} here; regenerate both components"
             );
             return self.refuse(Outcome::InvalidArgument, reason);
         }
@@ -482,18 +521,18 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Begins the answer; `case` is 0 for a result, else the hash of an exception.
+    /// Begins the reply; `case` is 0 for a result, else the hash of an exception.
     pub fn begin(&mut self, case: i32) -> &mut Writer<'static> {
         self.writer.clear();
         rpc::begin_reply(&mut self.writer, self.id, self.operation, case);
         if self.reply.profile() == Profile::Ros {
-            self.begin_answer(case);
+            self.begin_ros_reply(case);
         }
         &mut self.writer
     }
 
-    /// Writes what comes before the answer `case` in [`Profile::Ros`].
-    fn begin_answer(&mut self, case: i32) {
+    /// Writes what precedes the variant `case` in [`Profile::Ros`].
+    fn begin_ros_reply(&mut self, case: i32) {
         rpc::begin_body(&mut self.writer, Profile::Ros);
         self.rest = &[];
         let replies = self.replies;
@@ -501,18 +540,18 @@ impl<'a> Request<'a> {
             return;
         }
         self.writer.put(&code(replies, case));
-        let here = replies.iter().position(|answer| answer.case == case);
-        for answer in &replies[..here.unwrap_or(replies.len())] {
-            (answer.put)(&mut self.writer);
+        let here = replies.iter().position(|variant| variant.case == case);
+        for variant in &replies[..here.unwrap_or(replies.len())] {
+            (variant.put)(&mut self.writer);
         }
         if let Some(at) = here.filter(|_| case != 0) {
             self.rest = &replies[at + 1..];
         }
     }
 
-    /// Replies with what `write` serializes; `case` is 0 for a result, else the hash of an exception.
-    /// Large arrays are written straight into memory of the middleware, which takes a second pass:
-    /// `write` must write the same each time.
+    /// Replies with what `write` serializes; `case` is 0 for a result, else the hash of an
+    /// exception. Large arrays are written straight into memory of the middleware, which takes a
+    /// second pass: `write` must write the same each time.
     pub fn reply_with(
         &mut self,
         case: i32,
@@ -545,10 +584,10 @@ impl<'a> Request<'a> {
         self.finish()
     }
 
-    /// Ends the answer. One that cannot be written becomes a refusal that says so.
+    /// Ends the reply. If it cannot be encoded, the request is refused with the reason.
     pub fn finish(&mut self) -> Result<(), HandlerError> {
-        for answer in std::mem::take(&mut self.rest) {
-            (answer.put)(&mut self.writer);
+        for variant in std::mem::take(&mut self.rest) {
+            (variant.put)(&mut self.writer);
         }
         let written = self.writer.finish().map(|_| ());
         self.finished(written)
@@ -558,18 +597,18 @@ impl<'a> Request<'a> {
         written.or_else(|error| {
             self.refuse(
                 Outcome::UnknownException,
-                format!("the answer cannot be sent: {error}"),
+                format!("the reply cannot be sent: {error}"),
             )
         })
     }
 
-    /// Lets `fill` write the result in place; [`Request::finish_in_place`] sends it. Where there is no shared memory
-    /// it is copied.
+    /// Lets `fill` write the result in place; [`Request::finish_in_place`] sends it. Without shared
+    /// memory the result is copied.
     pub fn in_place<T: InPlace, R>(
         &mut self,
         fill: impl FnOnce(&mut T) -> R,
     ) -> Result<R, HandlerError> {
-        // A stranger, who proves no types, gets CDR.
+        // Another program, which proves no types, gets CDR.
         let length = BEHIND_ENVELOPE + size_of::<T>();
         let memory = if self.type_hash == 0 {
             None
@@ -603,7 +642,7 @@ impl<'a> Request<'a> {
         Ok(outcome)
     }
 
-    /// Ends an answer that was written in place.
+    /// Ends a reply that was written in place.
     pub fn finish_in_place(&mut self) -> Result<(), HandlerError> {
         match self.placed.take() {
             Some(Ok(())) => {
@@ -615,12 +654,12 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Answers that the handler failed in a way that its operation does not name.
+    /// Replies that the handler failed with an error that its operation does not declare.
     pub fn fail(&mut self, reason: &dyn std::fmt::Display) -> Result<(), HandlerError> {
         self.refuse(Outcome::UnknownException, reason.to_string())
     }
 
-    /// Answers that the interface has no such operation.
+    /// Replies that the interface does not have the operation.
     pub fn unknown(&mut self) -> Result<(), HandlerError> {
         let reason = format!(
             "there is no operation with the hash {:08x} here",
@@ -635,7 +674,7 @@ impl<'a> Request<'a> {
         Err(HandlerError(reason))
     }
 
-    /// Hands the answer over; a command has none.
+    /// Hands over the reply. A command has none.
     pub fn close(self) {
         let reply = self.reply.body();
         *reply = self.writer.into_bytes();
@@ -645,7 +684,7 @@ impl<'a> Request<'a> {
     }
 }
 
-/// Why a message or a request was not handled; logged and counted.
+/// The reason why a message was not handled. The runtime logs and counts it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct HandlerError(pub String);
