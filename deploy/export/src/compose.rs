@@ -1,9 +1,9 @@
-//! A file for `docker compose`, one a machine. The programs, the folder of the network and those of
-//! the configurations are those of the machine, in their places: nothing has to be built.
+//! A file for `docker compose` for each machine. Programs, the folder of the network and the
+//! folders of configurations are mounted from the machine: no image has to be built.
 //!
-//! `ipc: host` and `pid: host`, since iceoryx2 asks the kernel which process has locked a file, and
-//! all of them have to name it alike; `network_mode: host`, since DDS finds its peers by multicast
-//! and names addresses of the machine.
+//! `ipc: host` and `pid: host`, because iceoryx2 asks the kernel which process has locked a file,
+//! and all components must see the same pids. `network_mode: host`, because DDS finds peers by
+//! multicast and uses addresses of the machine.
 
 use super::yaml::{Map, Yaml, comment, print};
 use super::{Export, Machine, Part, Source, seconds, time};
@@ -13,7 +13,7 @@ use rc_deploy_network::plan::{Component, Policy};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Has the C library that programs are linked with, `chrt` and `taskset`.
+/// This image has the C library of the programs, `chrt` and `taskset`.
 const IMAGE: &str = "debian:stable-slim";
 
 pub(super) fn files(source: &Source<'_>) -> Export {
@@ -113,7 +113,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
         })
         .collect();
     out = out.with("volumes", volumes);
-    // The run directory of all is in it, where the probe looks.
+    // It contains the run directory, where the probe connects.
     out = out.told(
         if part.memory {
             "iceoryx2: one /dev/shm, and process numbers that all agree on"
@@ -148,7 +148,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
         .into_iter()
         .chain(part.probe(source.network))
         .collect();
-    // Once a second; what fails before `start_period` is over does not count.
+    // Once a second. Failures during `start_period` do not count.
     let health = Map::default()
         .with("test", literals(&test))
         .with("interval", "1s")
@@ -178,8 +178,8 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
     out
 }
 
-/// What a component needs of the machine, and whether it writes there: `params save` replaces the
-/// configuration.
+/// The paths that a component needs of the machine, and whether it writes there: `params save`
+/// replaces the configuration.
 fn mounts(component: &Component) -> Vec<(String, bool)> {
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let mut writes = BTreeSet::from([text(&component.directory)]);
@@ -198,7 +198,7 @@ fn mounts(component: &Component) -> Vec<(String, bool)> {
         .collect()
 }
 
-/// A text in which Compose replaces nothing.
+/// Escapes a text so that Compose replaces nothing in it.
 fn literal(text: &str) -> String {
     text.replace('$', "$$")
 }

@@ -1,10 +1,10 @@
-//! Manifests: one Pod a component, so that each has its own policy, and all Pods of a machine on
-//! one node, where they share /dev/shm: iceoryx2 needs it, and the run directory, where `--probe`
-//! asks, is in it.
+//! Kubernetes manifests: one Pod for each component, so that each has its own policy. All Pods of a
+//! machine run on one node and share /dev/shm, which iceoryx2 needs, and which contains the run
+//! directory for `--probe`.
 //!
-//! A component that is always started again is a Deployment; one that may end is a Job, whose Pod
-//! is not made again when it has done its work. Order: a Pod waits in containers of its own
-//! (`--probe --wait`) until those that it needs are ready.
+//! A component that always restarts is a Deployment; one that may end is a Job, whose Pod is not
+//! replaced after success. Order: init containers wait (`--probe --wait`) until the needed
+//! components are ready.
 
 use super::yaml::{Map, Yaml, comment, print};
 use super::{Export, Machine, Part, Source, seconds};
@@ -13,9 +13,9 @@ use rc_codegen::files::Owner;
 use rc_deploy_network::plan::Policy;
 use std::collections::{BTreeSet, HashMap};
 
-/// How long a Pod waits for one that it needs before it begins to wait anew, in seconds.
+/// How long a Pod waits for a needed component before it tries again, in seconds.
 const WAIT: &str = "3600";
-/// More restarts than any Job sees.
+/// More restarts than any Job reaches.
 const UNLIMITED: u64 = 1_000_000;
 
 pub(super) fn manifests(source: &Source<'_>) -> Export {
@@ -86,7 +86,7 @@ fn image(source: &Source<'_>) -> String {
     )
 }
 
-/// The names of objects: small letters, digits and `-`, at most 63, none twice.
+/// Unique object names: lower-case letters, digits and `-`, at most 63 characters.
 fn names<'s>(source: &'s Source<'_>) -> HashMap<&'s str, String> {
     let mut taken = BTreeSet::new();
     let mut names = HashMap::new();
@@ -114,7 +114,7 @@ fn plain(text: &str) -> String {
         .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
     let name: String = letters.take(63).collect();
     let name = name.trim_matches('-');
-    // Names begin with a letter.
+    // A name begins with a letter.
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
         name.to_owned()
     } else {
@@ -187,7 +187,7 @@ fn manifest(
         .with("spec", spec)
 }
 
-/// All of a Pod but its restart policy.
+/// A Pod without its restart policy.
 fn pod(source: &Source<'_>, machine: &Machine<'_>, part: &Part<'_>) -> Map {
     let component = part.component;
     let urgent = source.parts().any(|part| part.component.priority.is_some());
@@ -303,7 +303,7 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
         })
         .collect();
     let probe = |period: u64, failures: u64| {
-        // Never replaced: a probe's command has no variables.
+        // Not escaped: the command of a probe has no variables.
         Map::default()
             .with(
                 "exec",
@@ -336,7 +336,7 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
     out
 }
 
-/// A text in which Kubernetes replaces no `$(NAME)`.
+/// Escapes a text so that Kubernetes replaces no `$(NAME)` in it.
 fn literal(text: &str) -> String {
     text.replace("$(", "$$(")
 }

@@ -1,9 +1,7 @@
-//! A network for an engine of another kind: units of systemd, a file of Compose, manifests of
-//! Kubernetes.
+//! Exports a network to another orchestrator: systemd units, Compose files, Kubernetes manifests.
 //!
-//! All are made of the plan that `rcdeploy up` runs, and of nothing else: the same programs with
-//! the same arguments, in the same order, with the same limits and policies. What an engine cannot
-//! do is said, in the file and to who exports.
+//! Exports are made from the plan that `rcdeploy up` runs: same programs, arguments, order, limits
+//! and policies. Unsupported features are reported, and noted in the files.
 
 mod compose;
 mod kubernetes;
@@ -21,10 +19,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// For whom a network is exported.
+/// The orchestrator of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
-    /// Units, for the manager of a user or of the system.
+    /// systemd units, for a user or the system.
     Systemd,
     /// A file for `docker compose`.
     Compose,
@@ -33,7 +31,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// The words of the command line.
+    /// The names on the command line.
     pub const WORDS: [(&'static str, Self); 3] = [
         ("systemd", Self::Systemd),
         ("compose", Self::Compose),
@@ -41,44 +39,44 @@ impl Engine {
     ];
 }
 
-/// What every file begins with.
+/// The beginning of every exported file.
 pub const FIRST_WORDS: &str = "# Made by `rcdeploy export`";
 
-/// Where the components of containers are found.
+/// A note on how to find components in containers.
 const RUN_DIRECTORY: &str = "the run directory is in /dev/shm: `rcdeploy params` and `NAME --probe` find it on the machine itself as the same user, with XDG_RUNTIME_DIR unset";
 
-/// What is written, and what is to be said.
+/// The result of an export.
 #[derive(Debug)]
 pub struct Export {
     /// The files.
     pub files: Files,
-    /// What the engine does otherwise than rcdeploy, and what it needs.
+    /// Differences from rcdeploy, and requirements.
     pub notes: Vec<String>,
 }
 
-/// One machine of the network, with its components.
+/// A machine and its components.
 struct Machine<'n> {
-    /// None is the one that rcdeploy runs on.
+    /// `None`: the machine of rcdeploy.
     host: Option<&'n Host>,
     parts: Vec<Part<'n>>,
 }
 
-/// One component, as far as engines care.
+/// A component of an export.
 struct Part<'n> {
     component: &'n Component,
     /// `arm-left-motor`.
     name: String,
-    /// The components that must be ready first, of the same machine, and of others.
+    /// The components that must be ready first: of the same machine, and of others.
     needs: Vec<&'n str>,
     needs_elsewhere: Vec<&'n str>,
     /// The groups that it is in, from outside to inside.
     groups: Vec<String>,
-    /// Whether it talks over shared memory, and over DDS.
+    /// Whether it uses shared memory, and DDS.
     memory: bool,
     dds: bool,
 }
 
-/// Everything that an engine makes its files of.
+/// The input of all exports.
 struct Source<'n> {
     network: &'n str,
     /// The name of the `.ddsl`.
@@ -87,8 +85,7 @@ struct Source<'n> {
     machines: Vec<Machine<'n>>,
 }
 
-/// Makes the files of a network, which has no errors. `image` is the container image, where there
-/// is one.
+/// Exports a network, which has no errors. `image` is the container image, if one is given.
 pub fn export(
     network: &Network,
     plan: &Plan,
@@ -132,7 +129,7 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
         .map(|h| h.map(|h| h.name.text.as_str()))
         .collect();
     let mut machines: Vec<Machine<'n>> = Vec::new();
-    // The plan has the components of the deployment, in its order.
+    // The plan has the components in the order of the deployment.
     for (at, (component, instance)) in plan
         .components
         .iter()
@@ -180,7 +177,7 @@ impl Source<'_> {
         self.machines.iter().flat_map(|machine| &machine.parts)
     }
 
-    /// What opens every file.
+    /// The header of a file.
     fn head(&self) -> String {
         let words = FIRST_WORDS.trim_start_matches("# ");
         format!("{words} from {}; rewritten at every export.", self.file)
@@ -191,7 +188,7 @@ impl Source<'_> {
             .any(|part| part.component.restart.policy != Policy::Never)
     }
 
-    /// What is the same for all engines.
+    /// Notes that hold for all orchestrators.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         for part in self.parts() {
@@ -216,7 +213,7 @@ impl Source<'_> {
 }
 
 impl Part<'_> {
-    /// What the running component is asked with.
+    /// The command that probes a running component.
     fn probe(&self, network: &str) -> Vec<String> {
         let program = self.component.executable.to_string_lossy().into_owned();
         let words = ["--probe", "--network", network, "--name", &self.name];
@@ -226,7 +223,7 @@ impl Part<'_> {
             .collect()
     }
 
-    /// No format has a place for bytes that are no text, or for lines in a path.
+    /// Refuses paths that are not text or contain control characters: no format can hold them.
     fn check(&self) -> Result<(), String> {
         for path in [&self.component.executable, &self.component.directory] {
             let text = path
@@ -244,7 +241,7 @@ impl Part<'_> {
     }
 }
 
-/// A time in the writing that systemd and Compose share.
+/// A time in the syntax of systemd and Compose.
 fn time(time: Duration) -> String {
     match time.as_micros() {
         us if us % 1_000_000 == 0 => format!("{}s", us / 1_000_000),
@@ -253,14 +250,14 @@ fn time(time: Duration) -> String {
     }
 }
 
-/// Whole seconds, at least one, no less than `time`.
+/// A time in whole seconds, rounded up, at least one.
 fn seconds(time: Duration) -> u64 {
     (time.as_secs() + u64::from(time.subsec_nanos() > 0)).max(1)
 }
 
 impl Export {
-    /// Files in `folder` that an earlier export of this network has left, and that do not belong to
-    /// it any more.
+    /// Finds files in `folder` from an earlier export of this network that do not belong to it any
+    /// more.
     pub fn left(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         let first = self
             .files

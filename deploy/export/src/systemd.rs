@@ -1,4 +1,4 @@
-//! Units: one a component, a target for each group and for the network.
+//! systemd units: a service for each component, a target for each group and for the network.
 //!
 //! - `After=` and `Wants=`: a component starts when those that it needs have said that they are
 //!   ready (`Type=notify`). Not `Requires=`, with which a restart of one would restart all that
@@ -63,7 +63,7 @@ fn network_target(network: &str) -> String {
     format!("robocomp-{network}.target")
 }
 
-/// The target that a component or a group is directly in.
+/// The target that directly contains a component or a group.
 fn target_of(network: &str, groups: &[String]) -> String {
     groups.last().map_or_else(
         || network_target(network),
@@ -73,7 +73,7 @@ fn target_of(network: &str, groups: &[String]) -> String {
 
 fn targets(source: &Source<'_>, machine: &Machine<'_>, notes: &[String]) -> Vec<(String, String)> {
     let network = source.network;
-    // Each target with what is directly in it, and the one that it is part of.
+    // Each target with its direct contents and its parent.
     let mut inside: BTreeMap<String, (Vec<String>, Option<String>)> = BTreeMap::new();
     for part in &machine.parts {
         let mut child = unit(network, &part.name, "service");
@@ -157,13 +157,13 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> String {
         Restart { limit: None, .. } => line("StartLimitIntervalSec", "0".to_owned()),
     }
     out.push_str("\n[Service]\nType=notify\nNotifyAccess=main\n");
-    // `:` leaves every `$` as it is.
+    // The prefix `:` disables the expansion of `$`.
     let program = word(&component.executable.to_string_lossy());
     out.push_str(&format!("ExecStart=:{program}"));
     let mut args = component.args.iter().peekable();
     while let Some(arg) = args.next() {
         out.push_str(&format!(" \\\n    {}", word(arg)));
-        // Of our own options the value stands beside them.
+        // The value of an option of rcdeploy follows it.
         if arg.starts_with("--")
             && let Some(value) = args.next_if(|next| !next.starts_with('-'))
         {
@@ -181,7 +181,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> String {
     }
     line("TimeoutStartSec", time(component.ready));
     line("TimeoutStopSec", time(component.stop));
-    // SIGTERM for the component alone, and SIGKILL at its end for what it leaves.
+    // SIGTERM goes to the component only, SIGKILL also to the processes that it leaves.
     line("KillMode", "mixed".to_owned());
     restart(component.restart, &mut line);
     if !component.cpu.is_empty() {
@@ -203,7 +203,8 @@ fn restart(restart: Restart, line: &mut impl FnMut(&str, String)) {
     };
     line("Restart", word.to_owned());
     if restart.policy == Policy::OnFailure {
-        // These are no failures for systemd, and are for rcdeploy where nobody asked for an end.
+        // systemd counts these as success, but rcdeploy as failures if nobody has stopped the
+        // component.
         line(
             "RestartForceExitStatus",
             "SIGHUP SIGINT SIGTERM SIGPIPE".to_owned(),
@@ -211,14 +212,14 @@ fn restart(restart: Restart, line: &mut impl FnMut(&str, String)) {
     }
     line("RestartSec", time(restart.backoff));
     if restart.backoff < LONGEST_PAUSE && !restart.backoff.is_zero() {
-        // So many doublings lead to the longest pause.
+        // The number of doublings up to the longest pause.
         let ratio = LONGEST_PAUSE.as_secs_f64() / restart.backoff.as_secs_f64();
         line("RestartSteps", (ratio.log2().ceil() as u32).to_string());
         line("RestartMaxDelaySec", time(LONGEST_PAUSE));
     }
 }
 
-/// One word of a command line, quoted where it has to be.
+/// One word of a command line, quoted if necessary.
 fn word(text: &str) -> String {
     let fine = |c: char| c.is_ascii_alphanumeric() || "_@+=:,./-".contains(c);
     if !text.is_empty() && text.chars().all(fine) {

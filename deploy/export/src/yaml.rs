@@ -1,6 +1,6 @@
-//! YAML, as far as manifests need it: maps in their order, lists, plain values, and comments.
+//! Prints the YAML that manifests need: ordered maps, lists, plain values, and comments.
 
-/// A value. Texts are always quoted, so that none is taken for something else.
+/// A value. Texts are always quoted, so that YAML reads them as texts.
 #[derive(Clone, Debug)]
 pub(crate) enum Yaml {
     Text(String),
@@ -10,7 +10,7 @@ pub(crate) enum Yaml {
     Map(Map),
 }
 
-/// Entries in their order, each with the comment above it.
+/// Ordered entries, each with a comment above it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Map(Vec<(String, String, Yaml)>);
 
@@ -86,7 +86,7 @@ fn print_map(map: &Map, indent: usize, out: &mut String) {
     }
 }
 
-/// A value behind its key or its dash.
+/// A value after its key or dash.
 fn print_value(value: &Yaml, indent: usize, out: &mut String) {
     match value {
         Yaml::Map(map) if !map.0.is_empty() => {
@@ -96,7 +96,7 @@ fn print_value(value: &Yaml, indent: usize, out: &mut String) {
         Yaml::List(all) if all.iter().any(|one| matches!(one, Yaml::Map(_))) => {
             out.push('\n');
             for one in all {
-                // The first key stands behind the dash.
+                // The first key follows the dash.
                 let mut text = String::new();
                 match one {
                     Yaml::Map(map) => print_map(map, indent + 2, &mut text),
@@ -112,7 +112,7 @@ fn print_value(value: &Yaml, indent: usize, out: &mut String) {
 
 fn scalar(value: &Yaml) -> String {
     match value {
-        // What JSON quotes, YAML reads.
+        // A JSON string is valid YAML.
         Yaml::Text(text) => serde_json::Value::from(text.as_str()).to_string(),
         Yaml::Number(number) => number.to_string(),
         Yaml::Bool(is) => is.to_string(),

@@ -9,7 +9,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
-/// What a place in a `.ddsl` belongs to.
+/// The owner of a position in a `.ddsl`.
 #[derive(Clone, Copy, Debug)]
 enum Owner {
     Instance(usize),
@@ -82,7 +82,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Where in the files what begins. Between two such places all belongs to the first one.
+    /// The positions where owners begin. Everything up to the next position belongs to an owner.
     fn owners(&self) -> BTreeMap<(SourceId, usize), Owner> {
         let deployment = &self.network.deployment;
         let own = |place: InstanceOrGroup| match place {
@@ -117,7 +117,7 @@ impl Builder<'_> {
             .map(|((pair, _), n)| (*pair, n))
             .collect();
         let mut findings: Vec<Finding> = Vec::new();
-        // Components that read one wrong file each find the same.
+        // Each component that imports a wrong file has the same finding.
         let mut known: HashMap<(&str, PathBuf, usize, usize, &str), usize> = HashMap::new();
         for diagnostic in found.sorted() {
             let span = diagnostic.span;
@@ -163,8 +163,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Notes what a finding is about: slots and connections where it says so, else what stands at
-    /// its place.
+    /// Notes the subjects of a finding: slots and connections that it names, otherwise the owner of
+    /// its position.
     fn blame(
         &self,
         diagnostic: &Diagnostic,

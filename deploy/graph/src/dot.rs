@@ -5,7 +5,7 @@ use crate::model::{Graph, connection_name, host_title, provider_and_consumer, se
 use crate::outline::{Step, outline};
 use rc_deploy_network::topology::Kind;
 
-/// A text as Graphviz reads it.
+/// A text, quoted for Graphviz.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", escaped(text))
 }
@@ -47,7 +47,7 @@ pub(super) fn draw(graph: &Graph) -> String {
         let mut label = format!("{}\n{}", connection_name(connection), connection.middleware);
         let mut tooltip = sentence(connection);
         let mut more = String::new();
-        // Who provides stands on the left; a call runs against that.
+        // Providers stand on the left. A call runs from right to left.
         if connection.kind == Kind::Call {
             more += ", dir=back, arrowtail=vee";
         }
@@ -67,7 +67,7 @@ pub(super) fn draw(graph: &Graph) -> String {
             quoted(&tooltip)
         );
     }
-    // At the end, so that no cluster takes it over.
+    // Last, so that no cluster contains it.
     if !marks.listed.is_empty() {
         let lines = (1..=marks.listed.len()).map(|number| escaped(&marks.line(number)) + "\\l");
         let lines: String = lines.collect();

@@ -1,5 +1,4 @@
-//! A network as a picture: its components, hosts and groups, who talks to whom, and what is wrong
-//! with which of them.
+//! Draws a network: components, hosts, groups, connections and findings.
 //!
 //! `model` is what `--format json` prints; `svg`, `mermaid` and `dot` draw it.
 
@@ -14,16 +13,16 @@ mod text;
 
 pub use model::{Component, Finding, Graph, Group, Slot};
 
-/// In which form a network is drawn.
+/// The form of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GraphFormat {
-    /// A picture that needs no other program.
+    /// An SVG document.
     Svg,
-    /// Text for Mermaid, which Markdown pages show as a picture.
+    /// Text for Mermaid, for Markdown pages.
     Mermaid,
     /// Text for Graphviz.
     Dot,
-    /// One document for programs.
+    /// One JSON document.
     Json,
 }
 
@@ -44,7 +43,7 @@ impl std::str::FromStr for GraphFormat {
 }
 
 impl Graph {
-    /// The picture as text that ends in a line feed.
+    /// Returns the picture as text that ends with a line feed.
     pub fn draw(&self, format: GraphFormat) -> Result<String, serde_json::Error> {
         Ok(match format {
             GraphFormat::Svg => svg::draw(self),

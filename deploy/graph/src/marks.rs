@@ -1,24 +1,23 @@
-//! The findings that a picture shows: each has a number, which stands at what it is about and in
-//! the list below.
+//! The findings in a picture. Each has a number, shown at its subject and in the legend.
 
 use crate::model::{Finding, Graph};
 use std::collections::HashMap;
 
-/// How bad the worst finding about something is.
+/// The severity of the worst finding about a subject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Level {
     Warning,
     Error,
 }
 
-/// The findings about one thing: their numbers, from 1, and the worst of them.
+/// The findings about one subject: their numbers, from 1, and the worst severity.
 #[derive(Clone, Debug)]
 pub(crate) struct Mark {
     pub(crate) level: Level,
     pub(crate) numbers: Vec<usize>,
 }
 
-/// The errors and warnings of a picture, by what they are about.
+/// The errors and warnings of a picture, by subject.
 #[derive(Debug, Default)]
 pub(crate) struct Marks<'a> {
     /// Each with its number.
@@ -43,7 +42,7 @@ impl Mark {
     }
 }
 
-/// A text with the numbers of what is wrong behind it.
+/// A text, followed by the numbers of its findings.
 pub(crate) fn marked(name: &str, mark: Option<&Mark>) -> String {
     mark.map_or_else(|| name.to_owned(), |m| format!("{name} {}", m.text()))
 }
@@ -114,7 +113,7 @@ impl<'a> Marks<'a> {
         self.connections.get(&number)
     }
 
-    /// The worst about a component and its slots, and all numbers.
+    /// The findings about a component and its slots.
     pub(crate) fn component_with_slots(&self, name: &str, at: usize, slots: usize) -> Option<Mark> {
         let slots = (0..slots).filter_map(|slot| self.slot(at, slot));
         let mut all: Vec<&Mark> = self.component(name).into_iter().chain(slots).collect();

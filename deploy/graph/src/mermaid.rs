@@ -5,8 +5,7 @@ use crate::model::{Graph, connection_name, host_title};
 use crate::outline::{Step, outline};
 use rc_deploy_network::topology::Kind;
 
-/// A text as Mermaid reads it between quotation marks: what could mean something is written by its
-/// number.
+/// A text for Mermaid, between quotation marks. Special characters are numeric entities.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
@@ -46,7 +45,7 @@ pub(super) fn draw(graph: &Graph) -> String {
             };
             styles += &format!("  linkStyle {number} stroke:{colour},stroke-width:3px\n");
         }
-        // Calls are dotted lines, data whole ones.
+        // Calls are dotted lines, topics solid lines.
         let arrow = match connection.kind {
             Kind::Call => "-.->",
             Kind::Topic => "-->",

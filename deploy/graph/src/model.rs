@@ -1,4 +1,4 @@
-//! What a picture shows. `--format json` prints it as it is.
+//! The contents of a picture. `--format json` prints them as they are.
 
 use rc_deploy_network::topology::{Connection, End, Host, Kind};
 use rc_diagnostics::Severity;
@@ -12,42 +12,41 @@ pub struct Graph {
     pub network: String,
     /// The file that describes it.
     pub ddsl: PathBuf,
-    /// The machines on which something runs; this one, unless it is named otherwise, is
-    /// `localhost`.
+    /// The machines with components. This machine is `localhost` unless it has a name.
     pub hosts: Vec<Host>,
     /// The groups, each before those inside it.
     pub groups: Vec<Group>,
     /// The components, in the order of the file.
     pub components: Vec<Component>,
-    /// Who talks to whom, also where that was refused.
+    /// The connections, including refused ones.
     pub connections: Vec<Connection>,
-    /// What the check has found, in the order of places.
+    /// The findings of the check, in the order of positions.
     pub findings: Vec<Finding>,
 }
 
 /// A group.
 #[derive(Clone, Debug, Serialize)]
 pub struct Group {
-    /// Its name with those of the groups that it is in.
+    /// Its full name.
     pub name: String,
-    /// The whole name of the group that it is in.
+    /// The full name of the group that contains it.
     pub parent: Option<String>,
-    /// What it lets out.
+    /// The slots that it exports.
     pub exports: Vec<String>,
 }
 
 /// A component.
 #[derive(Clone, Debug, Serialize)]
 pub struct Component {
-    /// Its name with those of the groups that it is in.
+    /// Its full name.
     pub name: String,
-    /// What it is called in its `.cdsl`, where that could be read.
+    /// Its name in its `.cdsl`, if that could be read.
     pub component: Option<String>,
-    /// The whole name of the group that it is in.
+    /// The full name of the group that contains it.
     pub group: Option<String>,
     /// The name of its host.
     pub host: String,
-    /// The middleware of its slots that choose none.
+    /// The middleware of its slots that name none.
     pub middleware: &'static str,
     /// Its slots, in the order of its `.cdsl`.
     pub slots: Vec<Slot>,
@@ -58,7 +57,7 @@ pub struct Component {
 pub struct Slot {
     /// Its name.
     pub name: String,
-    /// What is said: `Module::Interface`.
+    /// The interface: `Module::Interface`.
     pub interface: String,
     /// `implements`, `requires`, `publishes` or `subscribesTo`.
     pub role: &'static str,
@@ -66,22 +65,22 @@ pub struct Slot {
     pub middleware: &'static str,
 }
 
-/// Something that the check has found.
+/// A finding of the check.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
     /// Its stable code.
     pub code: &'static str,
     /// `error`, `warning` or `note`.
     pub severity: &'static str,
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// What to do.
+    /// Advice.
     pub help: Option<String>,
-    /// In which file.
+    /// The file.
     pub file: PathBuf,
-    /// In which line, from 1.
+    /// The line, from 1.
     pub line: usize,
-    /// In which column, from 1.
+    /// The column, from 1.
     pub column: usize,
     /// The components concerned.
     pub components: Vec<String>,
@@ -96,7 +95,7 @@ pub struct Finding {
 }
 
 impl Component {
-    /// What it is called in its `.cdsl`, where that is not its own name.
+    /// Its name in its `.cdsl`, if it differs from its own name.
     pub(crate) fn kind(&self) -> Option<&str> {
         let own = Graph::own_name(&self.name);
         self.component.as_deref().filter(|kind| *kind != own)
@@ -104,19 +103,19 @@ impl Component {
 }
 
 impl Graph {
-    /// Whether the network may be used.
+    /// Whether the check found errors.
     pub fn has_errors(&self) -> bool {
         let error = Severity::Error.name();
         self.findings.iter().any(|f| f.severity == error)
     }
 
-    /// The part of a whole name that a component or group has by itself.
+    /// The last part of a full name.
     pub(crate) fn own_name(name: &str) -> &str {
         name.rsplit('.').next().unwrap_or(name)
     }
 }
 
-/// What both ends call it.
+/// The name of a connection: its slot, or both slots if they differ.
 pub(crate) fn connection_name(connection: &Connection) -> String {
     if connection.from.slot == connection.to.slot {
         connection.from.slot.clone()
@@ -125,7 +124,7 @@ pub(crate) fn connection_name(connection: &Connection) -> String {
     }
 }
 
-/// The whole of it as a sentence.
+/// A connection as a sentence.
 pub(crate) fn sentence(connection: &Connection) -> String {
     let verb = match connection.kind {
         Kind::Call => "calls",
@@ -144,7 +143,7 @@ pub(crate) fn sentence(connection: &Connection) -> String {
     )
 }
 
-/// The ends as numbers of components and slots: who provides, and who consumes.
+/// The endpoints as indices of components and slots: provider, then consumer.
 pub(crate) fn provider_and_consumer(connection: &Connection) -> ((usize, usize), (usize, usize)) {
     match connection.kind {
         Kind::Call => (connection.to.at, connection.from.at),

@@ -1,4 +1,4 @@
-//! What stands in what: hosts, the groups on them, and the components in these.
+//! The nesting of boxes: hosts, their groups, and components.
 
 use crate::model::{Component, Graph};
 use std::collections::{BTreeSet, HashMap};
@@ -13,12 +13,11 @@ pub(crate) enum Step {
     Group(usize, usize),
     /// A component: an index into [`Graph::components`].
     Component(usize),
-    /// What began last ends.
+    /// The innermost open box ends.
     End,
 }
 
-/// All boxes. A single machine that nobody names is none; a group whose components run on several
-/// hosts has a box on each of them.
+/// All boxes. A single unnamed machine has no box; a group on several hosts has one on each.
 pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
     let hosts: HashMap<&str, usize> = graph
         .hosts
@@ -34,7 +33,7 @@ pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
         .collect();
     let host = |c: &Component| hosts.get(c.host.as_str()).copied().unwrap_or(0);
     let parent = |group: usize| groups.get(graph.groups[group].parent.as_deref()?).copied();
-    // Where each group is: where something inside it is.
+    // The hosts of each group: those of its components.
     let mut places: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); graph.groups.len()];
     for component in &graph.components {
         let own = component

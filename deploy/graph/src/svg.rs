@@ -1,8 +1,7 @@
-//! The picture itself: boxes with their slots, lines in the sense of the call or of the data, and a
-//! legend.
+//! The SVG picture: boxes with slots, arrows in the direction of calls or samples, and a legend.
 //!
-//! It needs no colour to be read: what is wrong is also bold and numbered, middlewares differ by
-//! their dashes, calls and data by their arrowheads.
+//! The picture can be read without colours: findings are bold and numbered, middlewares differ in
+//! dashes, calls and topics in arrowheads.
 
 mod boxes;
 mod legend;
@@ -19,12 +18,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Around all.
 const MARGIN: i32 = 16;
-/// Sizes of the letters of names and of slots.
+/// Font sizes of names and of slots.
 const NAME: f64 = 12.0;
 const SMALL: f64 = 10.0;
-/// Half of the edge of the square that stands for a slot.
+/// Half of the edge of a slot's square.
 const PORT: i32 = 3;
-/// How round the corners of lines are.
+/// The radius of the corners of lines.
 const ROUND: i32 = 5;
 
 const INK: &str = "#222222";
@@ -40,7 +39,7 @@ impl Level {
     }
 }
 
-/// The dashes of a middleware; none is a whole line.
+/// The dash pattern of a middleware. Empty: a solid line.
 fn dashes(middleware: &str) -> &'static str {
     match middleware {
         "iceoryx2" => "",
@@ -53,7 +52,7 @@ fn dashes(middleware: &str) -> &'static str {
 /// All lines that come from one slot.
 struct Bundle {
     net: Net,
-    /// For each end, the number of its connection.
+    /// For each end, the index of its connection.
     connections: Vec<usize>,
 }
 
@@ -87,7 +86,7 @@ pub(crate) fn draw(graph: &Graph) -> String {
     out + "</svg>\n"
 }
 
-/// One bundle for each slot that provides, in the order of slots.
+/// One bundle for each providing slot, in the order of slots.
 fn bundles(graph: &Graph, boxes: &Boxes) -> Vec<Bundle> {
     let mut bundles: BTreeMap<(usize, usize), Bundle> = BTreeMap::new();
     for (number, connection) in graph.connections.iter().enumerate() {
@@ -115,14 +114,14 @@ fn text(x: i32, y: i32, attributes: &str, text: &str) -> String {
     )
 }
 
-/// The attributes of a text that may be marked.
+/// The attributes of a text with or without findings.
 fn emphasis(mark: Option<&Mark>) -> String {
     mark.map_or_else(String::new, |m| {
         format!(" fill=\"{}\" font-weight=\"bold\"", m.level.colour())
     })
 }
 
-/// What a reader sees who points at a thing: a first line, and what is wrong with it.
+/// A tooltip: a first line, and findings.
 fn title(first: &str, marks: &Marks<'_>, mark: Option<&Mark>) -> String {
     let mut all = vec![first.to_owned()];
     let numbers = mark.iter().flat_map(|m| &m.numbers);
@@ -130,7 +129,7 @@ fn title(first: &str, marks: &Marks<'_>, mark: Option<&Mark>) -> String {
     format!("<title>{}</title>", xml_lines(&all))
 }
 
-/// Lines of a title; the one place where line feeds stay.
+/// A tooltip of several lines.
 fn xml_lines(lines: &[String]) -> String {
     let lines = lines.iter().flat_map(|line| line.lines());
     lines.map(xml).collect::<Vec<_>>().join("\n")
@@ -141,8 +140,8 @@ fn interface(path: &str) -> &str {
     path.rsplit("::").next().unwrap_or(path)
 }
 
-/// The lines of all connections: those with nothing wrong first, then warnings, then errors above
-/// them. Lines of one slot that look the same are one path, so that what they share is drawn once.
+/// Draws the lines of all connections, errors last. Equal lines of one slot are one path, so that
+/// their common part is drawn once.
 fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
     let mut all: Vec<(Option<Level>, String)> = Vec::new();
     let mut dots = String::new();
@@ -182,7 +181,7 @@ fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) 
     lines + &dots
 }
 
-/// A connection, and what is wrong with it, as lines.
+/// A connection and its findings, as lines.
 fn in_words(graph: &Graph, marks: &Marks<'_>, number: usize) -> String {
     let mut words = sentence(&graph.connections[number]);
     for finding in marks.connection(number).iter().flat_map(|m| &m.numbers) {
@@ -191,7 +190,7 @@ fn in_words(graph: &Graph, marks: &Marks<'_>, number: usize) -> String {
     words
 }
 
-/// Where lines of one net part: three or four ways lead from there.
+/// The points where lines of one net part.
 fn forks(routes: &[Vec<Point>]) -> BTreeSet<Point> {
     let mut corners: BTreeSet<Point> = BTreeSet::new();
     routes.iter().flatten().for_each(|p| {
@@ -219,7 +218,7 @@ fn forks(routes: &[Vec<Point>]) -> BTreeSet<Point> {
     ways.into_keys().collect()
 }
 
-/// A way with round corners, except where others part from it.
+/// A route with round corners, except where others part from it.
 fn path(route: &[Point], forks: &BTreeSet<Point>) -> String {
     let Some(first) = route.first() else {
         return String::new();
@@ -249,7 +248,7 @@ fn path(route: &[Point], forks: &BTreeSet<Point>) -> String {
     out
 }
 
-/// Arrowheads and the numbers of what is wrong, above all else.
+/// Draws arrowheads and numbers of findings, above everything else.
 fn arrows(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
     let mut heads: BTreeMap<(Point, bool), Option<Level>> = BTreeMap::new();
     let mut numbers = String::new();
@@ -257,7 +256,7 @@ fn arrows(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout)
         for (number, route) in bundle.connections.iter().zip(routes) {
             let mark = marks.connection(*number);
             let call = graph.connections[*number].kind == Kind::Call;
-            // A line runs from who provides to who consumes, a call the other way round.
+            // A line runs from provider to consumer, a call in the other direction.
             let end = if call { route.first() } else { route.last() };
             if let Some(end) = end {
                 let head = heads.entry((*end, call)).or_default();
@@ -278,8 +277,7 @@ fn arrows(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout)
     heads + &numbers
 }
 
-/// The head of an arrow that ends at a slot: of data at the left side of a box, of a call at its
-/// right side.
+/// An arrowhead at a slot: of a topic at the left side of a box, of a call at its right side.
 fn arrow(end: Point, call: bool, colour: &str) -> String {
     let (x, y) = (end.x, end.y);
     if call {
@@ -301,7 +299,7 @@ fn arrow(end: Point, call: bool, colour: &str) -> String {
     }
 }
 
-/// The numbers of what is wrong with a connection, on the longest piece of its line near its end.
+/// The numbers of findings about a connection, on the longest segment near its end.
 fn line_number(route: &[Point], mark: &Mark) -> String {
     let level = route.windows(2).filter(|p| p[0].y == p[1].y);
     let Some(piece) = level.max_by_key(|p| (p[1].x - p[0].x).abs()) else {

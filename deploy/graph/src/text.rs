@@ -1,4 +1,4 @@
-//! How wide texts are, where no font can be asked: as in `DejaVu Sans`, which is wider than most.
+//! Widths of texts without a font: as in `DejaVu Sans`, which is wider than most fonts.
 
 /// The width of a text of this size, rounded up.
 pub(crate) fn width(text: &str, size: f64, bold: bool) -> i32 {
@@ -16,15 +16,14 @@ fn thousandths(c: char) -> u32 {
         'w' | 'N' | 'O' | 'Q' | 'G' | 'D' | 'H' | 'U' | '&' | '#' | '+' | '=' | '<' | '>' => 838,
         'A'..='Z' => 720,
         ' '..='~' => 640,
-        // Narrow letters of other alphabets; what is left may be as wide as it is high, or twice
-        // that.
+        // Other narrow alphabets. The remaining characters may be as wide as high, or twice as
+        // wide.
         '\u{a0}'..='\u{10ff}' => 800,
         _ => 1300,
     }
 }
 
-/// The text in lines that are no wider than this, broken between words, and within one that is
-/// wider than a line.
+/// Wraps a text at this width, between words, or within a word that is too wide.
 pub(crate) fn wrap(text: &str, size: f64, limit: i32) -> Vec<String> {
     let fits = |text: &str| width(text, size, false) <= limit;
     let (mut lines, mut line) = (Vec::new(), String::new());
@@ -48,7 +47,7 @@ pub(crate) fn wrap(text: &str, size: f64, limit: i32) -> Vec<String> {
     lines
 }
 
-/// The text as XML shows it. What XML cannot hold is shown as `�`.
+/// Escapes a text for XML. Characters that XML does not allow become `�`.
 pub(crate) fn xml(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,5 +1,4 @@
-//! What instances and slots are called outside of their network's description: names of processes,
-//! files, sockets and services.
+//! Names of instances and slots outside of the description: processes, files, sockets and services.
 //!
 //! | of the instance `arm.left.motor` | |
 //! |---|---|
@@ -7,8 +6,8 @@
 //! | its own name (`--name`), its socket in the run directory, its node | `arm-left-motor`, `arm-left-motor.sock` |
 //! | the address of its slot `Motor` | `NETWORK/arm/left/motor/Motor` |
 //!
-//! Names of the language consist of letters, digits and `_`, so that neither `.` nor `-` nor `/`
-//! can make two of them equal; and in one block nothing else is called as a group is.
+//! Names in a description consist of letters, digits and `_`, so two of them never become equal by
+//! `.`, `-` or `/`. Within a block, no instance has the name of a group.
 
 use crate::model::Network;
 use rc_cdsl::model::Role;
@@ -16,14 +15,14 @@ use rc_ddsl::{Connection, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::{BTreeMap, HashSet};
 
-/// What the process of an instance calls itself: addresses and options of a component know no `.`.
+/// The name of an instance's process, which contains no `.`, for addresses and options.
 pub fn process_name(path: &str) -> String {
     path.replace('.', "-")
 }
 
 impl Network {
-    /// Where each slot meets its other ends: the address of the provider's. Topics that share a
-    /// subscriber share one address, that of the first of them.
+    /// The address of each slot: that of its provider. Topics with a common subscriber share the
+    /// address of the first of them.
     pub(crate) fn addresses(&self) -> BTreeMap<Endpoint, String> {
         let name = |end: &Endpoint| {
             let instance = &self.deployment.instances[end.instance].path;
@@ -37,7 +36,7 @@ impl Network {
             .collect()
     }
 
-    /// For each slot, the one whose address it has.
+    /// For each slot, the slot whose address it has.
     fn leaders(&self) -> BTreeMap<Endpoint, Endpoint> {
         let mut leader: BTreeMap<Endpoint, Endpoint> = BTreeMap::new();
         for (instance, project) in self.projects.iter().enumerate() {
@@ -47,8 +46,7 @@ impl Network {
         }
         for Connection { consumer, provider } in &self.connections.connections {
             let (from, to) = (leader[consumer], leader[provider]);
-            // A consumer that leads nobody yet follows its provider; two groups follow the first
-            // provider.
+            // A consumer follows its provider; two groups follow the first provider.
             let provides = matches!(
                 self.slot(from).map(|s| s.role),
                 Some(Role::Implements | Role::Publishes)
@@ -62,8 +60,8 @@ impl Network {
         leader
     }
 
-    /// A slot has one address in this version. Where topics share one, all their subscribers hear
-    /// all of them; one that should not is told of here, and not by what it does on the robot.
+    /// Refuses subscribers that would receive topics they are not connected to. A slot has one
+    /// address in this version, so all subscribers of a shared address receive all its topics.
     pub(crate) fn check_topics(&self, found: &mut Diagnostics) {
         let connections = &self.connections.connections;
         let joined: HashSet<(Endpoint, Endpoint)> = connections
@@ -84,7 +82,7 @@ impl Network {
             let mut pairs = subscribers
                 .iter()
                 .flat_map(|s| publishers.iter().map(move |p| (*s, *p)));
-            // One such pair says enough of an address.
+            // One such pair is enough for an address.
             let Some((subscriber, strange)) = pairs.find(|pair| !joined.contains(pair)) else {
                 continue;
             };

@@ -1,5 +1,5 @@
-//! The configurations of a network's components: they are checked, and what they set of middlewares
-//! comes before what the network sets.
+//! Checks the configurations of components. Their middleware settings take precedence over those of
+//! the network.
 
 use rc_cdsl::model::{Backend, Role, Slot};
 use rc_codegen::Project;
@@ -20,14 +20,14 @@ pub(crate) fn config(instance: &Instance, project: Option<&Project>) -> Option<P
     Some(project?.folder().join("etc/config.toml")).filter(|path| path.exists())
 }
 
-/// Checks the configurations of all instances, and gives what they set of middlewares.
+/// Checks the configurations of all instances and returns their middleware settings.
 pub(crate) fn configurations(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> Vec<Settings> {
-    // One that several instances share is read, and complained of, once.
+    // A configuration that several instances share is read and reported once.
     let mut checked: HashMap<(PathBuf, u64), Settings> = HashMap::new();
     let mut settings = |instance: &Instance, project: &Project| {
         let place = instance
@@ -75,8 +75,8 @@ pub(crate) fn configurations(
         .collect()
 }
 
-/// Puts what configurations set in the place of what the network does, and gives what they leave to
-/// it.
+/// Replaces settings of the network by those of configurations. Returns the settings that
+/// configurations leave to the network.
 pub(crate) fn settings(
     deployment: &mut Deployment,
     configured: Vec<Settings>,
@@ -108,8 +108,7 @@ pub(crate) fn settings(
         .collect()
 }
 
-/// The files that a component's parameters name, and that are there: those of parameters of type
-/// `path` whose values start at the working directory.
+/// The existing files that a component's parameters name: relative values of type `path`.
 pub(crate) fn named_files(
     project: Option<&Project>,
     config: Option<&Path>,
@@ -124,7 +123,7 @@ pub(crate) fn named_files(
             let source = sources.add("", text);
             Some(rc_configuration::check(&sources, source, Some(parameters)).0)
         }
-        // What cannot be read was an error.
+        // An unreadable configuration was reported.
         Some(Err(_)) => None,
         None => rc_configuration::defaults(Some(parameters)).ok(),
     };
@@ -203,7 +202,7 @@ fn configuration(
     configuration.middleware
 }
 
-/// Finds rules for names and topics in ROS 2 that concern nothing of the component.
+/// Finds rules for ROS 2 that match no slot or topic of the component.
 fn rules(settings: &Settings, project: &Project, found: &mut Diagnostics) {
     let component = &project.component;
     let slots = |is_meant: fn(&Slot) -> bool| {

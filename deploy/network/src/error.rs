@@ -19,7 +19,7 @@ pub enum Error {
     },
 }
 
-/// Gives an error of the system its context: `.map_err(cannot("open the file"))`.
+/// Adds context to an error of the system: `.map_err(cannot("open the file"))`.
 pub(crate) fn cannot<E: Into<io::Error>>(action: impl Into<String>) -> impl FnOnce(E) -> Error {
     let action = action.into();
     move |source| Error::System {

@@ -1,5 +1,5 @@
-//! The description of a network: read, checked, and made into a plan. Nothing here starts a
-//! process.
+//! The description of a network: reads it, checks it, and makes a plan. This crate starts no
+//! process but cargo.
 //!
 //! ```text
 //! .ddsl → load → Network → plan → Plan      what is to run, in which order, with which limits

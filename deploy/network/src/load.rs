@@ -13,9 +13,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// Reads a network. There is none only where its own file could not be read as one; it may be used
-/// only where no diagnostic is an error. Executables are not looked at. With a `middleware`, all
-/// components are variants of themselves for it, whatever the files say.
+/// Reads and checks a network. The result is none if the file itself cannot be parsed. Use the
+/// network only if no diagnostic is an error. Executables are not checked. With a `middleware`, all
+/// components are variants for it, whatever the files say.
 pub fn load(
     path: &Path,
     middleware: Option<Backend>,
@@ -59,8 +59,7 @@ pub fn load(
     Ok((Some(network), found))
 }
 
-/// The component of each instance; one that several instances share is read, and complained of,
-/// once.
+/// The component of each instance. A component of several instances is read and reported once.
 fn projects(
     deployment: &Deployment,
     sources: &mut SourceMap,

@@ -9,38 +9,37 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::rc::Rc;
 
-/// A network, as far as it could be read.
+/// A network, as far as it could be parsed.
 #[derive(Debug)]
 pub struct Network {
     /// The `.ddsl`.
     pub path: PathBuf,
-    /// What it says.
+    /// The parsed description.
     pub deployment: Deployment,
-    /// One entry for each instance, none where its files could not be read. Instances of one
+    /// The component of each instance. `None` if its files could not be read. Instances of one
     /// component share it.
     pub projects: Vec<Option<Rc<Project>>>,
-    /// Who talks to whom.
+    /// The connections.
     pub connections: Connections,
-    /// The middleware that all components were loaded for, whatever the files say.
+    /// The middleware of all components, if the command line sets it.
     pub(crate) middleware: Option<Backend>,
-    /// The middleware that each instance is a variant for; none where its program is made of the
-    /// code in its folder, or is named.
+    /// The middleware for which each instance is a variant. `None` if its program is built from its
+    /// folder, or is named.
     pub(crate) variants: Vec<Option<Backend>>,
-    /// What each instance has to be told of middlewares: what its configuration does not say
-    /// itself.
+    /// For each instance, the middleware settings that its configuration leaves open.
     pub(crate) passed_settings: Vec<Vec<Setting>>,
-    /// For each file that components are made of, these components.
+    /// For each source file, the instances of the components that it belongs to.
     pub texts: HashMap<PathBuf, Vec<usize>>,
     /// Where cargo builds the components.
     pub(crate) workspaces: Workspaces,
 }
 
-/// What `cargo build` makes of a workspace.
+/// A profile of cargo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
-    /// With optimisation, in `target/release`.
+    /// Optimised: `target/release`.
     Release,
-    /// Quickly built, in `target/debug`.
+    /// Unoptimised: `target/debug`.
     Dev,
 }
 
@@ -53,7 +52,7 @@ impl Profile {
         }
     }
 
-    /// The word of cargo's `--profile`.
+    /// The name for cargo's `--profile`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Release => "release",
@@ -82,7 +81,7 @@ impl Network {
         &self.deployment.name.text
     }
 
-    /// The slot of one end, where its component could be read.
+    /// The slot of an endpoint, if its component could be read.
     pub fn slot(&self, end: Endpoint) -> Option<&Slot> {
         let project = self.projects.get(end.instance)?.as_ref()?;
         project.component.slots.get(end.slot)

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The longest pause before a component is started again, unless its `backoff` is longer.
+/// The longest pause before a restart, unless `backoff` is longer.
 pub const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 
-/// A network that is to be started.
+/// The plan of a network.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
     /// Its name.
@@ -22,82 +22,80 @@ pub struct Plan {
 /// One process of the network.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Component {
-    /// Its name, unique in the network; dotted if it is in a group.
+    /// Its name, unique in the network. Names of groups precede it, with dots.
     pub name: String,
-    /// What is run.
+    /// The executable.
     pub executable: PathBuf,
-    /// With which arguments.
+    /// Its arguments.
     #[serde(default)]
     pub args: Vec<String>,
-    /// Environment, in addition to that of rcdeploy.
+    /// Its environment, in addition to that of rcdeploy.
     #[serde(default)]
     pub env: BTreeMap<String, String>,
-    /// The working directory.
+    /// Its working directory.
     pub directory: PathBuf,
     /// The components that must be ready before this one starts.
     #[serde(default)]
     pub after: Vec<String>,
-    /// How long it may take from its start until it is ready.
+    /// The limit from its start until it is ready.
     #[serde(default = "default_ready")]
     pub ready: Duration,
-    /// How long it may take to end when it is asked to.
+    /// The limit for its end after SIGTERM.
     #[serde(default = "default_stop")]
     pub stop: Duration,
-    /// Whether it is started again when it has ended by itself.
+    /// Its restart policy.
     #[serde(default)]
     pub restart: Restart,
-    /// The processors that it may run on; any where there is none.
+    /// The processors that it may run on. Empty: any.
     #[serde(default)]
     pub cpu: Vec<u16>,
-    /// Its real-time priority (`SCHED_FIFO`), 1 to 99, where it has one.
+    /// Its real-time priority (`SCHED_FIFO`, 1 to 99), if it has one.
     #[serde(default)]
     pub priority: Option<u8>,
-    /// The middleware that it was generated for, for people.
+    /// The middleware that it was generated for. Only for people.
     #[serde(default)]
     pub middleware: String,
-    /// The machine that it runs on; this one where there is none.
+    /// The machine that it runs on. `None`: this machine.
     #[serde(default)]
     pub host: Option<Host>,
-    /// What it reads and its host has to have: its configuration, and files that this names.
+    /// The files that its host needs: its configuration, and files named there.
     #[serde(default)]
     pub files: Vec<PathBuf>,
 }
 
-/// Another machine, which is reached by ssh.
+/// Another machine, reached over ssh.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Host {
     /// Its name in the network.
     pub name: String,
     /// Its name or IP address, or an alias of the user's `~/.ssh/config`.
     pub address: String,
-    /// Who runs components there; as ssh decides where there is none.
+    /// The user there. `None`: as ssh is configured.
     pub user: Option<String>,
-    /// The folder there that components run in, instead of a copy of the network's.
+    /// The working directory of components there. `None`: a copy of the network's folder.
     pub workspace: Option<PathBuf>,
 }
 
-/// Whether a component is started again when it has ended by itself. The first start has to succeed
-/// all the same.
+/// A restart policy. It does not apply to the first start of a network, which must succeed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Restart {
-    /// After which ends.
+    /// The ends after which a component restarts.
     pub policy: Policy,
-    /// How often within which time at most; a further end stops the network.
+    /// How many restarts are allowed within which time. The next end stops the network.
     pub limit: Option<(u32, Duration)>,
-    /// How long after its end it is started again; the time doubles from one short run to the next,
-    /// up to half a minute.
+    /// The pause before a restart. It doubles after each short run, up to [`LONGEST_PAUSE`].
     pub backoff: Duration,
 }
 
-/// After which ends a component is started again.
+/// The ends after which a component restarts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Policy {
-    /// After none.
+    /// Never.
     Never,
-    /// After those that are no success.
+    /// After a failure.
     OnFailure,
-    /// After all.
+    /// After every end.
     Always,
 }
 
@@ -120,7 +118,7 @@ fn default_stop() -> Duration {
 }
 
 impl Component {
-    /// A component with the default limits, which runs in `directory` and needs nothing.
+    /// A component with default limits that runs in `directory` and needs no other one.
     pub fn new(
         name: impl Into<String>,
         executable: impl Into<PathBuf>,
@@ -146,10 +144,10 @@ impl Component {
 }
 
 impl Plan {
-    /// For each component, the indices of those that must be ready before it starts.
+    /// For each component, the indices of the components that must be ready before it starts.
     ///
-    /// Components that need each other, directly or through others, form a group: they start
-    /// together, as soon as everything is ready that any of them needs from outside the group.
+    /// Components that need each other, directly or indirectly, start together, as soon as
+    /// everything that any of them needs is ready.
     pub fn needs(&self) -> Vec<BTreeSet<usize>> {
         let index: HashMap<&str, usize> = self
             .components
@@ -187,7 +185,7 @@ impl Plan {
     }
 }
 
-/// The nodes that edges lead to from a node, directly or through others.
+/// The nodes that can be reached from a node.
 pub fn reachable(edges: &[BTreeSet<usize>], from: usize) -> BTreeSet<usize> {
     let mut seen = BTreeSet::new();
     let mut left = vec![from];

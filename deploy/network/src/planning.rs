@@ -11,7 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 impl Network {
-    /// What an instance has to be told of the middlewares that it uses.
+    /// The settings of the middlewares that an instance uses.
     fn passed_settings(&self, at: usize) -> impl Iterator<Item = &Setting> {
         let default = self.deployment.instances[at].middleware;
         let project = self.projects[at].as_deref();
@@ -22,13 +22,13 @@ impl Network {
         })
     }
 
-    /// What is to be started, where no diagnostic is an error. Paths are absolute.
+    /// The plan of the network, which has no errors. Paths are absolute.
     pub fn plan(&self, profile: Profile) -> io::Result<Plan> {
         let addresses = self.addresses();
         let instances = &self.deployment.instances;
         let mut out = Vec::new();
         for (at, instance) in instances.iter().enumerate() {
-            // Where there is none, that was an error, or nobody asked.
+            // A missing executable was an error, or is not needed.
             let executable = self.executable(at, profile)?;
             let executable = executable.map(std::path::absolute).transpose()?;
             let executable = executable.unwrap_or_default();
@@ -50,7 +50,7 @@ impl Network {
             }
             if let Some(host) = host {
                 files.extend(config.clone());
-                // In a folder of its own it finds what is there.
+                // In its own workspace, it finds its files.
                 if host.workspace.is_none() {
                     files.extend(named_files(project, config.as_deref(), &directory));
                 }

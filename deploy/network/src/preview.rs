@@ -1,4 +1,4 @@
-//! What `rcdeploy plan` prints: everything that `rcdeploy up` would do, without doing any of it.
+//! What `rcdeploy plan` prints: everything that `rcdeploy up` would do.
 
 use crate::addresses::process_name;
 use crate::model::{Network, Profile};
@@ -14,80 +14,78 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// No line is longer where names leave the choice.
+/// The length of a line, if the names permit it.
 const LINE: usize = 100;
 
-/// What would happen.
+/// The preview of an `up`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Preview {
     /// The name of the network.
     pub network: String,
-    /// The file that describes it, an absolute path.
+    /// The absolute path of its description.
     pub ddsl: PathBuf,
-    /// The machines on which something runs; this one, unless it is named otherwise, is
-    /// `localhost`.
+    /// The machines with components. This machine is `localhost` unless it has a name.
     pub hosts: Vec<Host>,
-    /// The names of the components that may start at the same time, in the order of their start.
-    /// None of them waits for a whole wave: each starts as soon as what it needs itself is ready.
+    /// Components that may start at the same time, in the order of their start. A component does
+    /// not wait for a whole wave, only for what it needs itself.
     pub waves: Vec<Vec<String>>,
-    /// What runs, in the order of the file.
+    /// The processes, in the order of the file.
     pub components: Vec<Process>,
-    /// Who talks to whom, where, and over what.
+    /// The connections.
     pub connections: Vec<Connection>,
 }
 
 /// One process.
 #[derive(Clone, Debug, Serialize)]
 pub struct Process {
-    /// The whole name of the component.
+    /// The full name of the component.
     pub name: String,
-    /// What it is called in its `.cdsl`.
+    /// Its name in its `.cdsl`.
     pub component: Option<String>,
     /// The name of its host.
     pub host: String,
-    /// The middleware of its slots that choose none.
+    /// The middleware of its slots that name none.
     pub middleware: String,
     /// Its number in `waves`, from 1.
     pub wave: usize,
-    /// What has to be ready before it starts.
+    /// The components that must be ready before it starts.
     pub starts_after: Vec<String>,
-    /// What is run, an absolute path; none for a component that is in no cargo workspace.
+    /// The absolute path of its executable. `None` for a component outside of a cargo workspace.
     pub executable: Option<PathBuf>,
-    /// Its configuration, an absolute path; none where all parameters have their defaults.
+    /// The absolute path of its configuration. `None` if all parameters have their defaults.
     pub configuration: Option<PathBuf>,
-    /// The folder in which it runs.
+    /// Its working directory.
     pub directory: PathBuf,
     /// All its arguments.
     pub arguments: Vec<String>,
     /// Its environment, in addition to that of rcdeploy.
     pub environment: BTreeMap<String, String>,
-    /// The Unix socket of its management.
+    /// Its management socket.
     pub management: PathBuf,
-    /// The TCP address of its management, where it has one.
+    /// The TCP address of its management, if it has one.
     pub endpoint: Option<SocketAddr>,
-    /// How long it may take to get ready, in milliseconds.
+    /// The limit until it is ready, in milliseconds.
     pub ready_ms: u64,
-    /// How long it may take to end, in milliseconds.
+    /// The limit for its end, in milliseconds.
     pub stop_ms: u64,
-    /// Whether it is started again.
+    /// Its restart policy.
     pub restart: RestartRule,
-    /// The processors that it may run on; all where there is none.
+    /// The processors that it may run on. Empty: any.
     pub cpu: Vec<u16>,
     /// Its real-time priority.
     pub priority: Option<u8>,
 }
 
-/// Whether a component is started again when it has ended by itself.
+/// A restart policy.
 #[derive(Clone, Debug, Serialize)]
 pub struct RestartRule {
     /// `never`, `on_failure` or `always`.
     pub policy: &'static str,
-    /// How often within `within_ms` at most; without a limit where there is none.
+    /// The number of restarts allowed within `within_ms`. `None`: no limit.
     pub max: Option<u32>,
     /// The time in which `max` counts, in milliseconds.
     pub within_ms: Option<u64>,
-    /// How long after its end it is started again for the first time, in milliseconds; the time
-    /// doubles.
+    /// The pause before the first restart, in milliseconds. It doubles.
     pub backoff_ms: u64,
 }
 
@@ -108,7 +106,7 @@ impl From<&Restart> for RestartRule {
 }
 
 impl Network {
-    /// What would happen, where no diagnostic is an error.
+    /// The preview of the network, which has no errors.
     pub fn preview(&self, profile: Profile) -> io::Result<Preview> {
         let plan = self.plan(profile)?;
         let needs = plan.needs();
@@ -164,10 +162,10 @@ impl Network {
     }
 }
 
-/// How many others, one after the other, each component has to wait for at most.
+/// For each component, the length of the longest chain of components that it waits for.
 fn waves(needs: &[std::collections::BTreeSet<usize>]) -> Vec<usize> {
     let mut waves = vec![0; needs.len()];
-    // What is needed never leads back, so that this ends.
+    // The needs have no cycle, so this ends.
     for _ in 0..needs.len() {
         let next = |all: &std::collections::BTreeSet<usize>| {
             all.iter().map(|other| waves[*other] + 1).max().unwrap_or(0)
@@ -187,7 +185,7 @@ fn time(milliseconds: u64) -> String {
 }
 
 impl fmt::Display for RestartRule {
-    /// As the language says it.
+    /// The policy as in a `.ddsl`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.policy)?;
         if self.policy == "never" {
@@ -200,7 +198,7 @@ impl fmt::Display for RestartRule {
     }
 }
 
-/// A path as short as it can be named from here.
+/// A path relative to the working directory, if it is below it.
 fn short(path: &Path) -> String {
     let here = std::env::current_dir().unwrap_or_default();
     path.strip_prefix(here)
@@ -209,7 +207,7 @@ fn short(path: &Path) -> String {
         .to_string()
 }
 
-/// Words in lines that go on at column `indent` when they would be longer than [`LINE`].
+/// Words, wrapped at [`LINE`] and indented by `indent`.
 fn listed(words: &[String], indent: usize) -> String {
     let mut out = String::new();
     let mut column = indent;
@@ -311,7 +309,7 @@ impl Preview {
         let titles = ["from", "to", "what", "over", "address"];
         let width = |at: usize| widest(rows.iter().map(|r| r[at].as_str()), titles[at]);
         let widths: [usize; 5] = std::array::from_fn(width);
-        // Where they do not fit beside each other, addresses stand below.
+        // If a line is too long, addresses stand below.
         let beside = widths.iter().sum::<usize>() + 8 <= LINE;
         writeln!(f)?;
         for row in std::iter::once(titles.map(str::to_owned)).chain(rows) {

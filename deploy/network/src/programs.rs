@@ -1,9 +1,8 @@
-//! The programs of a network: where they are, what builds them, and whether they are those that the
-//! network means.
+//! The executables of a network: where they are, how cargo builds them, and whether they match the
+//! network.
 //!
-//! The middleware is no property of a component: what was generated into its folder is for one, and
-//! an instance may want another. Then its program is a variant, which is built beside the one of
-//! the folder.
+//! A component is not bound to a middleware: its generated code is for one, and an instance may use
+//! another. Its program is then a variant, built beside the program of its folder.
 
 use crate::error::{Error, cannot};
 use crate::model::{Network, Profile};
@@ -21,9 +20,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// For each instance the middleware that it is a variant for: the one that `all` are to be for,
-/// else its own, where the code in its folder is for another one. What names its program is none,
-/// and neither is what was never generated.
+/// For each instance, the middleware of its variant: that of `all`, otherwise its own, if the
+/// generated code in its folder is for another one. `None` if the instance names its program, or
+/// nothing was ever generated.
 pub(crate) fn variants(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
@@ -40,13 +39,13 @@ pub(crate) fn variants(
     instances.map(variant).collect()
 }
 
-/// The component of an instance whose program is built, and not named.
+/// The component of an instance whose program is built. `None` if the program is named.
 fn built<'a>(instance: &Instance, project: Option<&'a Rc<Project>>) -> Option<&'a Project> {
     let project = project.filter(|_| instance.executable.is_none());
     project.map(Rc::as_ref)
 }
 
-/// Checks one executable by the note that was read from it.
+/// Checks one executable by its note.
 fn check_executable(
     path: &Path,
     note: &io::Result<Option<Note>>,
@@ -111,26 +110,26 @@ fn check_executable(
     found.push(Diagnostic::error(code, place, message).help(build));
 }
 
-/// The hash of a component's model, as notes have it.
+/// The hash of a component's model as in notes.
 fn hash(project: &Project) -> String {
     format!("{:016x}", project.hash)
 }
 
-/// Whether a file is one that somebody may execute.
+/// Whether a file is executable.
 fn may_run(path: &Path) -> bool {
     use std::os::unix::fs::PermissionsExt;
     let mode = |file: std::fs::Metadata| file.permissions().mode();
     path.metadata().is_ok_and(|file| mode(file) & 0o111 != 0)
 }
 
-/// Checks that code can be generated for a variant, and that there is something to join it with.
+/// Checks that a variant can be generated and built.
 fn check_variant(
     instance: &Instance,
     project: &Project,
     middleware: Backend,
     found: &mut Diagnostics,
 ) {
-    // A template that does not fit is told where it is written.
+    // A generator that fails reports that when it writes.
     if let Ok((_, more)) = rc_codegen::generate::generate(project, middleware) {
         let errors = more.iter().filter(|d| d.severity == Severity::Error);
         found.extend(errors.cloned());
@@ -144,7 +143,7 @@ fn check_variant(
     }
 }
 
-/// Checks that the generated code in a component's folder is of the present model.
+/// Checks that the generated code in a component's folder is up to date.
 fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics) {
     let name = &instance.path;
     let (code, message) = match Note::of_generated(project.folder()) {
@@ -189,8 +188,7 @@ impl Network {
         Ok(Some(target.join(profile.folder()).join(program)))
     }
 
-    /// The instances whose programs are built, with their components and what they are variants
-    /// for.
+    /// The instances whose programs are built, with their components and variants.
     fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Backend>)> {
         let instances = self.deployment.instances.iter();
         let instances = instances.zip(&self.projects).zip(&self.variants);
@@ -199,8 +197,7 @@ impl Network {
         })
     }
 
-    /// Checks what is to be built: that generated code is of the present model, and that code can
-    /// be generated for variants.
+    /// Checks that generated code is up to date and that variants can be generated.
     pub fn check_generated(&self, found: &mut Diagnostics) {
         let mut seen: HashSet<(&Path, Backend)> = HashSet::new();
         for (instance, project, variant) in self.built() {
@@ -215,7 +212,7 @@ impl Network {
         }
     }
 
-    /// What to type where a program is not what it has to be.
+    /// Advice for an executable that does not match.
     fn how_to_build(&self, instance: &Instance, profile: Profile) -> String {
         let mut command = "rcdeploy up --build".to_owned();
         if profile != Profile::Release {
@@ -234,7 +231,7 @@ impl Network {
         )
     }
 
-    /// Checks that every executable is there, and of the present model and middleware.
+    /// Checks that every executable exists and matches model and middleware.
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
         // Executables are large, and instances of one component share one.
         let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
@@ -248,7 +245,7 @@ impl Network {
             let path = match self.executable(at, profile) {
                 Ok(path) => path,
                 Err(error) => {
-                    // One failure is that of all instances of a workspace.
+                    // A failure concerns all instances of a workspace.
                     let message = error.to_string();
                     if told.insert(message.clone()) {
                         found.push(Diagnostic::error("cargo-failed", place, message));
@@ -270,9 +267,9 @@ impl Network {
         }
     }
 
-    /// What has to be built, a command of cargo for each workspace, and for each middleware that
-    /// there are variants of its components for. Variants are generated when their turn comes, and
-    /// nobody else changes them as long as the [`Build`] is there.
+    /// The builds that the network needs: a cargo command for each workspace, and for each
+    /// middleware of its variants. A variant is generated when its build is requested, and locked
+    /// as long as the [`Build`] exists.
     pub fn builds(&self, profile: Profile) -> impl Iterator<Item = Result<Build, Error>> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         for (_, project, variant) in self.built() {
@@ -323,7 +320,7 @@ pub struct Build {
     pub root: PathBuf,
     /// Its arguments.
     pub args: Vec<OsString>,
-    /// What it builds, for people.
+    /// The packages that it builds, for people.
     pub packages: Vec<String>,
     _staged: Option<Staged>,
 }

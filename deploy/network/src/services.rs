@@ -1,9 +1,9 @@
 //! The shared-memory services of a network, which the guard holds open.
 //!
-//! A process that is killed while it starts can leave a service half made, and nobody can open it
-//! then; one that somebody holds open is whole. The guard makes them all before the first component
-//! starts, with the greatest depth that an end of a topic asks for, so that ends may come in any
-//! order.
+//! A process that is killed while it creates a service can leave it half made, so that nobody can
+//! open it. A service that is held open stays whole. The guard creates all services before the
+//! first component starts, with the greatest depth of their endpoints, so that these may come in
+//! any order.
 
 use crate::model::Network;
 use rc_cdsl::model::{Backend, Role};
@@ -30,7 +30,7 @@ pub struct Service {
 }
 
 impl Network {
-    /// The services on the default middleware that other machines need, by the names of these, see
+    /// For each other machine by name, its services on the default middleware, see
     /// [`Self::services`].
     pub fn services_elsewhere(&self) -> BTreeMap<String, String> {
         let instances = self.deployment.instances.iter();
@@ -39,8 +39,8 @@ impl Network {
         hosts.map(services).collect()
     }
 
-    /// All services of this network on the default middleware that a machine needs (`None`: this
-    /// one), as the JSON text of a list of pairs, address and [`Service`].
+    /// The services on the default middleware that a machine needs (`None`: this machine). The
+    /// result is the JSON text of a list of pairs, address and [`Service`].
     pub fn services(&self, host: Option<&Host>) -> String {
         let mut services: BTreeMap<String, Service> = BTreeMap::new();
         for (End { instance, slot }, address) in self.addresses() {
@@ -93,7 +93,7 @@ impl Network {
                     slot.role == Role::Publishes && slot.qos.transient_local == Some(true);
             }
         }
-        // Keys are texts, so that this cannot fail.
+        // This cannot fail, because keys are strings.
         serde_json::to_string(&services.into_iter().collect::<Vec<_>>()).unwrap_or_default()
     }
 }

@@ -1,4 +1,4 @@
-//! Which machines and connections a network has, as the plan and the picture show them.
+//! Machines and connections of a network, for the preview and the picture.
 
 use crate::model::Network;
 use rc_cdsl::model::Role;
@@ -11,9 +11,9 @@ use std::collections::BTreeSet;
 pub struct Host {
     /// Its name.
     pub name: String,
-    /// Its name or IP address in the network of machines.
+    /// Its host name or IP address.
     pub address: String,
-    /// Who runs components there, where the file says.
+    /// The user there, if the file names one.
     pub user: Option<String>,
 }
 
@@ -21,20 +21,20 @@ pub struct Host {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// Calls, and their answers.
+    /// Requests and replies.
     Call,
-    /// Data, from one to many.
+    /// Samples, from publishers to subscribers.
     Topic,
 }
 
-/// One end of a connection.
+/// One endpoint of a connection.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct End {
-    /// The whole name of a component.
+    /// The full name of a component.
     pub component: String,
     /// One of its slots.
     pub slot: String,
-    /// The numbers of both, for those who draw.
+    /// The indices of component and slot.
     #[serde(skip)]
     pub at: (usize, usize),
 }
@@ -42,17 +42,17 @@ pub struct End {
 /// A connection.
 #[derive(Clone, Debug, Serialize)]
 pub struct Connection {
-    /// Who calls, or sends data.
+    /// The client, or the publisher.
     pub from: End,
-    /// Who is called, or gets the data.
+    /// The server, or the subscriber.
     pub to: End,
-    /// What is said: `Module::Interface`.
+    /// The interface: `Module::Interface`.
     pub interface: String,
-    /// What travels.
+    /// Whether it carries calls or samples.
     pub kind: Kind,
-    /// Over what.
+    /// Its middleware.
     pub middleware: &'static str,
-    /// Where both meet; none where they are refused.
+    /// Its address. `None` if the connection is refused.
     pub address: Option<String>,
 }
 
@@ -65,7 +65,7 @@ impl Network {
         })
     }
 
-    /// The machines on which something runs.
+    /// The machines with components.
     pub fn hosts(&self) -> Vec<Host> {
         let used: BTreeSet<Option<usize>> = self
             .deployment
@@ -85,7 +85,7 @@ impl Network {
             .collect()
     }
 
-    /// An end of a connection by names.
+    /// An endpoint with its names.
     pub fn end(&self, end: Endpoint) -> End {
         End {
             component: self.deployment.instances[end.instance].path.clone(),
@@ -94,8 +94,7 @@ impl Network {
         }
     }
 
-    /// All connections, also those that are refused, as far as they go from a provider to a
-    /// consumer.
+    /// All connections between a provider and a consumer, including refused ones.
     pub fn connections_between(&self) -> Vec<(Pair, Connection)> {
         let provides = |end: Endpoint| {
             let role = self.slot(end).map(|s| s.role);

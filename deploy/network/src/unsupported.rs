@@ -1,4 +1,4 @@
-//! What a description may say, and this version cannot do yet.
+//! Fields of a description that have no effect in this version.
 
 use crate::model::Network;
 use rc_diagnostics::{Diagnostic, Diagnostics};

@@ -6,7 +6,7 @@ use super::output::{Failure, print_failure, show};
 use rc_deploy_client::{Format, connection};
 use rc_management::supervisor::{CommandResult, Verb};
 
-/// Has components started or stopped, and says what has become of them.
+/// Starts, stops or restarts components, and prints the result.
 pub(super) fn control(verb: Verb, named: &Named) -> Result<u8, Failure> {
     let result = connection::command(&network_of(&named.network)?, verb, &named.names)?;
     let lines = |result: &CommandResult| -> String {

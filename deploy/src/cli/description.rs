@@ -7,7 +7,7 @@ use rc_codegen::FileLoader;
 use rc_deploy_network::Network;
 use rc_diagnostics::{Diagnostics, SourceMap, render};
 
-/// Reads a network and all that it names, with `more` that is to be looked at; says what is wrong.
+/// Reads a network, runs further checks (`more`), and prints the findings.
 pub(super) fn read(
     input: &Input,
     format: rc_diagnostics::Format,
@@ -25,7 +25,7 @@ pub(super) fn read(
     Ok((network, sources, found))
 }
 
-/// The same where only a network without errors is of use.
+/// Reads a network that must have no errors.
 pub(super) fn load(
     input: &Input,
     format: rc_diagnostics::Format,
@@ -37,7 +37,7 @@ pub(super) fn load(
         .ok_or(Failure(1, String::new()))
 }
 
-/// What is looked at where nothing is to be started.
+/// The further checks of commands that start nothing.
 pub(super) fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mut Diagnostics) {
     move |network, found| {
         if !unbuilt {

@@ -14,7 +14,7 @@ pub(super) fn graph(
 ) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
     let (network, sources, found) = read(input, human, examine(input, unbuilt))?;
-    // There is nothing to draw where not even the name of the network can be read.
+    // Without even the name of the network, there is nothing to draw.
     let network = network.ok_or(Failure(1, String::new()))?;
     let graph = Graph::of(&network, &sources, &found);
     let text = graph.draw(format).map_err(|e| system(&e))?;
@@ -27,7 +27,7 @@ pub(super) fn graph(
     Ok(u8::from(found.has_errors()))
 }
 
-/// Writes a file, all or nothing; a device or a pipe is written into.
+/// Writes a file atomically. A device or a pipe is written directly.
 fn write(path: &Path, text: &str) -> std::io::Result<()> {
     if path.metadata().is_ok_and(|file| !file.is_file()) {
         return std::fs::write(path, text);

@@ -5,7 +5,7 @@ use rc_deploy_client::connection;
 use rc_diagnostics::{SourceMap, render};
 use std::path::Path;
 
-/// The network that an argument names, or the only one that is up.
+/// The network of an argument, or the only one that is up.
 pub(super) fn named(argument: Option<String>) -> Result<String, Failure> {
     if let Some(argument) = argument {
         return network_of(&argument);
@@ -20,8 +20,8 @@ pub(super) fn named(argument: Option<String>) -> Result<String, Failure> {
     }
 }
 
-/// A network is named by its name or by its file, which may have changed since, or be broken by
-/// now: then it is the network that was started from it.
+/// The network of an argument: a name, or a file. If the file has changed or is broken, the network
+/// that was started from it is meant.
 pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);
     if path.extension().is_none_or(|e| e != "ddsl") {

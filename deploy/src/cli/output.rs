@@ -7,7 +7,8 @@ use std::fmt::{Arguments, Display};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// How a command ended, other than well, and what is still to be said of it.
+/// A failed command: its exit code, and a message that is still to be printed. The message may be
+/// empty.
 pub(super) struct Failure(pub(super) u8, pub(super) String);
 
 impl From<rc_deploy_network::Error> for Failure {
@@ -30,7 +31,7 @@ pub(super) fn system(error: &dyn Display) -> Failure {
     Failure(3, error.to_string())
 }
 
-/// Prints a line; a reader that has left is no failure.
+/// Prints a line. A closed pipe is no failure.
 pub(super) fn print_line(line: Arguments<'_>) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }

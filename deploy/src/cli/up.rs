@@ -101,7 +101,7 @@ fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The process that cleans up when its supervisor is gone.
+/// Runs the process that cleans up when its supervisor has ended.
 pub(super) fn guard(network: &str, hold: &str) {
     let held = RefCell::new(services::hold(network, hold));
     let clean = || {
@@ -112,7 +112,7 @@ pub(super) fn guard(network: &str, hold: &str) {
     let _ = crate::guard(network, &clean);
 }
 
-/// What the supervisor of another machine runs here.
+/// Runs the agent of a supervisor on another machine.
 pub(super) fn agent() {
     // Nobody reads its exit code: it sends errors to its supervisor.
     let _ = crate::agent(&wipe);

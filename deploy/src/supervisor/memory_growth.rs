@@ -1,13 +1,14 @@
-//! Whether a process takes more and more memory.
+//! Detects steady growth of the memory of a process.
 //!
-//! The rule is to have few false alarms. The memory is read at the same pace all the time (twice a
-//! minute), and nothing counts of the first two minutes of a run. Looked at are the last twenty
-//! minutes, and the last five hours. It grows steadily where, of the four quarters of such a time,
-//! each has a higher minimum than the one before, by at least a tenth of all that was gained, where
-//! that is both 8 MiB and a tenth of what there was, and where the last quarter has more throughout
-//! than there ever was before that time. So neither one step (a map that is loaded), nor up and
-//! down (a cache that is emptied), nor what flattens out (memory that is used again) is growth. It
-//! is told again when it has doubled since.
+//! The rule avoids false alarms. The memory is read at a fixed interval (twice a minute), and the
+//! first two minutes of a run do not count. The last twenty minutes and the last five hours are
+//! examined.
+//!
+//! The memory grows steadily if each quarter of such a time has a higher minimum than the one
+//! before, by at least a tenth of the whole gain; if the gain is at least 8 MiB and a tenth of the
+//! initial memory; and if the last quarter stays above everything before that time. So a single
+//! step (a loaded map), a cycle (a cache), or memory that flattens out is no growth. Growth is
+//! reported again when the memory has doubled since.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -26,7 +27,7 @@ const LEAST: u64 = 8 << 20;
 pub(crate) struct Growth {
     seen: u32,
     series: [Series; 2],
-    /// What it was when growth was told.
+    /// The memory at the last report.
     told: Option<u64>,
 }
 
@@ -41,8 +42,8 @@ impl Default for Growth {
 }
 
 impl Growth {
-    /// Takes a reading in bytes, `pause` after the one before; a text where it shows growth that
-    /// was not told yet.
+    /// Takes a reading in bytes, `pause` after the last one. Returns a message if it shows
+    /// unreported growth.
     pub(crate) fn sample(&mut self, bytes: u64, pause: Duration) -> Option<String> {
         self.seen = self.seen.saturating_add(1);
         if self.seen <= WARM_UP {
@@ -100,7 +101,7 @@ impl Series {
         }
     }
 
-    /// Takes a reading; says whether there is a new one to look at.
+    /// Takes a reading. Returns whether there is a new value to evaluate.
     fn push(&mut self, bytes: u64) -> bool {
         self.taken += 1;
         self.range = (self.range.0.min(bytes), self.range.1.max(bytes));
@@ -116,7 +117,7 @@ impl Series {
         true
     }
 
-    /// From what to what it has grown, if it has.
+    /// The first and the last value, if the memory has grown steadily.
     fn growth(&self) -> Option<(u64, u64)> {
         if self.kept.len() < LENGTH {
             return None;

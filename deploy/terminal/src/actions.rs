@@ -1,4 +1,4 @@
-//! What the user has chosen to do, and what became of it.
+//! Carries out the commands of the user and shows their results.
 
 use super::connection::{Connection, Pending, Received};
 use super::model::{Command, Host};
@@ -16,7 +16,7 @@ impl Session<'_> {
                 Host::Top => self.end = Some(End::Left),
                 Host::Up if interrupt || !self.model.stopping => {
                     self.model.stopping = true;
-                    // The supervisor does what it does without a view: once stops, twice kills.
+                    // As without a view: one interrupt stops, a second one kills.
                     let own = rustix::process::getpid();
                     let sent = rustix::process::kill_process(own, rustix::process::Signal::INT);
                     if let Err(error) = sent {
@@ -60,7 +60,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Asks the supervisor, which answers when it is done, or knows that it cannot be.
+    /// Sends a command to the supervisor, which answers when it has ended.
     fn control(&mut self, verb: Verb, name: &str) {
         let text = format!("{} {name}", verb.word());
         self.model.say(format!("{text} …"), false);
@@ -93,13 +93,13 @@ impl Session<'_> {
             return;
         };
         let failed = answer.and_then(|done| {
-            // Of a component, the answer is another one.
+            // A component answers in another form.
             let result = CommandResult::deserialize(done).unwrap_or_default();
             let failed = result.failed.into_iter().next();
             failed.map_or(Ok(()), |f| Err(format!("{} {}", f.name, f.reason)))
         });
         match failed {
-            // Of several components, those that failed are more interesting.
+            // Failures take precedence.
             Ok(()) if self.model.notice.as_ref().is_some_and(|n| n.failed) => {}
             Ok(()) => self.model.say(format!("{text}: done"), false),
             Err(reason) => {

@@ -1,4 +1,4 @@
-//! A connection of the view, which never waits, and what its pending requests are about.
+//! A connection of the view, which never blocks, with its pending requests.
 
 use rc_management::supervisor::Notification;
 use rc_management::{Client, Incoming};
@@ -9,7 +9,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::path::Path;
 use std::time::Duration;
 
-/// What was asked of the supervisor, of a component, or by an order.
+/// What a pending request is about.
 #[derive(Debug)]
 pub(crate) enum Pending {
     Status,

@@ -1,9 +1,9 @@
-//! Keys out of the bytes that a terminal sends.
+//! Parses the bytes of a terminal into keys.
 //!
-//! The reader of crossterm waits for the rest of a sequence, and forgets keys that come with a
-//! change of size; this one takes what there is.
+//! The reader of crossterm blocks for the rest of a sequence, and loses keys at a change of size.
+//! This one takes the bytes that exist.
 
-/// A key, as far as the view has a use for it.
+/// A key that the view uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Key {
     Char(char),
@@ -28,20 +28,20 @@ pub(crate) enum Key {
 #[derive(Debug, Default)]
 pub(crate) struct Keys(Vec<u8>);
 
-/// The longest sequence that is waited for; what is longer is none.
+/// The longest sequence. A longer one is not a key.
 const LONGEST: usize = 32;
 const ESC: u8 = 0x1b;
 
-/// What stands at the beginning of some bytes.
+/// The key at the beginning of some bytes.
 enum Begin {
-    /// Of so many bytes; some are of no use here.
+    /// A sequence of this length. It may be no key of the view.
     Key(usize, Option<Key>),
-    /// More bytes tell.
+    /// More bytes are needed.
     Half,
 }
 
 impl Keys {
-    /// The keys that these bytes complete.
+    /// Returns the keys that these bytes complete.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Vec<Key> {
         self.0.extend_from_slice(bytes);
         let mut keys = Vec::new();
@@ -60,13 +60,12 @@ impl Keys {
         keys
     }
 
-    /// Whether a key may be about to be completed.
+    /// Whether an incomplete key waits.
     pub(crate) fn is_half(&self) -> bool {
         !self.0.is_empty()
     }
 
-    /// Nothing has followed for a while: what was the beginning of a sequence is the key of its
-    /// own.
+    /// Takes an incomplete sequence as it is, because nothing has followed for a while.
     pub(crate) fn finish(&mut self) -> Option<Key> {
         let escaped = self.0 == [ESC];
         self.0.clear();

@@ -1,4 +1,4 @@
-//! What each key does.
+//! Handles keys.
 
 use super::input::Key;
 use super::model::{Command, Host, Model, Page, Prompt};
@@ -7,7 +7,7 @@ use rc_deploy_client::params;
 use rc_management::supervisor::ComponentState;
 use rc_management::supervisor::Verb;
 
-/// The keys, for the page that explains them.
+/// The keys on the help page.
 pub(crate) const HELP: [(&str, &str); 16] = [
     ("up down", "another component"),
     ("enter", "its log; folds and unfolds a group"),
@@ -36,7 +36,7 @@ pub(crate) fn leaving(host: Host) -> &'static str {
 }
 
 impl Model {
-    /// A key was pressed; what is to be done.
+    /// Handles a key. Returns a command for the session.
     pub(crate) fn key(&mut self, key: Key) -> Option<Command> {
         if key == Key::Control('c') {
             self.prompt = None;
@@ -47,7 +47,7 @@ impl Model {
             Some(Prompt::Confirm { question, command }) => match key {
                 Key::Char('y' | 'Y') => Some(command),
                 Key::Char('n' | 'N') | Key::Esc => None,
-                // Neither: it stays.
+                // Another key: the question stays.
                 _ => {
                     self.prompt = Some(Prompt::Confirm { question, command });
                     None
@@ -226,7 +226,7 @@ impl Model {
                     self.selected = path;
                 }
             }
-            // A log is counted from its end.
+            // Lines of a log count from its end.
             Page::Log => self.scroll(by.saturating_neg()),
             Page::Parameters | Page::Connections => self.scroll(by),
             Page::Help => {}
@@ -263,7 +263,7 @@ impl Model {
         self.line = to.min(count.saturating_sub(1));
     }
 
-    /// What stops something is asked first.
+    /// Commands that stop something ask first.
     fn control(&mut self, verb: Verb) -> Option<Command> {
         let count = self.chosen().len();
         if count == 0 {
@@ -278,7 +278,7 @@ impl Model {
         )
     }
 
-    /// Into the emergency state at once; out of it when asked.
+    /// Enters the emergency state at once, and asks before it ends the state.
     fn emergency(&mut self, all: bool) -> Option<Command> {
         let chosen = if all {
             self.components.iter().collect()
@@ -315,7 +315,7 @@ impl Model {
         None
     }
 
-    /// What an order concerns.
+    /// The subject of a command, for people.
     fn what(&self, count: usize) -> String {
         match (self.component(), count) {
             (Some(_), _) => self.selected.clone(),

@@ -6,9 +6,9 @@
 //!                                └─ keys: what each key does
 //! ```
 //!
-//! It is a client of the sockets that there are, on a thread or in a process of its own, so that a
-//! terminal never holds up the supervision: `rcdeploy.sock` for the states, the events and orders,
-//! the management of each component for all else.
+//! The view is a client of the sockets: `rcdeploy.sock` for states, events and commands, and the
+//! management socket of each component. It runs on a separate thread or in a separate process, so
+//! that a terminal never blocks the supervisor.
 
 mod actions;
 mod connection;
@@ -40,27 +40,26 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
-/// How long the view may take to end when its network has.
+/// How long the view may take to end after its network.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
 /// How a view was left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ViewEnd {
-    /// By the user; the network goes on.
+    /// The user has left it. The network continues to run.
     Running,
-    /// Because the network is down.
+    /// The network is down.
     Down,
-    /// Because the terminal is gone.
+    /// The terminal is closed.
     Gone,
 }
 
 /// Shows a network that is up until the user leaves, or until it is down.
 ///
-/// A view that is ended gives the terminal back: `stop` becomes readable when it is to end, as at a
-/// signal.
+/// The view ends and restores the terminal when `stop` becomes readable, for example at a signal.
 pub fn top(network: &str, stop: BorrowedFd<'_>) -> Result<ViewEnd, Error> {
     check_name("network", network)?;
-    // What is wrong is said before the terminal is taken.
+    // Errors are reported before the view takes the terminal.
     rc_deploy_client::connection::status(network)?;
     let end = show(Host::Top, network, stop)?;
     Ok(match end {
@@ -76,7 +75,7 @@ fn show(host: Host, network: &str, owner: BorrowedFd<'_>) -> Result<End, Error> 
     Session::new(&mut screen, model, owner)?.run()
 }
 
-/// The view of an `up`, on a thread of its own. When it is dropped, the terminal is as it was.
+/// The view of an `up`, on a separate thread. Dropping it restores the terminal.
 pub struct SideView {
     /// Closed to end the view.
     alive: Option<UnixStream>,
@@ -85,7 +84,7 @@ pub struct SideView {
 }
 
 impl SideView {
-    /// Starts the view. `covered` is set as long as it is there.
+    /// Starts the view. `covered` is set while the view covers the streams.
     pub fn start(network: &str, covered: Arc<AtomicBool>) -> Self {
         let (end, ended) = mpsc::channel();
         let mut view = Self {
@@ -128,20 +127,20 @@ impl Drop for SideView {
     fn drop(&mut self) {
         drop(self.alive.take());
         if self.ended.recv_timeout(END_LIMIT) == Err(mpsc::RecvTimeoutError::Timeout) {
-            // The terminal takes no output.
+            // The terminal blocks output.
             screen::give_back_mode();
         }
         self.covered.store(false, Ordering::Relaxed);
     }
 }
 
-/// Tells that the view is gone.
+/// Reports the end of the view.
 struct ResumeOutput(Arc<AtomicBool>, mpsc::Sender<()>);
 
 impl Drop for ResumeOutput {
     fn drop(&mut self) {
         self.0.store(false, Ordering::Relaxed);
-        // Nobody has to wait for it.
+        // The receiver may have ended.
         let _ = self.1.send(());
     }
 }

@@ -1,4 +1,4 @@
-//! What the view knows and what the user has chosen: no input, no output, no clock.
+//! The state of the view: no input, no output, no clock.
 
 use super::rows::{self, Row};
 use rc_management::component::{Parameters, Role, SlotStatus, Status, Timing};
@@ -11,19 +11,19 @@ use std::time::Duration;
 const EVENTS: usize = 1000;
 /// How many lines of a log are kept.
 pub(crate) const LOG: usize = 2000;
-/// A component that has not answered for so long is shown as silent.
+/// A component that has not answered for this long is shown as silent.
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// Whose view this is.
+/// The command that shows the view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Host {
-    /// Of `rcdeploy up`: leaving it stops the network.
+    /// `rcdeploy up`: leaving the view stops the network.
     Up,
-    /// Of `rcdeploy top`: the network goes on without it.
+    /// `rcdeploy top`: the network continues without the view.
     Top,
 }
 
-/// All that is shown.
+/// The state of the view.
 #[derive(Debug)]
 pub(crate) struct Model {
     pub(crate) host: Host,
@@ -34,40 +34,40 @@ pub(crate) struct Model {
     pub(crate) size: (u16, u16),
     pub(crate) components: Vec<Component>,
     pub(crate) events: VecDeque<Event>,
-    /// How many lines above the last one the lowest one shown is: 0 follows.
+    /// By how many lines the events are scrolled up. 0 follows new events.
     pub(crate) events_scroll: usize,
     /// The name of the component or of the group.
     pub(crate) selected: String,
     pub(crate) folded: BTreeSet<String>,
     pub(crate) page: Page,
     pub(crate) prompt: Option<Prompt>,
-    /// What the last order came to.
+    /// The result of the last command.
     pub(crate) notice: Option<Notice>,
     pub(crate) log: VecDeque<String>,
     pub(crate) parameters: Option<Result<Parameters, String>>,
-    /// The line of the page that is chosen, or by how many lines it is scrolled: a log from its
-    /// end.
+    /// The selected line of the page, or by how many lines it is scrolled. A log is scrolled from
+    /// its end.
     pub(crate) line: usize,
     /// The network is being stopped.
     pub(crate) stopping: bool,
 }
 
-/// What fills the screen.
+/// The page on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Page {
-    /// All components, and the events.
+    /// Components and events.
     Table,
-    /// What the selected component has printed.
+    /// The log of the selected component.
     Log,
     /// Its parameters.
     Parameters,
-    /// Its slots, and who is at their other ends.
+    /// Its slots and their peers.
     Connections,
     /// The keys.
     Help,
 }
 
-/// What the user is asked.
+/// A question to the user.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Prompt {
     /// Yes or no.
@@ -81,16 +81,16 @@ pub(crate) enum Prompt {
     },
 }
 
-/// What is to be done outside the model.
+/// A command for the session.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Command {
-    /// Leaves the view; as Ctrl-C does where there is none.
+    /// Leaves the view. `interrupt`: as Ctrl-C does without a view.
     Quit { interrupt: bool },
-    /// Draws all anew, where something else has written on the terminal.
+    /// Redraws the screen, after another program has written to the terminal.
     Redraw,
-    /// Has the supervisor start, stop or restart a component or a group.
+    /// Starts, stops or restarts a component or a group.
     Control { verb: Verb, name: String },
-    /// Lets these enter or leave the emergency state.
+    /// Starts or ends the emergency state of components.
     Emergency { names: Vec<String>, active: bool },
     /// Changes a parameter.
     Set {
@@ -98,7 +98,7 @@ pub(crate) enum Command {
         path: String,
         value: Value,
     },
-    /// Saves what was changed.
+    /// Saves changed parameters.
     Save { name: String },
 }
 
@@ -113,25 +113,25 @@ pub(crate) struct Notice {
 #[derive(Clone, Debug)]
 pub(crate) struct Component {
     pub(crate) status: ComponentStatus,
-    /// What it says of itself, while it runs.
+    /// Its last status, while it runs.
     pub(crate) report: Option<Status>,
     /// Per second, for each slot of the report.
     pub(crate) rates: Vec<Rate>,
     pub(crate) usage: Usage,
-    /// It runs and has not answered for a while.
+    /// Whether it runs without answering.
     pub(crate) silent: bool,
     heard: Option<Duration>,
     sampled: Option<(Sample, Duration)>,
 }
 
-/// What a slot does in a second.
+/// Rates of a slot per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Rate {
     pub(crate) handled: f64,
     pub(crate) sent: f64,
 }
 
-/// What the system says of a process.
+/// The resources of a process, from the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sample {
     /// Time on a processor, since its start.
@@ -140,7 +140,7 @@ pub(crate) struct Sample {
     pub(crate) memory: u64,
 }
 
-/// What a process takes.
+/// The load of a process.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Usage {
     /// Processors: 1 is one of them.
@@ -149,7 +149,7 @@ pub(crate) struct Usage {
     pub(crate) memory: Option<u64>,
 }
 
-/// What the table shows of one or several components.
+/// Figures of one or several components in the table.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Figures {
     /// Seconds since the start of a single component that runs.
@@ -275,7 +275,7 @@ impl Model {
         }
     }
 
-    /// The supervisor says how its network is.
+    /// Takes the status of the network.
     pub(crate) fn status(&mut self, status: NetworkStatus) {
         let mut known = std::mem::take(&mut self.components);
         for status in status.components {
@@ -292,7 +292,7 @@ impl Model {
         }
     }
 
-    /// A component says how it is.
+    /// Takes the status of a component.
     pub(crate) fn report(&mut self, name: &str, report: Status, now: Duration) {
         let Some(component) = self.find_mut(name) else {
             return;
@@ -313,7 +313,7 @@ impl Model {
         component.report = Some(report);
     }
 
-    /// The system says what the process of a component takes; nothing where there is none.
+    /// Takes the resources of a component's process, if it has one.
     pub(crate) fn sample(&mut self, name: &str, sample: Option<Sample>, now: Duration) {
         let Some(component) = self.find_mut(name) else {
             return;
@@ -332,7 +332,7 @@ impl Model {
         component.sampled = Some((sample, now));
     }
 
-    /// Time has passed.
+    /// Takes the time.
     pub(crate) fn tick(&mut self, now: Duration) {
         for component in &mut self.components {
             let heard = *component.heard.get_or_insert(now);
@@ -341,7 +341,7 @@ impl Model {
         }
     }
 
-    /// Something has happened to the network.
+    /// Takes an event.
     pub(crate) fn event(&mut self, event: Event) {
         if self.events_scroll > 0 {
             self.events_scroll += event.message.lines().count().max(1);
@@ -352,7 +352,7 @@ impl Model {
         }
     }
 
-    /// The component whose log is shown has printed these.
+    /// Takes new lines of the shown log.
     pub(crate) fn log_lines(&mut self, lines: Vec<String>) {
         if self.line > 0 {
             self.line += lines.len();
@@ -363,7 +363,7 @@ impl Model {
         self.line = self.line.min(self.log.len());
     }
 
-    /// The component whose parameters are shown answers.
+    /// Takes the shown parameters.
     pub(crate) fn parameters(&mut self, name: &str, answer: Result<Parameters, String>) {
         if self.page == Page::Parameters && self.selected == name {
             let count = answer.as_ref().map_or(0, |p| p.parameters.len());
@@ -409,7 +409,7 @@ impl Model {
         self.components.iter_mut().find(|c| c.status.name == name)
     }
 
-    /// Who is at the other end of a slot, `COMPONENT.SLOT`, as far as they answer.
+    /// The peers of a slot as `COMPONENT.SLOT`, as far as the components answer.
     pub(crate) fn others(&self, slot: &SlotStatus) -> Vec<String> {
         let Some(address) = &slot.address else {
             return Vec::new();

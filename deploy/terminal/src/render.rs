@@ -1,4 +1,4 @@
-//! The picture of a model: nothing but what it says, at any size.
+//! Draws a model at any size.
 
 use super::details;
 use super::keys::{HELP, leaving};
@@ -180,7 +180,7 @@ fn footer(model: &Model, at: Rect, buf: &mut Buffer) {
             } else {
                 text.clone()
             };
-            // The end of what is typed is to be seen.
+            // Shows the end of the input.
             let head = format!("{path} = ");
             let room = usize::from(at.width).saturating_sub(head.len() + 1).max(1);
             let skipped = shown.chars().count().saturating_sub(room);
@@ -363,7 +363,7 @@ fn columns(width: usize) -> Vec<&'static Column> {
     COLUMNS.iter().filter(|column| column.rank < rank).collect()
 }
 
-/// How a component is; of a group, how many run, or the worst that any of them is.
+/// The state of a component. For a group, the number of running components, or their worst state.
 fn state(model: &Model, row: &Row<'_>, members: &[&Component]) -> (String, Style) {
     if row.kind == Kind::Component
         && let Some(one) = members.first()
@@ -372,7 +372,7 @@ fn state(model: &Model, row: &Row<'_>, members: &[&Component]) -> (String, Style
         return if one.silent && state == ComponentState::Running {
             ("silent".to_owned(), model.care())
         } else if state == ComponentState::Running && !one.status.troubles.is_empty() {
-            // Its page tells what is wrong.
+            // Its page shows the conditions.
             (format!("{state} !"), model.care())
         } else {
             (state.to_string(), model.state(state))
@@ -428,8 +428,7 @@ fn events(model: &Model, lines: &[Rect], buf: &mut Buffer) {
         lines => format!("events, {lines} lines up"),
     };
     rule(head, &title, buf);
-    // The newest is the lowest; a message of several lines is told by its first and followed by the
-    // others.
+    // The newest event is the lowest. The first line of a message precedes the others.
     let mut shown: Vec<Vec<Span<'_>>> = Vec::new();
     for event in model.events.iter().rev() {
         if shown.len() >= lines.len() + model.events_scroll {

@@ -1,4 +1,4 @@
-//! The terminal itself: taken, drawn on, and always given back.
+//! Takes the terminal, draws on it, and always restores it.
 
 use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
@@ -16,18 +16,18 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Once};
 
-/// Whether the terminal is ours to give back.
+/// Whether the view has the terminal.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 static HOOK: Once = Once::new();
 
-/// Whether standard input and output are a terminal that a full-screen view can have: one that can
-/// move its cursor, and in whose foreground this process is.
+/// Whether standard input and output are a terminal that can show a full-screen view: it moves its
+/// cursor, and this process is in its foreground.
 pub fn usable() -> bool {
     let dumb = std::env::var_os("TERM").is_none_or(|term| term.is_empty() || term == "dumb");
     io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb && in_foreground()
 }
 
-/// Whoever sets up a terminal from the background is stopped by the system.
+/// The system stops a background process that sets up a terminal.
 fn in_foreground() -> bool {
     let foreground = rustix::termios::tcgetpgrp(io::stdin());
     foreground.is_ok_and(|group| group == rustix::process::getpgrp())
@@ -49,7 +49,7 @@ impl Screen {
         HOOK.call_once(|| {
             let told = std::panic::take_hook();
             std::panic::set_hook(Box::new(move |panic| {
-                // What is told about a panic is to be read.
+                // The message of a panic must be readable.
                 give_back();
                 told(panic);
             }));
@@ -73,21 +73,21 @@ impl Screen {
             .inspect_err(|_| give_back())
     }
 
-    /// Empties the screen, so that all is drawn anew. `Terminal::clear` would ask the terminal for
-    /// its cursor, and wait.
+    /// Clears the screen, so that it is redrawn. `Terminal::clear` would ask the terminal for its
+    /// cursor, and block.
     pub(crate) fn blank(&mut self) -> io::Result<()> {
         let size = self.terminal.size()?;
         self.terminal.resize(size.into())
     }
 
-    /// Becomes readable when the terminal has another size, or when this process goes on after it
-    /// was stopped.
+    /// Becomes readable when the terminal changes its size, or when this process continues after a
+    /// stop.
     pub(crate) fn changes(&self) -> BorrowedFd<'_> {
         self.changes.pipe.as_fd()
     }
 
-    /// The terminal has changed. Another size is seen when it is drawn on; after a stop it is set
-    /// up anew, unless it is somebody else's by now.
+    /// Handles a change of the terminal. The size is read at the next drawing; after a stop, the
+    /// terminal is set up again, unless another process has it.
     pub(crate) fn renew(&mut self) -> io::Result<()> {
         let mut buffer = [0; 64];
         while (&self.changes.pipe)
@@ -109,21 +109,21 @@ impl Drop for Screen {
     }
 }
 
-/// Whether the terminal is ours; a panic of any thread gives it back.
+/// Whether the view has the terminal. A panic of any thread restores it.
 pub(crate) fn is_taken() -> bool {
     TAKEN.load(Ordering::Relaxed)
 }
 
-/// Gives the terminal back as it was. Any thread may do so, and does it once.
+/// Restores the terminal. Any thread may call it; it happens once.
 pub(crate) fn give_back() {
     if TAKEN.swap(false, Ordering::Relaxed) {
-        // A terminal that is gone needs none of it.
+        // A closed terminal needs nothing.
         let _ = execute!(io::stdout(), LeaveAlternateScreen, Show);
         let _ = disable_raw_mode();
     }
 }
 
-/// The same for a terminal that takes no output: only its mode.
+/// Restores only the mode, for a terminal that blocks output.
 pub(crate) fn give_back_mode() {
     if TAKEN.swap(false, Ordering::Relaxed) {
         let _ = disable_raw_mode();
@@ -133,7 +133,7 @@ pub(crate) fn give_back_mode() {
 /// Signals that a terminal sends when it changes.
 struct Changes {
     pipe: UnixStream,
-    /// This process goes on after it was stopped.
+    /// This process continues after a stop.
     continued: Arc<AtomicBool>,
     ids: Vec<SigId>,
 }

@@ -1,5 +1,5 @@
-//! The loop of the view: one thread, one `poll` over the keys, the sockets, the log and a clock of
-//! one second.
+//! The event loop of the view: one thread, one `poll` over keys, sockets, log and a clock of one
+//! second.
 
 use super::connection::{Connection, Pending, Received};
 use super::input::{Key, Keys};
@@ -18,7 +18,7 @@ use std::io::{self, ErrorKind};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::{Duration, Instant};
 
-/// How often all are asked.
+/// How often the view asks for status.
 const TICK: Duration = Duration::from_secs(1);
 
 /// The shortest time between two pictures.
@@ -27,11 +27,11 @@ const FRAME: Duration = Duration::from_millis(40);
 /// Why the view ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
-    /// The user has left it.
+    /// The user has left the view.
     Left,
     /// The network is down.
     Down,
-    /// The terminal is gone.
+    /// The terminal is closed.
     Gone,
 }
 
@@ -54,14 +54,13 @@ pub(crate) struct Session<'s> {
     pub(super) directory: RunDirectory,
     start: Instant,
     keys: Keys,
-    /// When a key that is half there is taken as it is.
+    /// When an incomplete key is taken as it is.
     keys_due: Option<Instant>,
-    /// Ends the view when something can be read from it.
+    /// Ends the view when it becomes readable.
     owner: BorrowedFd<'s>,
     supervisor: Connection,
     pub(super) components: BTreeMap<String, Connection>,
-    /// Orders to the supervisor, each on a connection of its own, which is answered when it is
-    /// done.
+    /// Commands to the supervisor in progress, each on its own connection.
     pub(super) actions: Vec<Connection>,
     pub(super) log: Option<Log>,
     pub(super) changed: bool,
@@ -69,7 +68,7 @@ pub(crate) struct Session<'s> {
 }
 
 impl<'s> Session<'s> {
-    /// A view of a network that is up.
+    /// A view of a running network.
     pub(crate) fn new(
         screen: &'s mut Screen,
         model: Model,
@@ -120,7 +119,7 @@ impl<'s> Session<'s> {
         loop {
             let now = Instant::now();
             if now >= tick {
-                // Ticks that were slept through are not made up for.
+                // Missed ticks are skipped.
                 tick = now + TICK;
                 self.tick();
             }
@@ -208,14 +207,14 @@ impl<'s> Session<'s> {
                     let broken =
                         events.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL);
                     if *source == Source::Keys && broken {
-                        // Nothing can be read or drawn any more.
+                        // The terminal is closed.
                         return vec![Source::Gone];
                     }
                     if !events.is_empty() {
                         ready.push(source.clone());
                     }
                 }
-                // The last first, so that their places stay right when one is removed.
+                // Last first, so that indices stay valid after a removal.
                 ready.reverse();
                 ready
             }
@@ -326,7 +325,7 @@ impl<'s> Session<'s> {
         }
     }
 
-    /// Asks all how they are.
+    /// Asks the supervisor and the components for their status.
     fn tick(&mut self) {
         let now = self.start.elapsed();
         self.changed = true;
@@ -352,11 +351,11 @@ impl<'s> Session<'s> {
                 model.sample(&name, None, now);
                 continue;
             };
-            // On another machine, the number is that of another process here.
+            // The pid of another machine means another process here.
             let sample = here.then(|| usage::sample(pid)).flatten();
             model.sample(&name, sample, now);
             if !self.components.contains_key(&name) {
-                // One that starts listens soon.
+                // A component that starts will listen soon.
                 let socket = self.directory.socket(&name.replace('.', "-"));
                 if let Ok(connection) = Connection::connect(&socket) {
                     self.components.insert(name.clone(), connection);
@@ -396,7 +395,7 @@ impl<'s> Session<'s> {
             }
             Received::Notification(Notification::Event(event)) => {
                 self.model.stopping |= event.code == "stopping";
-                // What happens to a component changes its row.
+                // An event of a component changes its row.
                 let asked = self
                     .supervisor
                     .pending()
@@ -485,7 +484,7 @@ impl<'s> Session<'s> {
         }
     }
 
-    /// Asks for the parameters that are to be shown, if nobody has asked yet.
+    /// Requests the shown parameters, unless a request is pending.
     fn request_parameters(&mut self) {
         if self.model.page != Page::Parameters || self.model.parameters.is_some() {
             return;

@@ -1,4 +1,4 @@
-//! How things look: few colours, and nothing that only a colour tells.
+//! Styles: few colours, and no meaning in colour alone.
 
 use super::model::Model;
 use ratatui::style::{Color, Modifier, Style};
@@ -13,17 +13,17 @@ impl Model {
         }
     }
 
-    /// As it should be.
+    /// Good.
     pub(crate) fn good(&self) -> Style {
         self.coloured(Color::Green)
     }
 
-    /// On its way, or worth a look.
+    /// In transition, or of interest.
     pub(crate) fn care(&self) -> Style {
         self.coloured(Color::Yellow)
     }
 
-    /// Not as it should be.
+    /// Bad.
     pub(crate) fn bad(&self) -> Style {
         self.coloured(Color::Red).add_modifier(Modifier::BOLD)
     }
@@ -60,7 +60,7 @@ pub(crate) fn chosen() -> Style {
     Style::new().add_modifier(Modifier::REVERSED)
 }
 
-/// Text of which nothing moves the cursor or changes colours.
+/// Text without control sequences.
 pub(crate) fn plain(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut letters = text.chars().peekable();
@@ -99,7 +99,7 @@ pub(crate) fn time(us: u64) -> String {
     short(us as f64, 1000.0, &["us", "ms", "s"])
 }
 
-/// How often a second.
+/// A rate per second.
 pub(crate) fn rate(per_second: f64) -> String {
     if per_second == 0.0 {
         "0".to_owned()

@@ -1,9 +1,9 @@
-//! What processes take, from /proc.
+//! Reads the resources of processes from /proc.
 
 use super::model::Sample;
 use std::time::Duration;
 
-/// What a process has taken by now; none where it is gone.
+/// The resources of a process so far. `None` if it has ended.
 pub(crate) fn sample(pid: i32) -> Option<Sample> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     let statm = std::fs::read_to_string(format!("/proc/{pid}/statm")).ok()?;
@@ -12,7 +12,7 @@ pub(crate) fn sample(pid: i32) -> Option<Sample> {
 }
 
 fn parse(stat: &str, statm: &str, page: u64, ticks: u64) -> Option<Sample> {
-    // The name of the program, in brackets, may hold anything.
+    // The program name is in parentheses and may contain any character.
     let (_, fields) = stat.rsplit_once(')')?;
     let mut fields = fields.split_whitespace().skip(11);
     let mut next = || fields.next()?.parse::<u64>().ok();

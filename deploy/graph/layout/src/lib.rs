@@ -1,10 +1,10 @@
-//! Where boxes in boxes stand, and how the lines between them run.
+//! A layout of nested boxes and the lines between them.
 //!
-//! What gives stands left of what takes: a layered layout (Sugiyama, Tagawa, Toda 1981). Each
-//! cluster is laid out by itself, those inside first, and is a box with ports for the one around
-//! it; so no boxes overlap, and a line enters a cluster only where it has to do with something
-//! inside. All lines are horizontal or vertical, and those of one net share their way until they
-//! part. Units are those of the caller; y grows downwards; equal input gives equal output.
+//! Sources stand left of targets: a layered layout (Sugiyama, Tagawa, Toda 1981). Each cluster is
+//! laid out separately, inner clusters first, and is a box with ports in the cluster around it. So
+//! boxes never overlap, and a line enters a cluster only if it ends inside. Lines are horizontal or
+//! vertical, and the lines of a net share their route until they part. Units are those of the
+//! caller; y grows downwards; equal input gives equal output.
 //!
 //! ```text
 //! nest: a cluster at a time ─→ pack: its connected parts ─→ layers (rank → order → place → tracks)

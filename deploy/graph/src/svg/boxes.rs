@@ -1,4 +1,4 @@
-//! Components, groups and hosts as boxes: how large they are, and what stands in them.
+//! Components, groups and hosts as boxes: sizes and contents.
 
 use super::{INK, NAME, PORT, SMALL, emphasis, interface, port, rounded, text, title};
 use crate::marks::{Mark, Marks, marked};
@@ -8,14 +8,14 @@ use crate::text::width;
 use rc_graph_layout::{Node, Port, Rect, Shape};
 use std::collections::HashMap;
 
-/// How high the line of a slot is.
+/// The height of a slot's line.
 const ROW: i32 = 17;
-/// How high the head of a cluster is.
+/// The height of a cluster's header.
 const HEADER: i32 = 30;
 /// Between a name and the edge of its box.
 const SIDE: i32 = 9;
 
-/// What a cluster stands for.
+/// The host or group of a cluster.
 enum Cluster {
     Host(usize),
     Group(usize),
@@ -31,12 +31,12 @@ pub(super) struct Boxes {
     ports: HashMap<(usize, usize), Port>,
 }
 
-/// Whether others connect to this slot: it stands on the right.
+/// Whether this slot is on the right side: others connect to it.
 fn provides(slot: &Slot) -> bool {
     matches!(slot.role, "implements" | "publishes")
 }
 
-/// What a slot is called: also by its interface, where that has another name.
+/// The label of a slot: with its interface, if that has another name.
 fn slot_name(slot: &Slot) -> String {
     match interface(&slot.interface) {
         same if same == slot.name => slot.name.clone(),
@@ -227,7 +227,7 @@ impl Boxes {
         out
     }
 
-    /// A slot: a full square where it provides, an empty one where it consumes.
+    /// Draws a slot: a filled square if it provides, an empty one if it consumes.
     fn slot(&self, at: (usize, usize), slot: &Slot, mark: Option<&Mark>, rect: &Rect) -> String {
         let Some(port) = self.port(at) else {
             return String::new();

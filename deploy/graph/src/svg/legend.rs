@@ -1,4 +1,4 @@
-//! What stands below a picture: how it is to be read, and what is wrong.
+//! The legend below a picture: symbols and findings.
 
 use super::{INK, PORT, SMALL, arrow, dashes, text};
 use crate::marks::{Level, Marks};
@@ -11,10 +11,10 @@ use std::collections::BTreeSet;
 const LINE: i32 = 15;
 /// Above the legend, and between its two parts.
 const SPACE: i32 = 18;
-/// How wide a sample of a line is, and what is left free behind it and behind its name.
+/// The width of a sample line, and the gaps after it and after its name.
 const SAMPLE: i32 = 34;
 const GAP: i32 = 6;
-/// What is wrong is not broken into shorter lines than this.
+/// The minimum width of a line of findings.
 const LEAST: i32 = 460;
 
 enum Sample {
@@ -28,7 +28,7 @@ enum Sample {
 pub(super) struct Legend {
     pub(super) width: i32,
     pub(super) height: i32,
-    /// What is explained: where, how it is drawn, and what it is.
+    /// The explained symbols: position, drawing, name.
     samples: Vec<(Point, Sample, &'static str)>,
     findings: Vec<(Level, Vec<String>)>,
     /// Where the findings begin.
