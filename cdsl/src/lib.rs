@@ -6,7 +6,10 @@
 pub mod ast;
 pub mod model;
 mod parse;
+mod qos;
 mod resolve;
+mod resolver;
+mod slot_names;
 
 pub use model::Component;
 pub use parse::parse;

@@ -5,13 +5,16 @@
 //! a connection compare their types. The grammar is `src/grammar.pest`, after `common.pest` of the
 //! crate `syntax`.
 
+mod annotations;
 pub mod ast;
 pub mod canonical;
 mod check;
 pub mod image;
+mod lookup;
 pub mod model;
 mod parse;
 mod resolve;
+mod resolver;
 mod session;
 
 pub use model::Library;

@@ -4,7 +4,8 @@ use crate::ast::{self, Decl, DeclKind};
 use crate::check;
 use crate::model::{Library, Module, ModuleId, TypeDecl, TypeDeclKind, TypeId};
 use crate::parse::parse;
-use crate::resolve::{ModuleResolver, is_type};
+use crate::resolve::is_type;
+use crate::resolver::ModuleResolver;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_syntax::Loader;
 use std::collections::HashMap;
@@ -23,9 +24,9 @@ pub struct Session<'a> {
     loaded: HashMap<PathBuf, Option<ModuleId>>,
     loading: Vec<(PathBuf, Span)>,
     /// The number of unknown names for which a similar name was searched.
-    pub(crate) suggestions: usize,
+    suggestions: usize,
     /// Whether an import failed.
-    pub(crate) import_failed: bool,
+    import_failed: bool,
 }
 
 /// The maximum length of a chain of imports.
@@ -111,6 +112,16 @@ impl<'a> Session<'a> {
         module
     }
 
+    fn resolver(&mut self, module: ModuleId) -> ModuleResolver<'_> {
+        ModuleResolver {
+            library: &mut self.library,
+            found: &mut self.found,
+            suggestions: &mut self.suggestions,
+            import_failed: self.import_failed,
+            module,
+        }
+    }
+
     fn module(
         &mut self,
         tree: &ast::Module,
@@ -171,12 +182,9 @@ impl<'a> Session<'a> {
         }
         let types = module.types.clone();
         self.library.modules.push(module);
-        let mut resolver = ModuleResolver {
-            session: self,
-            module: id,
-        };
+        let mut resolver = self.resolver(id);
         let package = resolver.single_ros_name(&tree.annotations);
-        resolver.session.library.modules[id.0].ros_package = package;
+        resolver.library.modules[id.0].ros_package = package;
         resolver.consts(&tree.decls);
         // Keys and defaults depend on enums and aliases, which may be declared later.
         let depth = |decl: &Decl| match decl.kind {
@@ -190,15 +198,12 @@ impl<'a> Session<'a> {
         for (decl, ty) in in_order {
             let ros_type = resolver.ros_type(decl);
             let kind = resolver.type_decl(decl);
-            let declared = &mut resolver.session.library.types[ty.0];
+            let declared = &mut resolver.library.types[ty.0];
             (declared.kind, declared.ros_type) = (kind, ros_type);
         }
         resolver.bases(&tree.decls, &types);
         check::nesting(&mut self.library, &types, &mut self.found);
-        let mut resolver = ModuleResolver {
-            session: self,
-            module: id,
-        };
+        let mut resolver = self.resolver(id);
         for decl in &tree.decls {
             if let DeclKind::Interface(operations) = &decl.kind {
                 resolver.interface(decl, operations);

@@ -1,0 +1,119 @@
+//! Lookup of type names.
+
+use crate::ast::Scoped;
+use crate::model::{ModuleId, Primitive, TypeId};
+use crate::resolver::ModuleResolver;
+use rc_diagnostics::Diagnostic;
+
+/// The number of unknown names per session for which a similar name is searched.
+const MAX_SUGGESTIONS: usize = 100;
+
+impl ModuleResolver<'_> {
+    /// The type `name` of this module.
+    pub(crate) fn own(&self, name: &str) -> Option<TypeId> {
+        let module = self.library.module(self.module);
+        module.types_by_name.get(name).copied()
+    }
+
+    /// Resolves a name. Reports an error, or a warning for an unscoped name of another module.
+    pub(crate) fn named(&mut self, scoped: &Scoped) -> Option<TypeId> {
+        let library = &*self.library;
+        let wanted = scoped.name.text.as_str();
+        let own = |module: ModuleId| library.module(module).types_by_name.get(wanted).copied();
+        // The fast path: most names are of this module.
+        if scoped.module.is_none()
+            && let Some(found) = self.own(wanted)
+        {
+            return Some(found);
+        }
+        let reachable = library.reachable(self.module);
+        let modules: Vec<ModuleId> = match &scoped.module {
+            Some(name) => reachable
+                .iter()
+                .copied()
+                .filter(|m| library.module(*m).name.text == name.text)
+                .collect(),
+            None => Vec::new(),
+        };
+        if let Some(found) = modules.iter().find_map(|m| own(*m)) {
+            return Some(found);
+        }
+        let elsewhere: Vec<TypeId> = reachable.iter().filter_map(|m| own(*m)).collect();
+        let paths: Vec<String> = elsewhere
+            .iter()
+            .map(|t| format!("`{}`", library.type_path(*t)))
+            .collect();
+        let span = scoped.span();
+        match (elsewhere.as_slice(), &scoped.module) {
+            ([one], None) => {
+                let message = format!("unscoped name `{wanted}` refers to {}", paths[0]);
+                self.report(
+                    Diagnostic::warning("unscoped-name", span, message)
+                        .help(format!("write {}", paths[0])),
+                );
+                return Some(*one);
+            }
+            (all, module) if all.is_empty() || module.is_some() && modules.is_empty() => {
+                let diagnostic = match module {
+                    Some(module) if modules.is_empty() => {
+                        let known = reachable.iter().map(|m| &library.module(*m).name);
+                        let near = rc_diagnostics::nearest(
+                            &module.text,
+                            known.map(|name| name.text.as_str()),
+                        );
+                        let message = format!("module `{}` is not imported", module.text);
+                        let diagnostic = Diagnostic::error("unknown-module", module.span, message);
+                        match near {
+                            Some(_) => diagnostic.did_you_mean(near),
+                            None if self.import_failed => {
+                                diagnostic.help("fix the failed import of this file first")
+                            }
+                            None if !paths.is_empty() => {
+                                diagnostic.help(format!("import its file, or write {}", paths[0]))
+                            }
+                            None => diagnostic.help("import the file that declares it"),
+                        }
+                    }
+                    _ => {
+                        let message = format!("unknown type `{}`", scoped.text());
+                        // A limit: comparing thousands of names with thousands takes minutes.
+                        let near = if *self.suggestions < MAX_SUGGESTIONS {
+                            *self.suggestions += 1;
+                            let words = Primitive::WORDS.iter().map(|(word, _)| *word);
+                            let types = reachable.iter().flat_map(|m| &library.module(*m).types);
+                            let types = types.map(|t| library.ty(*t).name.text.as_str());
+                            rc_diagnostics::nearest(wanted, words.chain(["string"]).chain(types))
+                        } else {
+                            None
+                        };
+                        let diagnostic = Diagnostic::error("unknown-type", span, message);
+                        match near {
+                            Some(_) => diagnostic.did_you_mean(near),
+                            None => diagnostic.help("declare it, or import the file that does"),
+                        }
+                    }
+                };
+                self.report(diagnostic);
+            }
+            (_, None) => {
+                let message = format!("ambiguous type `{wanted}`: found {}", paths.join(" and "));
+                self.report(
+                    Diagnostic::error("ambiguous-type", span, message)
+                        .help(format!("write {}", paths[0])),
+                );
+            }
+            (_, Some(module)) => {
+                let message = format!(
+                    "module `{}` has no type `{wanted}`; found {}",
+                    module.text,
+                    paths.join(" and ")
+                );
+                self.report(
+                    Diagnostic::error("type-moved", span, message)
+                        .help(format!("write {}", paths[0])),
+                );
+            }
+        }
+        None
+    }
+}
