@@ -1,4 +1,4 @@
-//! A page for each code that a finding can have. The texts are in `explain/`, one section a code.
+//! A page for each diagnostic code. The texts are in `explain/`, one section for each code.
 
 const PAGES: [&str; 7] = [
     include_str!("../explain/common.md"),
@@ -10,19 +10,19 @@ const PAGES: [&str; 7] = [
     include_str!("../explain/rcgen.md"),
 ];
 
-/// What there is to say about one code.
+/// The page of one code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Page {
     /// The code.
     pub code: &'static str,
-    /// Markdown, with a wrong and a right example where a text can show it.
+    /// Markdown, with a wrong and a right example if a text can show them.
     pub text: &'static str,
 }
 
 /// All pages, in the order of their codes.
 pub fn pages() -> Vec<Page> {
     let sections = PAGES.into_iter().flat_map(|text| {
-        // What stands before the first section is for who reads the whole file.
+        // Skip the title of the file.
         let after_title = || text.split_once("\n## ").map_or("", |(_, rest)| rest);
         let text = text.strip_prefix("## ").unwrap_or_else(after_title);
         text.split("\n## ")

@@ -1,4 +1,4 @@
-//! Interfaces in the languages of others, so that programs without this project can talk to components.
+//! Exports interfaces to OMG IDL and to packages of ROS 2, for programs of other frameworks.
 
 mod idl;
 mod module;
@@ -22,15 +22,17 @@ use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What an exported file begins with, behind the mark of a comment: what begins otherwise is not overwritten.
+/// The beginning of the first comment of an exported file. An export overwrites no other files.
 pub const HEADER: &str = "Exported by rcgen";
 
-/// The envelope of calls, which every interface with calls includes.
+/// The message types of calls, which every interface with calls includes.
 const RPC: &str = include_str!("export/dds_rpc.idl");
 const RPC_FILE: &str = "dds_rpc.idl";
 
-/// Reads `file` with all that it imports; one that is only a name is also looked for where imports are. An error is a
-/// file that the system does not give.
+/// Loads `file` with its imports. A name without folder is also searched like an import.
+///
+/// # Errors
+/// The system cannot read the file.
 pub fn load(
     file: &Path,
     sources: &mut SourceMap,
@@ -52,8 +54,8 @@ pub fn load(
     Ok((session.library, session.found))
 }
 
-/// Every module of `library` as a file of OMG IDL 4.2: the types that travel over DDS, as XCDR1 of FINAL types. The
-/// files are called like those of the modules.
+/// Exports each module to a file of OMG IDL 4.2 with the same name: the types of DDS topics and calls,
+/// as final types with XCDR1 encoding.
 pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     let mut found = Diagnostics::new();
     check_module_names(library, &mut found);
@@ -63,14 +65,14 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     for (at, module) in library.modules.iter().enumerate() {
         let id = ModuleId(at);
         let file = idl_file_name(module, sources);
-        // Folders that make no difference between `a.idl` and `A.idl` are many.
+        // Many file systems do not distinguish `a.idl` and `A.idl`.
         let first = taken.insert(file.to_lowercase(), module);
         if first.is_some() || file.eq_ignore_ascii_case(RPC_FILE) {
-            let message = format!("two modules would both be exported to `{file}`");
+            let message = format!("two modules would be exported to the same file `{file}`");
             let mut diagnostic = Diagnostic::error("export-name", module.name.span, message)
-                .help("rename the .idsl file: the exported one is called like it");
+                .help("rename the .idsl file: the exported file has the same name");
             if let Some(first) = first {
-                diagnostic = diagnostic.label(first.name.span, "the other one");
+                diagnostic = diagnostic.label(first.name.span, "other module");
             }
             found.push(diagnostic);
         }
@@ -99,8 +101,8 @@ pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     (files, found)
 }
 
-/// The first file that an export into `folder` would overwrite although no export has written it: it does not begin with
-/// `first_words`, whatever marks the comment.
+/// The first file in `folder` that an export would overwrite although no export wrote it: its first
+/// comment does not begin with `first_words`.
 pub fn first_foreign_file(
     steps: &[Step],
     folder: &Path,
@@ -116,7 +118,7 @@ pub fn first_foreign_file(
     Ok(None)
 }
 
-/// A text without what its first line begins with to be a comment.
+/// A text without the comment mark at its start.
 fn without_comment_mark(text: &[u8]) -> &[u8] {
     let mark = text.iter().take_while(|byte| b"#/<!- ".contains(byte));
     &text[mark.count()..]
@@ -127,29 +129,32 @@ fn idl_file_name(module: &Module, sources: &SourceMap) -> String {
     format!("{}.idl", stem.to_string_lossy())
 }
 
-/// IDL makes no difference between names that differ only in case; `dds` is there already.
+/// Reports names of modules that are not valid or become equal in OMG IDL, which ignores case.
 fn check_module_names(library: &Library, found: &mut Diagnostics) {
     let mut seen: HashMap<String, &Module> = HashMap::new();
     for module in &library.modules {
         let name = &module.name;
         let low = name.text.to_lowercase();
         if low == "dds" {
-            let message = format!("the module `{}` is one of DDS's own in IDL", name.text);
+            let message = format!("the name of module `{}` is reserved in OMG IDL", name.text);
             found.push(Diagnostic::error("export-name", name.span, message));
         } else if low.starts_with('_') {
-            let message = format!("`{}` is no name in IDL: it begins with `_`", name.text);
+            let message = format!(
+                "`{}` is not valid in OMG IDL: it begins with `_`",
+                name.text
+            );
             found.push(Diagnostic::error("export-name", name.span, message));
         } else if scope::is_annotation(&name.text) {
-            let message = format!("the module `{}` hides an annotation of IDL", name.text);
+            let message = format!("module `{}` would hide an annotation of OMG IDL", name.text);
             found.push(Diagnostic::error("export-name", name.span, message));
         } else if let Some(first) = seen.insert(low, module) {
             let message = format!(
-                "modules `{}` and `{}` differ only in case, which is one name in IDL",
+                "modules `{}` and `{}` differ only in case, which OMG IDL ignores",
                 first.name.text, name.text
             );
             found.push(
                 Diagnostic::error("export-name", name.span, message)
-                    .label(first.name.span, "the other one"),
+                    .label(first.name.span, "other module"),
             );
         }
     }

@@ -1,12 +1,15 @@
-//! Puts files into the layout of their language.
+//! Formats files.
 
 use crate::languages::{LANGUAGES, Language};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use std::io;
 use std::path::Path;
 
-/// Formats one file; whether it was not in its layout. With `check`, or where the text has errors, which are added
-/// to `found`, nothing is written. An error is a file that the system does not give or take.
+/// Formats one file. Returns whether its text changes. Does not write the file with `check`, or if the
+/// text has errors, which are added to `found`.
+///
+/// # Errors
+/// The system cannot read or write the file.
 pub fn file(
     path: &Path,
     check: bool,
@@ -15,8 +18,8 @@ pub fn file(
 ) -> io::Result<bool> {
     let Some(language) = Language::of(path) else {
         let source = sources.add(path, "");
-        let endings = LANGUAGES.map(|l| format!(".{}", l.ending)).join(", ");
-        let message = format!("this is none of {endings}");
+        let extensions = LANGUAGES.map(|l| format!(".{}", l.extension)).join(", ");
+        let message = format!("expected a file with one of the extensions {extensions}");
         let span = Span::new(source, 0, 0);
         found.push(Diagnostic::error("unknown-language", span, message));
         return Ok(false);

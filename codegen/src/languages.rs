@@ -1,58 +1,61 @@
-//! The languages, for what treats all of them alike.
+//! The description languages, for code that handles all of them alike.
 
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 use rc_syntax::Style;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// One language of description files.
+/// A description language.
 #[derive(Clone, Copy, Debug)]
 pub struct Language {
-    /// The ending of its files, without the dot.
-    pub ending: &'static str,
-    /// The layout of its texts.
+    /// The extension of its files, without the dot.
+    pub extension: &'static str,
+    /// The formatting options.
     pub style: Style,
-    /// What is wrong with one text, looked at alone.
+    /// Parses one text and returns its diagnostics.
     pub parse: fn(&SourceMap, SourceId) -> Diagnostics,
 }
 
-/// All of them.
+/// All description languages.
 pub const LANGUAGES: [Language; 5] = [
     Language {
-        ending: "idsl",
+        extension: "idsl",
         style: rc_idsl::STYLE,
         parse: |sources, source| rc_idsl::parse(sources, source).1,
     },
     Language {
-        ending: "cdsl",
+        extension: "cdsl",
         style: rc_cdsl::STYLE,
         parse: |sources, source| rc_cdsl::parse(sources, source).1,
     },
     Language {
-        ending: "pdsl",
+        extension: "pdsl",
         style: rc_pdsl::STYLE,
         parse: |sources, source| rc_pdsl::parse(sources, source).1,
     },
     Language {
-        ending: "smdsl",
+        extension: "smdsl",
         style: rc_smdsl::STYLE,
         parse: |sources, source| rc_smdsl::parse(sources, source).1,
     },
     Language {
-        ending: "ddsl",
+        extension: "ddsl",
         style: rc_ddsl::STYLE,
         parse: |sources, source| rc_ddsl::parse(sources, source).1,
     },
 ];
 
 impl Language {
-    /// The language of a file, by its ending.
+    /// The language of a file, by its extension.
     pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension().and_then(|e| e.to_str())?;
-        LANGUAGES.into_iter().find(|l| l.ending == ending)
+        let extension = path.extension().and_then(|e| e.to_str())?;
+        LANGUAGES.into_iter().find(|l| l.extension == extension)
     }
 
-    /// The text in our layout, or what is wrong with it.
+    /// Formats a text.
+    ///
+    /// # Errors
+    /// The diagnostics of a text with errors.
     pub fn format(self, sources: &SourceMap, source: SourceId) -> Result<String, Diagnostics> {
         let found = (self.parse)(sources, source);
         if found.has_errors() {
@@ -62,8 +65,8 @@ impl Language {
     }
 }
 
-/// The files that a command line names: files as they are, folders as the files in them that are wanted, but not
-/// what is generated, built or hidden.
+/// The files named on a command line. A folder is replaced by its `wanted` files, except generated,
+/// built and hidden ones.
 pub fn files(paths: &[PathBuf], wanted: &dyn Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in paths {
@@ -86,12 +89,12 @@ fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>)
         let name = name.to_string_lossy();
         let left_out = name.starts_with('.') || name == "target" || name == "generated";
         let path = entry.path();
-        // A link to a folder is not followed: it could lead in a circle.
+        // Links to folders are not followed: they could be cyclic.
         if entry.file_type().map_err(named)?.is_dir() {
             if !left_out {
                 walk(&path, wanted, files)?;
             }
-        // Editors leave hidden files beside those that they hold; a pipe would be waited for.
+        // Hidden files are often backups of editors. Reading a pipe would block.
         } else if !name.starts_with('.') && wanted(&path) && path.is_file() {
             files.push(path);
         }

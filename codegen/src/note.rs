@@ -1,7 +1,8 @@
-//! What tools find in an executable without running it, and in generated code without building it: which component it
-//! is, of which model, for which middleware.
+//! The note of a component: its name, the hash of its model, and its middleware. Tools read it from an
+//! executable without running it, and from generated code without building it.
 //!
-//! The note is read-only data: [`MAGIC`], a JSON object, a zero byte; in generated code it is a byte string of this.
+//! The note is read-only data: [`MAGIC`], a JSON object, a zero byte. In generated code it is a byte
+//! string.
 
 use crate::files::GENERATED;
 use crate::load;
@@ -10,27 +11,27 @@ use object::{Object, ObjectSection, ReadCache};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Begins a note. No text has these bytes by chance.
+/// The start of a note, which no other data contains by chance.
 pub const MAGIC: &[u8] = b"\x02rc-note\x03\x1e\x1f";
-/// The same in a Rust byte string.
+/// [`MAGIC`] in a Rust byte string.
 const MAGIC_TEXT: &str = "\\x02rc-note\\x03\\x1e\\x1f";
 
-/// The file in `generated/` that has the note.
+/// The file in `generated/` that contains the note.
 const SOURCE: &str = "src/backend.rs";
 
-/// What a note says.
+/// The content of a note.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Note {
     /// The name of the component.
     pub component: String,
-    /// The hash of its model, sixteen hexadecimal digits.
+    /// The hash of its model: 16 hexadecimal digits.
     pub model: String,
-    /// The middleware that it was generated for.
+    /// The middleware it was generated for.
     pub middleware: String,
 }
 
 impl Note {
-    /// The content of a Rust byte string that holds this note.
+    /// The content of a Rust byte string with this note.
     pub fn to_byte_string(&self) -> String {
         let json = serde_json::to_string(self)
             .unwrap_or_default()
@@ -38,8 +39,10 @@ impl Note {
         format!("{MAGIC_TEXT}{json}\\0")
     }
 
-    /// The note of what was generated into a component's folder; none where the file that should have it has none. The
-    /// error is that of the file, which is not there before the first generation.
+    /// Reads the note from the generated code in a component's folder. `None` if the file has no note.
+    ///
+    /// # Errors
+    /// The system cannot read the file. `NotFound` before the first generation.
     pub fn of_generated(folder: &Path) -> std::io::Result<Option<Self>> {
         let text = load::read(&folder.join(GENERATED).join(SOURCE))?;
         Ok(text.split(MAGIC_TEXT).skip(1).find_map(|rest| {
@@ -48,9 +51,12 @@ impl Note {
         }))
     }
 
-    /// The note of an executable; none where it has none, so that it is no component.
+    /// Reads the note from an executable. `None` if the executable is not a component.
+    ///
+    /// # Errors
+    /// The system cannot read the file.
     pub fn read(path: &Path) -> std::io::Result<Option<Self>> {
-        // Executables are large, and a network has many: as little of them is read as can be.
+        // Read only the necessary parts: executables are large, and a network has many.
         let cache = ReadCache::new(std::fs::File::open(path)?);
         let section = object::File::parse(&cache).ok().and_then(|file| {
             let section = file.section_by_name(".rodata")?;

@@ -142,7 +142,7 @@ fn read(
         _ => Path::new("."),
     };
     let message = format!(
-        "`{}` was not found; looked in {}",
+        "cannot find `{}`; searched in {}",
         file.text,
         folder.display()
     );

@@ -1,5 +1,5 @@
-//! IDSL as ROS 2 has it: what packages, messages and services are called, of what fields they are, and which types of
-//! others structures are. `middleware/ros2/MAPPING.md` tells it to users.
+//! The mapping of IDSL to ROS 2: packages, messages, services and their fields, and annotated types.
+//! `middleware/ros2/MAPPING.md` documents it for users.
 
 mod check;
 mod comments;
@@ -10,13 +10,13 @@ mod standard;
 mod words;
 
 pub use check::annotations;
-pub(crate) use comments::harmless;
+pub(crate) use comments::sanitized;
 pub(crate) use mapping::{Constant, Field, Package, packages};
 
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 
-/// What keeps interfaces from being those of a node: names that are one in ROS 2.
+/// Errors that prevent the use of interfaces in a ROS 2 node: names that become equal.
 pub fn refused(library: &Library) -> Diagnostics {
     let mut found = Diagnostics::new();
     packages(library, &mut found);

@@ -8,7 +8,7 @@ use rc_idsl::model::{Const, Enumerator, Member, ModuleId, Type, TypeDeclKind, Ty
 use rc_syntax::{Literal, LiteralKind, Name};
 use std::collections::{HashMap, HashSet};
 
-/// The text of a file while it grows.
+/// The text of a file, with indentation.
 #[derive(Default)]
 pub(super) struct Text {
     pub(super) out: String,
@@ -41,7 +41,7 @@ impl Text {
         }
     }
 
-    /// A declaration with a body, and nothing in it yet.
+    /// Opens a declaration with a body.
     pub(super) fn open(&mut self, head: &str) {
         self.line(head);
         self.line("{");
@@ -54,7 +54,7 @@ impl Text {
     }
 }
 
-/// What is being written.
+/// Writes the declarations of one module.
 pub(super) struct Writer<'a> {
     pub(super) library: &'a Library,
     pub(super) names: &'a Names,
@@ -75,7 +75,7 @@ impl Writer<'_> {
             .line(&format!("const {ty} {} = {value};", escaped(name)));
     }
 
-    /// A type behind all that it consists of: IDL knows nothing that comes later.
+    /// Writes a type after the types it depends on: OMG IDL has no forward references.
     pub(super) fn declare(&mut self, id: TypeId, home: ModuleId, done: &mut HashSet<TypeId>) {
         if self.library.ty(id).module != home || !done.insert(id) {
             return;
@@ -131,8 +131,8 @@ impl Writer<'_> {
         }
     }
 
-    /// An int32 on the wire. Where a number is below zero, which not every compiler of IDL takes for an enum, it is one
-    /// in the file, too, with constants.
+    /// Writes an enum, an int32 on the wire. With a negative value, which some compilers refuse, it
+    /// becomes an int32 with constants.
     fn enumeration(&mut self, id: TypeId, name: &str, doc: &[String], values: &[Enumerator]) {
         let names = self.names.enumerators[&id].clone();
         self.text.gap();
@@ -167,7 +167,7 @@ impl Writer<'_> {
         self.structure_or(name, doc, members, "octet");
     }
 
-    /// A structure with these members; one without any is an octet on the wire, of the type `nothing`.
+    /// Writes a struct. Without members it has one member of the type `nothing`, an octet on the wire.
     pub(super) fn structure_or(
         &mut self,
         name: &str,
@@ -175,7 +175,7 @@ impl Writer<'_> {
         members: &[Member],
         nothing: &str,
     ) {
-        // Of arrays that may be absent there are sequences, which need a name for their elements.
+        // An optional array becomes a sequence, whose element type needs a name.
         let mut elements = HashMap::new();
         for member in members.iter().filter(|m| m.optional) {
             if let (ty, sizes) = self.names.ty(self.library, &member.ty)
@@ -221,8 +221,8 @@ impl Writer<'_> {
     }
 }
 
-/// What a member's annotations become: annotations, and documentation where IDL or its compilers have none for it.
-/// Where a member of the structure is called like one, that one is `hidden`.
+/// The annotations of a member, and the documentation of properties that OMG IDL or its compilers
+/// cannot annotate. `hidden` has the annotations that a member's name hides.
 fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<String>) {
     let ty = library.resolved(&member.ty);
     let (mut annotations, mut facts) = (Vec::new(), Vec::new());
@@ -236,7 +236,7 @@ fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<Str
             annotations.push(format!("@unit({})", quoted(unit)));
         }
     }
-    // The value of an optional member is an element, which has no annotations.
+    // The value of an optional member is an element of a sequence, which has no annotations.
     let one = |literal: &Literal| value(ty, literal).filter(|_| !member.optional && safe(literal));
     if let Some(range) = &member.range {
         let min = range.min.as_ref().map(|min| ("min", one(min)));
@@ -268,14 +268,14 @@ fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<Str
     (annotations.collect(), facts)
 }
 
-/// Cyclone's compiler takes every number in an annotation to have 32 bits once it has a sign.
+/// Whether an annotation can contain the value: Cyclone's compiler limits signed numbers to 32 bits.
 fn safe(literal: &Literal) -> bool {
     literal
         .as_i64()
         .is_none_or(|value| value > i64::from(i32::MIN))
 }
 
-/// A value as IDL writes it; `None` where an annotation cannot hold it: an enumerator.
+/// A value in OMG IDL. `None` for an enumerator, which annotations cannot contain.
 fn value(ty: &Type, literal: &Literal) -> Option<String> {
     let float = matches!(ty, Type::Primitive(p) if p.is_float());
     match &literal.kind {
@@ -289,7 +289,7 @@ fn value(ty: &Type, literal: &Literal) -> Option<String> {
     }
 }
 
-/// A value for a person.
+/// A value for documentation.
 pub(crate) fn plain(literal: &Literal) -> String {
     match &literal.kind {
         LiteralKind::Int(value) => value.to_string(),
@@ -301,7 +301,7 @@ pub(crate) fn plain(literal: &Literal) -> String {
     }
 }
 
-/// A text in quotes, with the escapes of IDL.
+/// A quoted string with the escapes of OMG IDL.
 fn quoted(text: &str) -> String {
     let mut out = "\"".to_owned();
     for c in text.chars() {

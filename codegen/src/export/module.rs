@@ -8,7 +8,7 @@ use rc_idsl::Library;
 use rc_idsl::model::ModuleId;
 use std::collections::HashSet;
 
-/// One module as a file.
+/// Writes a module as the text of a file.
 pub(super) fn module(
     library: &Library,
     names: &Names,

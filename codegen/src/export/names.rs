@@ -1,4 +1,4 @@
-//! What types and enumerators are called in IDL, and how a type is written where it is used.
+//! The names of declarations in OMG IDL, and the notation of types.
 
 use super::rpc_names;
 use super::scope::{Scope, escaped};
@@ -8,14 +8,14 @@ use rc_idsl::model::{Enumerator, Module, ModuleId, Primitive, Type, TypeDeclKind
 use rc_syntax::Name;
 use std::collections::HashMap;
 
-/// What everything is called, which all modules have to agree about; not yet with the `_` before words of IDL.
+/// The names of all declarations in all modules, not yet escaped.
 pub(super) struct Names {
     pub(super) types: HashMap<TypeId, String>,
-    /// The structure of one entry of a dictionary.
+    /// The structs of the entries of dictionaries.
     pub(super) entries: HashMap<TypeId, String>,
     pub(super) enumerators: HashMap<TypeId, Vec<String>>,
     pub(super) consts: HashMap<(ModuleId, usize), String>,
-    /// All of a module, for what is named on the way.
+    /// The scope of each module, for names that are added later.
     pub(super) scopes: Vec<Scope>,
 }
 
@@ -51,15 +51,15 @@ impl Names {
             let name = scope.unique_name(&one.name.text);
             self.consts.insert((id, at), name);
         }
-        // Strangers know these from a document: they are as it says, or there are none.
+        // Other programs rely on these names, so they cannot be changed.
         let mut unwritable = Vec::new();
         let mut fixed = |name: String, at: &Name| {
             if !scope.claim(&name) {
                 let message = format!(
-                    "`{name}`, which `{}` becomes in IDL, is there already",
+                    "the name `{name}` of `{}` in OMG IDL is already in use",
                     at.text
                 );
-                let help = "names that differ only in case are one in IDL; rename one of the two";
+                let help = "rename one of the declarations: OMG IDL ignores case";
                 found.push(Diagnostic::error("export-name", at.span, message).help(help));
             }
         };
@@ -80,7 +80,10 @@ impl Names {
                 .for_each(|(name, at)| fixed(name, at));
         }
         for name in unwritable {
-            let message = format!("`{}` is no name in IDL: it begins with `_`", name.text);
+            let message = format!(
+                "`{}` is not valid in OMG IDL: it begins with `_`",
+                name.text
+            );
             found.push(Diagnostic::error("export-name", name.span, message));
         }
         rpc_names::exceptions_collide(library, module, found);
@@ -98,8 +101,8 @@ impl Names {
         scope
     }
 
-    /// Enumerators are names of the module in IDL. Those of an enum one of whose names is there already begin with the
-    /// enum's.
+    /// Names the enumerators, which are in the scope of the module in OMG IDL. If one of them is already
+    /// in use, all enumerators of the enum get its name as a prefix.
     fn enumerators(&mut self, library: &Library, module: &Module, scope: &mut Scope) {
         let enums = module
             .types
@@ -130,13 +133,13 @@ impl Names {
         }
     }
 
-    /// `::Module::Name`: nothing of that name in a scope between here and there can be meant.
+    /// The absolute path `::Module::Name`, which inner scopes cannot hide.
     pub(super) fn path(&self, library: &Library, id: TypeId) -> String {
         let module = &library.module(library.ty(id).module).name.text;
         format!("::{}::{}", escaped(module), escaped(&self.types[&id]))
     }
 
-    /// A type where it is used, and the sizes that stand behind the name of a member that is an array.
+    /// The notation of a type, and the array sizes after the name of its member.
     pub(super) fn ty(&self, library: &Library, ty: &Type) -> (String, String) {
         match ty {
             Type::Primitive(primitive) => (word(*primitive).to_owned(), String::new()),
@@ -150,14 +153,14 @@ impl Names {
                 let (element, inner) = self.ty(library, element);
                 (element, format!("[{size}]{inner}"))
             }
-            // Only an alias is one, and that has its entries.
+            // Only an alias can be a dictionary. It has a struct for its entries.
             Type::Dictionary(_, value) => self.ty(library, value),
             Type::Named(id) => (self.path(library, *id), String::new()),
         }
     }
 }
 
-/// Neither `<:` nor `>>`, which are one token each to a preprocessor.
+/// A sequence, without `<:` and `>>`, which are single tokens for a preprocessor.
 pub(super) fn sequence(element: &str, bound: Option<u32>) -> String {
     let space = if element.starts_with(':') { " " } else { "" };
     match bound {
@@ -167,7 +170,7 @@ pub(super) fn sequence(element: &str, bound: Option<u32>) -> String {
     }
 }
 
-/// Never `long`, which has 64 bits in the IDSL and 32 in IDL.
+/// The name of a primitive type. `long` is not used: it has 64 bits in IDSL and 32 in OMG IDL.
 fn word(primitive: Primitive) -> &'static str {
     match primitive {
         Primitive::Bool => "boolean",

@@ -1,13 +1,13 @@
-//! Interface packages of ROS 2, as colcon builds them.
+//! Exports interface packages of ROS 2 for colcon.
 
 use super::HEADER;
 use crate::Files;
 use crate::files::Owner;
-use crate::ros::{self, Constant, Field, Package, harmless};
+use crate::ros::{self, Constant, Field, Package, sanitized};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_idsl::Library;
 
-/// Every module of `library` as a package, in a folder of its own. A module that declares nothing is none.
+/// Exports each module to a package in its own folder. Skips modules without messages and services.
 pub fn ros2(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     let mut found = ros::annotations(library);
     let packages = ros::packages(library, &mut found);
@@ -37,7 +37,7 @@ pub fn ros2(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
             let path = format!("srv/{}.srv", service.name);
             let mut text = head(&first, &service.doc);
             text += &fields(&service.request, &package.name);
-            // A comment at once would be one of the whole response.
+            // Without the empty line, the first comment would document the whole response.
             text += "---\n\n";
             text += &constants(&service.constants);
             text += &fields(&service.response, &package.name);
@@ -53,14 +53,14 @@ pub fn ros2(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     (files, found)
 }
 
-/// The comment of a whole file.
+/// The comment at the start of a file.
 fn head(first: &str, doc: &[String]) -> String {
     let doc: String = doc.iter().map(|line| comment(line)).collect();
     format!("# {first}\n{doc}\n")
 }
 
 fn comment(line: &str) -> String {
-    format!("# {}", harmless(line)).trim_end().to_owned() + "\n"
+    format!("# {}", sanitized(line)).trim_end().to_owned() + "\n"
 }
 
 fn constants(all: &[Constant]) -> String {
@@ -75,8 +75,8 @@ fn fields(all: &[Field], package: &str) -> String {
     let text = all.iter().map(|field| {
         let mut doc: Vec<String> = field.doc.iter().map(|line| comment(line)).collect();
         if let Some(unit) = &field.unit {
-            // In brackets, where `rosidl` looks for it.
-            let unit = format!("[{}]\n", harmless(unit));
+            // `rosidl` reads the unit in brackets.
+            let unit = format!("[{}]\n", sanitized(unit));
             match doc.last_mut() {
                 Some(last) => *last = format!("{} {unit}", last.trim_end()),
                 None => doc.push(format!("# {unit}")),
@@ -125,7 +125,7 @@ ament_package()
     )
 }
 
-/// It begins with a comment: an XML declaration could only be the first thing in the file, and says what is so anyway.
+/// The file `package.xml`. It has no XML declaration, which would have to be before the first comment.
 fn manifest(first: &str, package: &Package, doc: &[String], module: &str) -> String {
     let doc: Vec<String> = doc.iter().map(|line| escaped(line)).collect();
     let description = match doc.join(" ") {
@@ -162,7 +162,7 @@ fn manifest(first: &str, package: &Package, doc: &[String], module: &str) -> Str
     )
 }
 
-/// A text between tags.
+/// Escapes text between tags.
 fn escaped(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     let text = text.replace('>', "&gt;");

@@ -1,5 +1,5 @@
-//! What interfaces become: a structure for each topic, and for calls the types of the basic service mapping of OMG
-//! DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1), as `rc_middleware::rpc` has them on the wire.
+//! Exports interfaces: a struct for each topic, and for calls the types of the basic service mapping
+//! of OMG DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1), which `rc_middleware::rpc` encodes.
 
 use super::idl::Writer;
 use super::rpc_names::exception_hash;
@@ -70,7 +70,7 @@ pub(super) fn interface(writer: &mut Writer<'_>, interface: &Interface) {
     }
 }
 
-/// What goes in, what comes out, and what comes out or is thrown.
+/// Writes the types of a call: inputs, outputs, and a union of outputs and exceptions.
 fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
     let base = format!("{interface}_{}", operation.name.text);
     let hash = rpc_hash(&operation.name.text);
@@ -107,7 +107,7 @@ fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
     switch(writer, &format!("{base}_Result"), unknown, &cases);
 }
 
-/// The member that holds what an operation returns.
+/// The member for the return value of an operation.
 fn returned(operation: &Operation, ty: &Type) -> Member {
     Member {
         name: Name::new("return_", operation.name.span),
@@ -126,7 +126,7 @@ struct Case {
     name: String,
 }
 
-/// A union over hashes of names.
+/// Writes a union that is discriminated by hashes of names.
 fn switch(writer: &mut Writer<'_>, name: &str, (unknown, member): (&str, &str), cases: &[Case]) {
     let mut scope = Scope::new(name);
     writer.text.gap();

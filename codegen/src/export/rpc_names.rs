@@ -6,12 +6,12 @@ use rc_idsl::Library;
 use rc_idsl::model::{Interface, Module};
 use rc_syntax::Name;
 
-/// The constant with the hash of an exception.
+/// The name of the constant with the hash of an exception.
 pub(super) fn exception_hash(exception: &str) -> String {
     format!("{exception}_Ex_Hash")
 }
 
-/// All that an interface becomes, and what in it is the reason.
+/// All names that an interface generates, each with its declaration.
 pub(super) fn names(interface: &Interface) -> Vec<(String, &Name)> {
     let own = &interface.name.text;
     let mut names = Vec::new();
@@ -32,7 +32,8 @@ pub(super) fn names(interface: &Interface) -> Vec<(String, &Name)> {
     names
 }
 
-/// Exceptions of one operation are told apart by the hashes of their names, without the module.
+/// Reports exceptions of one operation with equal names. DDS-RPC identifies them by the hash of the
+/// name without module.
 pub(super) fn exceptions_collide(library: &Library, module: &Module, found: &mut Diagnostics) {
     let interfaces = module.interfaces.iter().map(|i| library.interface(*i));
     for operation in interfaces.flat_map(|i| &i.operations) {
@@ -40,13 +41,13 @@ pub(super) fn exceptions_collide(library: &Library, module: &Module, found: &mut
         for exception in operation.throws.iter().map(|t| &library.ty(*t).name) {
             if let Some(first) = seen.iter().find(|first| first.text == exception.text) {
                 let message = format!(
-                    "`{}` throws two exceptions called `{}`, which are one in the envelope of calls",
+                    "`{}` throws two exceptions named `{}`, which DDS-RPC cannot distinguish",
                     operation.name.text, exception.text
                 );
                 found.push(
                     Diagnostic::error("export-name", operation.name.span, message)
-                        .label(first.span, "one")
-                        .label(exception.span, "the other one"),
+                        .label(first.span, "first exception")
+                        .label(exception.span, "second exception"),
                 );
             }
             seen.push(exception);

@@ -1,8 +1,8 @@
-//! Names as IDL has them.
+//! Names in OMG IDL.
 
 use std::collections::HashSet;
 
-/// The words of OMG IDL 4.2, in whatever case they are written.
+/// The keywords of OMG IDL 4.2. They are not case-sensitive.
 const KEYWORDS: [&str; 83] = [
     "abstract",
     "any",
@@ -89,16 +89,16 @@ const KEYWORDS: [&str; 83] = [
     "wstring",
 ];
 
-/// The annotations that are written. Where something has the name of one, in whatever case, Cyclone's compiler does not
-/// find the annotation.
+/// The annotations that the export uses. If a declaration has the name of an annotation, ignoring case,
+/// Cyclone's compiler does not find the annotation.
 const ANNOTATIONS: [&str; 7] = ["default", "final", "max", "min", "range", "unit", "value"];
 
-/// Whether `name` is that of an annotation.
+/// Whether `name` is the name of an annotation.
 pub(super) fn is_annotation(name: &str) -> bool {
     ANNOTATIONS.contains(&name.to_ascii_lowercase().as_str())
 }
 
-/// `name` as it is written: a `_` before it takes the meaning from a word, and belongs to no name.
+/// Escapes keywords with a leading `_`, which is not part of the name.
 pub(super) fn escaped(name: &str) -> String {
     let low = name.to_ascii_lowercase();
     if KEYWORDS.contains(&low.as_str()) {
@@ -108,19 +108,19 @@ pub(super) fn escaped(name: &str) -> String {
     }
 }
 
-/// The names of one scope. Those that differ only in case are one.
+/// The names of one scope. Case is ignored.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scope(HashSet<String>);
 
 impl Scope {
-    /// A scope that has a name itself, which nothing in it may have.
+    /// A scope with a name, which no declaration in it may have.
     pub(super) fn new(name: &str) -> Self {
         let mut scope = Self::default();
         scope.claim(name);
         scope
     }
 
-    /// The scope of a module, in which annotations are found.
+    /// The scope of a module, which reserves the names of annotations.
     pub(super) fn module(name: &str) -> Self {
         let mut scope = Self::new(name);
         for annotation in ANNOTATIONS {
@@ -129,18 +129,18 @@ impl Scope {
         scope
     }
 
-    /// Takes a name, if nobody has it.
+    /// Adds a name. Returns whether it was unused.
     pub(super) fn claim(&mut self, name: &str) -> bool {
         self.0.insert(name.to_ascii_lowercase())
     }
 
-    /// Whether somebody has this name.
+    /// Whether the name is used.
     pub(super) fn contains(&self, name: &str) -> bool {
         self.0.contains(&name.to_ascii_lowercase())
     }
 
-    /// Takes this name, or the next one with a `_` more at its end. No name begins with a `_`: compilers read it as one
-    /// before a word.
+    /// Adds an unused name: `name`, with `_` appended until it is unused. Prepends `x` to a leading `_`,
+    /// which compilers would read as an escape.
     pub(super) fn unique_name(&mut self, name: &str) -> String {
         let first = if name.starts_with('_') { "x" } else { "" };
         let mut name = format!("{first}{name}");

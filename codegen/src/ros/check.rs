@@ -1,4 +1,4 @@
-//! Whether what is marked `@ros` is what it says.
+//! Compares declarations that have an `@ros` annotation with their ROS 2 types.
 
 use super::mapping::{self, Field, Mapper};
 use super::names::{self, Kind, TypeName};
@@ -10,8 +10,8 @@ use rc_idsl::Library;
 use rc_idsl::model::{Interface, Member, ModuleId, Operation, TypeDecl, TypeDeclKind};
 use rc_syntax::Name;
 
-/// Checks every `@ros` against the types that ROS 2 brings with it; a note says what could not be checked. Of a library
-/// that has no errors.
+/// Checks every `@ros` against the types of ROS 2. Notes report types of unknown packages. The library
+/// must be free of errors.
 pub fn annotations(library: &Library) -> Diagnostics {
     let mut checker = Checker {
         library,
@@ -31,12 +31,12 @@ pub fn annotations(library: &Library) -> Diagnostics {
     checker.found
 }
 
-/// One that is compared with a field of ROS 2.
+/// A member, a parameter or a result, which is compared with a field of a ROS 2 type.
 struct Own {
-    /// What a person calls it.
+    /// How messages name it.
     what: String,
     span: Span,
-    /// Its name in ROS 2; a value that is returned has none of its own.
+    /// Its name in ROS 2. `None` for a return value.
     name: Option<String>,
     /// Its type in ROS 2.
     ty: String,
@@ -58,14 +58,13 @@ impl Checker<'_> {
             return;
         };
         if !words::is_package(text) {
-            let message = format!("`{text}` cannot be a package of ROS 2");
-            let help =
-                "it begins with a small letter, and has small letters, digits and single `_`";
+            let message = format!("invalid name of a ROS 2 package `{text}`");
+            let help = "use lower-case letters, digits and single `_`, and begin with a letter";
             let diagnostic = Diagnostic::error("ros-name", *span, message);
             self.found.push(diagnostic.help(help));
         } else if standard::has_package(text) {
-            let message = format!("`{text}` is a package of ROS 2 itself");
-            let help = "name a package of your own; mark the structures that are types of that one";
+            let message = format!("`{text}` is a package of ROS 2");
+            let help = "choose a package of your own, and annotate single structs with `@ros`";
             let diagnostic = Diagnostic::error("ros-name", *span, message);
             self.found.push(diagnostic.help(help));
         }
@@ -75,22 +74,25 @@ impl Checker<'_> {
         let (Some(ros), TypeDeclKind::Struct(members)) = (&decl.ros_type, &decl.kind) else {
             return;
         };
-        let help = "a structure is a message: `sensor_msgs/msg/LaserScan`";
+        let help = "write the name of a message such as `sensor_msgs/msg/LaserScan`";
         match TypeName::parse(&ros.text) {
             Some(name) if name.kind == Kind::Message => {
                 if let Some(standard) = self.known(&name, ros.span) {
                     let own = self.members(decl.module, members);
-                    let what = format!("structure `{}`", decl.name.text);
+                    let what = format!("struct `{}`", decl.name.text);
                     let wrong = different(&what, decl.name.span, &own, &name, &standard.fields);
                     self.found.extend(wrong);
                 }
             }
             Some(_) => {
-                let message = format!("structure `{}` cannot be a service", decl.name.text);
+                let message = format!(
+                    "expected a message for struct `{}`, found a service",
+                    decl.name.text
+                );
                 self.wrong(ros.span, message, help);
             }
             None => {
-                let message = format!("`{}` is not the name of a message", ros.text);
+                let message = format!("invalid name of a message `{}`", ros.text);
                 self.wrong(ros.span, message, meant(&ros.text, help));
             }
         }
@@ -101,26 +103,30 @@ impl Checker<'_> {
         let mut seen: Vec<(Kind, Span)> = Vec::new();
         for ros in &operation.ros_types {
             let Some(name) = TypeName::parse(&ros.text) else {
-                let message = format!("`{}` is not the name of a message or a service", ros.text);
-                let help = "an operation is a `std_msgs/msg/String` where it is published, a `std_srvs/srv/Trigger` where it is called";
+                let message = format!("invalid name of a message or a service `{}`", ros.text);
+                let help = "write a name such as `std_msgs/msg/String` for a topic, or `std_srvs/srv/Trigger` for a call";
                 self.wrong(ros.span, message, meant(&ros.text, help));
                 continue;
             };
             if let Some((_, first)) = seen.iter().find(|(kind, _)| *kind == name.kind) {
-                let message = format!("`{own}` is a `{}` already", name.kind.word());
+                let message = format!("duplicate `{}` type of `{own}`", name.kind.word());
                 let diagnostic = Diagnostic::error("ros-type", ros.span, message);
-                self.found.push(diagnostic.label(*first, "the first one"));
+                self.found.push(diagnostic.label(*first, "first used here"));
                 continue;
             }
             seen.push((name.kind, ros.span));
             match name.kind {
                 Kind::Message if !is_topic(interface, operation) => {
-                    let message = format!("`{own}` is called, not published: it is a service");
-                    self.wrong(ros.span, message, "such as `std_srvs/srv/Trigger`");
+                    let message =
+                        format!("expected a service for the call `{own}`, found a message");
+                    let help = "write the name of a service such as `std_srvs/srv/Trigger`";
+                    self.wrong(ros.span, message, help);
                 }
                 Kind::Service if !is_call(interface, operation) => {
-                    let message = format!("`{own}` is published, not called: it is a message");
-                    self.wrong(ros.span, message, "such as `std_msgs/msg/String`");
+                    let message =
+                        format!("expected a message for the topic `{own}`, found a service");
+                    let help = "write the name of a message such as `std_msgs/msg/String`";
+                    self.wrong(ros.span, message, help);
                 }
                 Kind::Message => self.topic(interface, operation, &name, ros.span),
                 Kind::Service => self.service(interface, operation, &name, ros.span),
@@ -138,7 +144,7 @@ impl Checker<'_> {
         if wrong.is_empty() {
             return;
         }
-        // A structure adds nothing to its members.
+        // A struct has the same encoding as its members.
         let only = names::structure_of_topic(self.library, operation);
         let decl = only.map(|id| self.library.ty(id));
         let wrong = match decl.map(|decl| (decl, &decl.kind)) {
@@ -162,8 +168,8 @@ impl Checker<'_> {
         let wrong = different(&what, at, &request, name, &standard.fields);
         self.found.extend(wrong);
         if !operation.throws.is_empty() {
-            let message = format!("`{own}` throws, which `{name}` has no place for");
-            let help = "let it answer what went wrong as `out` parameters";
+            let message = format!("`{own}` throws, but `{name}` has no field for exceptions");
+            let help = "report errors in `out` parameters";
             let diagnostic = Diagnostic::error("ros-mismatch", at, message);
             self.found.push(diagnostic.help(help));
             return;
@@ -173,7 +179,7 @@ impl Checker<'_> {
             let result = mapping::member("result", ty, &operation.name);
             let result = self.members(interface.module, &[result]);
             response.extend(result.into_iter().map(|result| Own {
-                what: "what is returned".to_owned(),
+                what: "the return value".to_owned(),
                 name: None,
                 ..result
             }));
@@ -183,7 +189,7 @@ impl Checker<'_> {
         self.found.extend(wrong);
     }
 
-    /// The fields of a type that ROS 2 brings with it.
+    /// The fields of a ROS 2 type. Reports a type or a package that is unknown.
     fn known(&mut self, name: &TypeName, at: Span) -> Option<&'static standard::Standard> {
         let found = standard::of(name);
         if found.is_some() {
@@ -191,7 +197,7 @@ impl Checker<'_> {
         }
         let others = standard::names(&name.package, name.kind);
         if others.is_empty() {
-            let message = format!("`{name}` is not known here: nothing is compared with it");
+            let message = format!("the fields of `{name}` are unknown and not compared");
             let note = Diagnostic::note("ros-unchecked", at, message);
             self.found
                 .push(note.did_you_mean(standard::elsewhere(name)));
@@ -226,7 +232,7 @@ fn called(member: &Member) -> String {
     format!("`{}`", member.name.text)
 }
 
-/// What to write where `text` is no name: the type that is near it, else what such names are like.
+/// The help for an invalid name: a similar type, otherwise `help`.
 fn meant(text: &str, help: &str) -> String {
     match standard::near(text) {
         Some(near) => format!("did you mean `{near}`?"),
@@ -234,7 +240,7 @@ fn meant(text: &str, help: &str) -> String {
     }
 }
 
-/// How `own` differs from the fields of `name`.
+/// The differences between `own` and the fields of `name`.
 fn different(
     what: &str,
     span: Span,
@@ -244,16 +250,16 @@ fn different(
 ) -> Vec<Diagnostic> {
     if own.len() != fields.len() {
         let message = format!(
-            "{what} has {}, `{name}` has {}",
+            "{what} has {}, but `{name}` has {}",
             count(own.len(), "member"),
             count(fields.len(), "field")
         );
         let list: Vec<String> = fields.iter().map(|field| in_idsl(*field).0).collect();
         let diagnostic = Diagnostic::error("ros-mismatch", span, message);
         return vec![if list.is_empty() {
-            diagnostic.help("remove them")
+            diagnostic.help("remove the members")
         } else {
-            diagnostic.help(format!("there is {}", list.join("; ")))
+            diagnostic.help(format!("declare {}", list.join("; ")))
         }];
     }
     let pairs = own.iter().zip(fields);
@@ -268,13 +274,13 @@ fn different(
             None => own.ty.clone(),
         };
         let message = format!(
-            "{} is `{is}` in ROS 2, where `{name}` has `{ty} {field}`",
+            "{} is `{is}` in ROS 2, but `{name}` has `{ty} {field}`",
             own.what
         );
         let (wanted, marked) = in_idsl((ty, field));
         let help = match marked {
             Some(package) if !same => {
-                format!("write `{wanted}`, of a structure that is marked `@ros(\"{package}\")`")
+                format!("write `{wanted}` with a struct that has `@ros(\"{package}\")`")
             }
             _ => format!("write `{wanted}`"),
         };
@@ -291,7 +297,7 @@ fn count(number: usize, what: &str) -> String {
     }
 }
 
-/// `byte` and `char` are other words for `uint8`.
+/// Replaces `byte` and `char` by their alias `uint8`.
 fn normal(ty: &str) -> String {
     for word in ["byte", "char"] {
         if let Some(rest) = ty.strip_prefix(word)
@@ -303,7 +309,7 @@ fn normal(ty: &str) -> String {
     ty.to_owned()
 }
 
-/// A field as a member of a structure, and the message that its type is.
+/// A field as a member of a struct, and the message type of the member.
 fn in_idsl((ty, field): standard::Field) -> (String, Option<String>) {
     let ty = normal(ty);
     let (element, many) = ty.split_once('[').unwrap_or((&ty, ""));

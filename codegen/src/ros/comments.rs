@@ -1,4 +1,4 @@
-//! What stands beside a field: its documentation, and its default as a file can hold it.
+//! The comments and default values of fields in files of ROS 2.
 
 use super::names;
 use crate::export::plain;
@@ -26,7 +26,7 @@ pub(super) fn of_member(library: &Library, member: &Member) -> Vec<String> {
     doc
 }
 
-/// The enum that a field holds values of, or elements of.
+/// The enum of a field or of its elements.
 fn enumeration(library: &Library, ty: &Type) -> Option<String> {
     match library.resolved(ty) {
         Type::Sequence(element, _) | Type::Array(element, _) => enumeration(library, element),
@@ -42,15 +42,15 @@ fn is_dictionary(library: &Library, ty: &Type) -> bool {
     matches!(library.resolved(ty), Type::Dictionary(..))
 }
 
-/// The default of a field; none where it has none, or ROS 2 cannot hold it.
+/// The default value of a field. `None` if it has none, or if ROS 2 cannot express it.
 pub(super) fn default(library: &Library, member: &Member) -> Option<String> {
     let literal = member.default.as_ref().filter(|_| !member.optional)?;
     let value = value(library, library.resolved(&member.ty), literal)?;
-    // It would be a constant.
+    // With `=` the line would declare a constant.
     Some(value).filter(|value| !value.contains('='))
 }
 
-/// A value as a file has it; none where `rosidl` does not read it as it was meant.
+/// A value as written in a file. `None` if `rosidl` would read it differently.
 pub(super) fn value(library: &Library, ty: &Type, literal: &Literal) -> Option<String> {
     let float = matches!(ty, Type::Primitive(primitive) if primitive.is_float());
     match &literal.kind {
@@ -73,9 +73,9 @@ pub(super) fn value(library: &Library, ty: &Type, literal: &Literal) -> Option<S
     }
 }
 
-/// A text in the quotes that are not in it. What begins a comment or an escape is no text for `rosidl`, wherever it is.
+/// A string in quotes that do not occur in it. `None` if `rosidl` would find a comment or an escape.
 fn quoted(text: &str) -> Option<String> {
-    if text.contains(|c: char| breaks(c) || c == '\\' || c == '#') {
+    if text.contains(|c: char| breaks_line(c) || c == '\\' || c == '#') {
         return None;
     }
     let quote = ['"', '\'']
@@ -84,23 +84,23 @@ fn quoted(text: &str) -> Option<String> {
     Some(format!("{quote}{text}{quote}"))
 }
 
-/// A line of documentation, so that neither `rosidl` nor what it generates finds more in it than a comment: a `\` begins
-/// an escape, brackets hold a unit, and `*/` ends a comment of C.
-pub(crate) fn harmless(text: &str) -> String {
+/// Sanitizes a line of documentation. `rosidl` and its generated code would interpret some characters:
+/// `\` begins an escape, brackets contain a unit, and `*/` ends a comment in C.
+pub(crate) fn sanitized(text: &str) -> String {
     let text = text.replace("*/", "* /");
     let letters = text.chars().map(|c| match c {
         '\\' => '\u{2216}',
         '[' => '(',
         ']' => ')',
-        c if breaks(c) => ' ',
+        c if breaks_line(c) => ' ',
         c => c,
     });
     let text: String = letters.collect();
     text.trim_end().to_owned()
 }
 
-/// What ends a line, for some reader at least, or is no part of one.
-fn breaks(c: char) -> bool {
+/// Whether some tools treat the character as the end of a line, or as no character.
+fn breaks_line(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn comments_stay_comments() {
-        assert_eq!(harmless("a[0] \\x */\u{2028}b\t"), "a(0) ∖x * / b");
+        assert_eq!(sanitized("a[0] \\x */\u{2028}b\t"), "a(0) ∖x * / b");
         assert_eq!(quoted("it's"), Some("\"it's\"".to_owned()));
         assert_eq!(quoted("\"x\""), Some("'\"x\"'".to_owned()));
         for text in ["a\\b", "a#b", "a\nb", "\"'"] {

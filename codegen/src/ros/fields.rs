@@ -1,4 +1,4 @@
-//! The types that fields have in ROS 2.
+//! The types of fields in ROS 2.
 
 use super::names::TypeName;
 use rc_idsl::model::Primitive;
@@ -25,7 +25,7 @@ pub(super) enum Multiplicity {
 }
 
 impl FieldType {
-    /// One of these.
+    /// A single value.
     pub(super) fn one(element: Element) -> Self {
         Self {
             element,
@@ -33,7 +33,7 @@ impl FieldType {
         }
     }
 
-    /// As a file of `package` has it.
+    /// The type as written in a file of `package`.
     pub(crate) fn written(&self, package: &str) -> String {
         let element = match &self.element {
             Element::Word(word) => (*word).to_owned(),
@@ -50,7 +50,7 @@ impl FieldType {
         }
     }
 
-    /// The package of the message that it is.
+    /// The package of the message type. `None` for other types.
     pub(super) fn package(&self) -> Option<&str> {
         match &self.element {
             Element::Message(name) => Some(&name.package),
@@ -60,13 +60,13 @@ impl FieldType {
 }
 
 impl Element {
-    /// What a primitive is.
+    /// The type of a primitive.
     pub(super) fn primitive(primitive: Primitive) -> Self {
         Self::Word(word(primitive))
     }
 }
 
-/// Never `byte` and `char`, which are the same on the wire as `uint8`.
+/// The name of a primitive type. `byte` and `char` are not used: they are aliases of `uint8`.
 fn word(primitive: Primitive) -> &'static str {
     match primitive {
         Primitive::Bool => "bool",

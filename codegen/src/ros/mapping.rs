@@ -1,5 +1,5 @@
-//! The messages and services of a module, field by field. The bytes of each are those that components send: XCDR1,
-//! where a structure adds nothing to its members.
+//! Maps a module to ROS 2 messages and services. Their encoding equals that of components: in XCDR1, a
+//! struct has the same encoding as its members.
 
 use super::fields::{Element, FieldType, Multiplicity};
 use super::names::{self, Kind, TypeName};
@@ -15,7 +15,7 @@ use rc_idsl::model::{
 use rc_syntax::Name;
 use std::collections::{BTreeSet, HashMap};
 
-/// What a module becomes.
+/// The ROS 2 package of a module.
 pub(crate) struct Package {
     pub(crate) name: String,
     pub(crate) messages: Vec<Message>,
@@ -24,7 +24,7 @@ pub(crate) struct Package {
 
 pub(crate) struct Message {
     pub(crate) name: String,
-    /// What it comes from.
+    /// The declaration it is generated from.
     origin: Name,
     pub(crate) doc: Vec<String>,
     pub(crate) constants: Vec<Constant>,
@@ -33,7 +33,7 @@ pub(crate) struct Message {
 
 pub(crate) struct Service {
     pub(crate) name: String,
-    /// What it comes from.
+    /// The declaration it is generated from.
     origin: Name,
     pub(crate) doc: Vec<String>,
     pub(crate) request: Vec<Field>,
@@ -52,14 +52,14 @@ pub(crate) struct Constant {
 pub(crate) struct Field {
     pub(crate) ty: FieldType,
     pub(crate) name: String,
-    /// What stands behind the name.
+    /// The default value, as written after the name.
     pub(crate) default: Option<String>,
     pub(crate) doc: Vec<String>,
     pub(crate) unit: Option<String>,
 }
 
 impl Package {
-    /// The other packages whose messages are fields here.
+    /// The other packages whose messages are types of fields.
     pub(crate) fn depends(&self) -> BTreeSet<&str> {
         let of_messages = self.messages.iter().flat_map(|m| &m.fields);
         let of_services = self.services.iter().flat_map(|s| [&s.request, &s.response]);
@@ -80,13 +80,13 @@ pub(crate) fn packages(library: &Library, found: &mut Diagnostics) -> Vec<Packag
             continue;
         };
         let message = format!(
-            "modules `{}` and `{}` are both the package `{}` in ROS 2",
+            "modules `{}` and `{}` both become the package `{}` in ROS 2",
             first.text, module.name.text, package.name
         );
         found.push(
             Diagnostic::error("ros-name", module.name.span, message)
-                .label(first.span, "the other one")
-                .help("name another one before `module`: `@ros(\"robot_msgs\")`"),
+                .label(first.span, "other module")
+                .help("set another package before `module`: `@ros(\"robot_msgs\")`"),
         );
     }
     packages
@@ -123,7 +123,8 @@ fn package(library: &Library, id: ModuleId, found: &mut Diagnostics) -> Package 
     }
 }
 
-/// Files of names that differ only in case are one on many disks, and one in generated code.
+/// Reports names that differ only in case: their files are equal on many file systems, and the names
+/// are equal in generated code.
 fn unique<'a>(
     names: impl Iterator<Item = (&'a String, &'a Name)>,
     kind: Kind,
@@ -148,18 +149,18 @@ fn unique<'a>(
         };
         found.push(
             Diagnostic::error("ros-name", origin.span, message)
-                .label(first.span, "the other one")
-                .help("rename one of the two"),
+                .label(first.span, "other declaration")
+                .help("rename one of them"),
         );
     }
 }
 
-/// What is being mapped.
+/// Maps the declarations of one module.
 pub(super) struct Mapper<'a, 'f> {
     library: &'a Library,
     package: String,
     messages: Vec<Message>,
-    /// The member that is mapped now.
+    /// The current member.
     at: Name,
     found: &'f mut Diagnostics,
 }
@@ -220,7 +221,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
         constants.collect()
     }
 
-    /// The constants of a module, in a message of their own.
+    /// Maps the constants of a module to a message of their own.
     fn constants(&mut self, consts: &[Const], module: &Name) {
         let names = consts
             .iter()
@@ -302,8 +303,8 @@ impl<'a, 'f> Mapper<'a, 'f> {
         });
     }
 
-    /// What an operation answers: where it throws, a code and a field for each exception, then what comes out, then what
-    /// it returns.
+    /// The response of an operation: if it throws, a code and a field for each exception; then the
+    /// `out` parameters; then the return value.
     pub(super) fn response(
         &mut self,
         service: &str,
@@ -331,11 +332,12 @@ impl<'a, 'f> Mapper<'a, 'f> {
             let field = words::field(name);
             if let Some(first) = seen.insert(field.clone(), declared) {
                 let what = &operation.name.text;
-                let message = format!("`{what}` throws two exceptions that are `{field}` in ROS 2");
+                let message =
+                    format!("`{what}` throws two exceptions that become `{field}` in ROS 2");
                 self.found.push(
                     Diagnostic::error("ros-name", operation.name.span, message)
-                        .label(first.span, "one")
-                        .label(declared.span, "the other one"),
+                        .label(first.span, "first exception")
+                        .label(declared.span, "second exception"),
                 );
             }
             let constant = free(&mut codes, &words::constant(name), "EXCEPTION");
@@ -359,7 +361,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
         (constants, fields)
     }
 
-    /// The fields of `place`, which is the message that they belong to.
+    /// Maps members to the fields of the message `place`.
     pub(super) fn fields(&mut self, place: &str, members: &[Member]) -> Vec<Field> {
         let names = members
             .iter()
@@ -380,7 +382,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
         }
     }
 
-    /// The type of a field. Where its elements have no type of their own, they get a message called `inner`.
+    /// The type of a field. If its elements have no type in ROS 2, they get a message named `inner`.
     fn member_type(&mut self, ty: &Type, optional: bool, inner: &str) -> FieldType {
         if optional {
             let element = self.element(ty, inner);
@@ -411,7 +413,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
             },
             Type::Primitive(primitive) => FieldType::one(Element::primitive(*primitive)),
             Type::String(bound) => FieldType::one(Element::String(*bound)),
-            // Only an alias is one, and that has its entries.
+            // Only an alias can be a dictionary. It has a message for its entries.
             Type::Dictionary(_, value) => self.member_type(value, false, inner),
         }
     }
@@ -420,8 +422,8 @@ impl<'a, 'f> Mapper<'a, 'f> {
         Element::Message(names::message(self.library, id))
     }
 
-    /// The type of an element, which cannot be several itself: then it is a message of one field, which is the same on
-    /// the wire.
+    /// The type of an element. ROS 2 has no nested arrays: a nested array becomes a message with one
+    /// field, which has the same encoding.
     fn element(&mut self, ty: &Type, name: &str) -> Element {
         let inner = self.member_type(ty, false, &format!("{name}Element"));
         if inner.multiplicity == Multiplicity::One {
@@ -447,7 +449,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
         })
     }
 
-    /// Reports names that are one in ROS 2.
+    /// Reports names that become equal in ROS 2.
     fn collisions(&mut self, names: Vec<(&Name, String)>, what: &str) {
         let mut seen: HashMap<String, &Name> = HashMap::new();
         for (name, ros) in names {
@@ -455,13 +457,13 @@ impl<'a, 'f> Mapper<'a, 'f> {
                 continue;
             };
             let message = format!(
-                "{what} `{}` and `{}` are both `{ros}` in ROS 2",
+                "{what} `{}` and `{}` both become `{ros}` in ROS 2",
                 first.text, name.text
             );
             self.found.push(
                 Diagnostic::error("ros-name", name.span, message)
-                    .label(first.span, "the other one")
-                    .help("rename one of the two"),
+                    .label(first.span, "other declaration")
+                    .help("rename one of them"),
             );
         }
     }
@@ -476,7 +478,7 @@ fn doc_of(interface: &Interface, operation: &Operation) -> Vec<String> {
     doc
 }
 
-/// A member that nobody declared.
+/// A member without a declaration.
 pub(super) fn member(name: &str, ty: &Type, at: &Name) -> Member {
     Member {
         name: Name::new(name, at.span),
@@ -498,7 +500,7 @@ fn code(name: &str, value: u32) -> Constant {
     }
 }
 
-/// Takes `name`, or what it is with `_more` behind it, as often as it has to be.
+/// An unused name: `name`, with `_more` appended until it is unused.
 fn free(taken: &mut BTreeSet<String>, name: &str, more: &str) -> String {
     let mut name = name.to_owned();
     while !taken.insert(name.clone()) {

@@ -1,4 +1,4 @@
-//! What the types of an interface are called in ROS 2, the same for who exports them and for a component that runs.
+//! The names of types in ROS 2. The export and running components use the same names.
 
 use super::words;
 use rc_idsl::Library;
@@ -6,7 +6,7 @@ use rc_idsl::model::{InterfaceId, ModuleId, Operation, Type, TypeDeclKind, TypeI
 use rc_syntax::Name;
 use std::fmt;
 
-/// The kinds of interfaces that are mapped.
+/// The kind of a ROS 2 interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Kind {
     /// `msg`
@@ -16,7 +16,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The word between package and name.
+    /// The part of a type's name between package and name.
     pub fn word(self) -> &'static str {
         match self {
             Self::Message => "msg",
@@ -25,19 +25,19 @@ impl Kind {
     }
 }
 
-/// The name of a type, as ROS has it: `sensor_msgs/msg/LaserScan`.
+/// The name of a type in ROS 2: `sensor_msgs/msg/LaserScan`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TypeName {
-    /// Its package.
+    /// The package: `sensor_msgs`.
     pub package: String,
-    /// Its kind.
+    /// The kind.
     pub kind: Kind,
-    /// Its own name.
+    /// The name without package: `LaserScan`.
     pub name: String,
 }
 
 impl TypeName {
-    /// Reads `package/msg/Name`; none where it is not such a name.
+    /// Parses `package/msg/Name` or `package/srv/Name`. `None` if the text has another form.
     pub fn parse(text: &str) -> Option<Self> {
         let mut parts = text.split('/');
         let (package, kind, name) = (parts.next()?, parts.next()?, parts.next()?);
@@ -54,17 +54,17 @@ impl TypeName {
         })
     }
 
-    /// As DDS knows a message: `sensor_msgs::msg::dds_::LaserScan_`.
+    /// The name of a message type in DDS: `sensor_msgs::msg::dds_::LaserScan_`.
     pub fn in_dds(&self) -> String {
         self.in_dds_with("")
     }
 
-    /// As DDS knows the request of a service: `std_srvs::srv::dds_::Trigger_Request_`.
+    /// The name of a request type in DDS: `std_srvs::srv::dds_::Trigger_Request_`.
     pub fn request_in_dds(&self) -> String {
         self.in_dds_with("_Request")
     }
 
-    /// The same of its response.
+    /// The name of a response type in DDS: `std_srvs::srv::dds_::Trigger_Response_`.
     pub fn response_in_dds(&self) -> String {
         self.in_dds_with("_Response")
     }
@@ -90,7 +90,8 @@ pub fn package(library: &Library, module: ModuleId) -> String {
     }
 }
 
-/// The message of a structure or an exception, the constants of an enum, one entry of a dictionary.
+/// The message of a struct or an exception, of the constants of an enum, or of an entry of a
+/// dictionary.
 pub fn message(library: &Library, id: TypeId) -> TypeName {
     let decl = library.ty(id);
     if let Some(other) = decl
@@ -111,7 +112,7 @@ pub fn message(library: &Library, id: TypeId) -> TypeName {
     }
 }
 
-/// The structure whose message an operation is as a topic: that of its only parameter.
+/// The struct whose message is the type of an operation's topic: that of its only parameter.
 pub fn structure_of_topic(library: &Library, operation: &Operation) -> Option<TypeId> {
     let [only] = operation.inputs.as_slice() else {
         return None;
@@ -124,7 +125,7 @@ pub fn structure_of_topic(library: &Library, operation: &Operation) -> Option<Ty
     }
 }
 
-/// The type of the topic that an operation is.
+/// The type of an operation's topic.
 pub fn topic_type(library: &Library, interface: InterfaceId, operation: &Operation) -> TypeName {
     if let Some((_, other)) = annotated(operation, Kind::Message) {
         return other;
@@ -135,7 +136,7 @@ pub fn topic_type(library: &Library, interface: InterfaceId, operation: &Operati
     }
 }
 
-/// The type of the service that an operation is.
+/// The type of an operation's service.
 pub fn service_type(library: &Library, interface: InterfaceId, operation: &Operation) -> TypeName {
     match annotated(operation, Kind::Service) {
         Some((_, other)) => other,
@@ -143,7 +144,7 @@ pub fn service_type(library: &Library, interface: InterfaceId, operation: &Opera
     }
 }
 
-/// The type that an operation says it has, and where it says so.
+/// The type of this kind in the `@ros` annotations of an operation, and the annotation.
 pub(super) fn annotated(operation: &Operation, kind: Kind) -> Option<(&Name, TypeName)> {
     let mut all = operation
         .ros_types

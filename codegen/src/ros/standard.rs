@@ -1,4 +1,4 @@
-//! The types that ROS 2 brings with it, as far as structures and operations are compared with them.
+//! The message and service types of ROS 2 that annotations are compared with.
 
 use super::names::{Kind, TypeName};
 use rc_diagnostics::nearest;
@@ -7,15 +7,15 @@ use std::sync::LazyLock;
 
 const TABLE: &str = include_str!("standard.txt");
 
-/// One field of a type: what it is and how it is called.
+/// A field: type and name.
 pub(super) type Field = (&'static str, &'static str);
 
-/// The fields of a type.
+/// The fields of a message or a service.
 #[derive(Debug, Default)]
 pub(super) struct Standard {
-    /// Those of a message, or of a request.
+    /// The fields of a message or of a request.
     pub(super) fields: Vec<Field>,
-    /// Those of a response.
+    /// The fields of a response. Empty for a message.
     pub(super) response: Vec<Field>,
 }
 
@@ -40,19 +40,19 @@ fn read(text: &'static str) -> Vec<Field> {
         .collect()
 }
 
-/// The fields of `name`; none where it is not in the table.
+/// The fields of a type. `None` if the table does not have it.
 pub(super) fn of(name: &TypeName) -> Option<&'static Standard> {
     TYPES.get(name.to_string().as_str())
 }
 
-/// All names of a kind in a package, which is complete where there is any.
+/// All types of a kind in a package. The table has either all types of a package or none.
 pub(super) fn names(package: &str, kind: Kind) -> Vec<&'static str> {
     let folder = format!("{package}/{}/", kind.word());
     let all = TYPES.keys().copied();
     all.filter(|name| name.starts_with(&folder)).collect()
 }
 
-/// The type that is probably meant by one that is not in the table: it is called so in a package that is called almost so.
+/// A type with the same name in a package with a similar name.
 pub(super) fn elsewhere(name: &TypeName) -> Option<&'static str> {
     let ending = format!("/{}/{}", name.kind.word(), name.name);
     let packages = TYPES.keys().filter_map(|known| known.strip_suffix(&ending));
@@ -61,12 +61,12 @@ pub(super) fn elsewhere(name: &TypeName) -> Option<&'static str> {
     Some(known)
 }
 
-/// The type that is probably meant by a text that names none.
+/// A type with a name similar to `text`.
 pub(super) fn near(text: &str) -> Option<&'static str> {
     nearest(text, TYPES.keys().copied())
 }
 
-/// Whether this is a package of ROS's own.
+/// Whether this is a package of ROS 2.
 pub(super) fn has_package(name: &str) -> bool {
     [Kind::Message, Kind::Service]
         .iter()
@@ -91,7 +91,7 @@ mod tests {
             for (ty, field) in standard.fields.iter().chain(&standard.response) {
                 assert_eq!(words::field(field), *field, "{name}");
                 let element = ty.split('[').next().expect("a part");
-                // What is a message is in the table, too.
+                // The table also has the types of fields.
                 if let Some((package, of)) = element.split_once('/') {
                     let inner = TypeName::parse(&format!("{package}/msg/{of}"));
                     assert!(of_table(&inner.expect("a name")), "{name}: {ty}");

@@ -4,34 +4,35 @@ use heck::{ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
 use std::collections::HashSet;
 use std::sync::LazyLock;
 
-/// Words that cannot be names of fields, types or constants, since `rosidl` makes members of C, C++ and Python of these.
-static WORDS: LazyLock<HashSet<&str>> = LazyLock::new(|| {
+/// Reserved words. Fields, types and constants become members in C, C++ and Python, so they cannot have
+/// these names.
+static RESERVED_WORDS: LazyLock<HashSet<&str>> = LazyLock::new(|| {
     let lines = include_str!("words.txt").lines();
     let words = lines.filter(|line| !line.starts_with('#'));
     words.flat_map(str::split_whitespace).collect()
 });
 
-/// A field: `[a-z][a-z0-9_]*`, no `_` at its end and no two in a row.
+/// The name of a field: `[a-z][a-z0-9_]*`, without a final `_` and without `__`.
 pub(super) fn field(name: &str) -> String {
-    let snake = led(&name.to_snake_case(), "n");
-    if WORDS.contains(&snake.as_str()) {
+    let snake = with_leading_letter(&name.to_snake_case(), "n");
+    if RESERVED_WORDS.contains(&snake.as_str()) {
         snake + "_value"
     } else {
         snake
     }
 }
 
-/// A constant: the same in capitals.
+/// The name of a constant: as a field, in upper case.
 pub(super) fn constant(name: &str) -> String {
-    let shout = led(&name.to_shouty_snake_case(), "N");
-    if WORDS.contains(&shout.as_str()) {
+    let shout = with_leading_letter(&name.to_shouty_snake_case(), "N");
+    if RESERVED_WORDS.contains(&shout.as_str()) {
         shout + "_VALUE"
     } else {
         shout
     }
 }
 
-/// A part of the name of a type: what could be one with a capital in front stays as it is.
+/// A part of the name of a type. Converts to `CamelCase` only if necessary.
 pub(super) fn camel(name: &str) -> String {
     let (first, rest) = name.split_at(name.len().min(1));
     let camel = if first == "_" || rest.contains('_') {
@@ -39,20 +40,20 @@ pub(super) fn camel(name: &str) -> String {
     } else {
         first.to_uppercase() + rest
     };
-    led(&camel, "N")
+    with_leading_letter(&camel, "N")
 }
 
-/// A message or a service: `[A-Z][A-Za-z0-9]*`.
+/// The name of a message or a service: `[A-Z][A-Za-z0-9]*`.
 pub(super) fn ty(name: &str) -> String {
     let camel = camel(name);
-    if WORDS.contains(&camel.as_str()) {
+    if RESERVED_WORDS.contains(&camel.as_str()) {
         camel + "Type"
     } else {
         camel
     }
 }
 
-/// A package of a module: `RoboCompLaser` is `robocomp_laser_msgs`.
+/// The package of a module: `RoboCompLaser` becomes `robocomp_laser_msgs`.
 pub(super) fn package(module: &str) -> String {
     let own = module
         .strip_prefix("RoboComp")
@@ -62,7 +63,7 @@ pub(super) fn package(module: &str) -> String {
     format!("robocomp{between}{own}_msgs")
 }
 
-/// Whether ROS takes this for the name of a package.
+/// Whether this is a valid name of a package.
 pub(super) fn is_package(name: &str) -> bool {
     let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     name.len() > 1
@@ -72,14 +73,14 @@ pub(super) fn is_package(name: &str) -> bool {
         && !name.contains("__")
 }
 
-/// Whether ROS takes this for the name of a type.
+/// Whether this is a valid name of a type.
 pub(super) fn is_type(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_uppercase())
         && name.chars().all(|c| c.is_ascii_alphanumeric())
 }
 
-/// A name that begins with a letter.
-fn led(name: &str, letter: &str) -> String {
+/// Prepends `letter` to a name that does not begin with a letter.
+fn with_leading_letter(name: &str, letter: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
         name.to_owned()
     } else {

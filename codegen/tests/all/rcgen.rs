@@ -252,13 +252,13 @@ fn every_file_is_checked_and_one_that_is_no_text_is_wrong_input() {
 fn a_state_machine_is_checked_with_its_component() {
     let folder = folder(&CDSL.replace("language", "statemachine \"c.smdsl\"; language"));
     let folder = folder.path();
-    let later = "c.cdsl:2:70: warning[not-generated-yet]: `statemachine` is read and checked, but nothing is generated for it yet\n";
+    let later = "c.cdsl:2:70: warning[not-generated-yet]: `statemachine` has no effect yet: it is only checked\n";
     let check = |files: &[&str]| {
         let (code, _, err) = rcgen(folder, &[&["check", "--format", "short"], files].concat());
         (code, err)
     };
     let missing =
-        "c.cdsl:2:83: error[statemachine-not-found]: `c.smdsl` was not found; looked in .";
+        "c.cdsl:2:83: error[statemachine-not-found]: cannot find `c.smdsl`; searched in .";
     let help = "(the path is relative to the .cdsl file)";
     assert_eq!(
         check(&["c.cdsl"]),

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 /// The tree of a text without places, and what was wrong with it.
 fn tree(language: Language, text: &str) -> (String, bool) {
     let mut sources = SourceMap::new();
-    let source = sources.add(format!("a.{}", language.ending), text);
-    let (tree, found) = match language.ending {
+    let source = sources.add(format!("a.{}", language.extension), text);
+    let (tree, found) = match language.extension {
         "idsl" => debug(rc_idsl::parse(&sources, source)),
         "cdsl" => debug(rc_cdsl::parse(&sources, source)),
         "pdsl" => debug(rc_pdsl::parse(&sources, source)),
@@ -56,7 +56,7 @@ fn comments(text: &str) -> Vec<String> {
 }
 
 fn grammar_of(language: Language) -> Grammar {
-    Grammar::new(match language.ending {
+    Grammar::new(match language.extension {
         "idsl" => include_str!("../../../idsl/src/grammar.pest"),
         "cdsl" => include_str!("../../../cdsl/src/grammar.pest"),
         "pdsl" => include_str!("../../../pdsl/src/grammar.pest"),
@@ -71,7 +71,11 @@ fn printing_keeps_the_tree_and_the_comments_and_is_final() {
     for language in LANGUAGES {
         let grammar = grammar_of(language);
         let (mut tried, mut read) = (0, 0);
-        for seed in 0..if language.ending == "pdsl" { 600 } else { 300 } {
+        for seed in 0..if language.extension == "pdsl" {
+            600
+        } else {
+            300
+        } {
             let mut random = Random::new(seed);
             let text = lay_out(&grammar.words(&mut random), &mut random);
             let (before, wrong) = tree(language, &text);
@@ -82,7 +86,10 @@ fn printing_keeps_the_tree_and_the_comments_and_is_final() {
             read += 1;
             let printed = rc_syntax::format(&text, language.style);
             let (after, _) = tree(language, &printed);
-            let what = format!(".{}, seed {seed}:\n{text}\n---\n{printed}", language.ending);
+            let what = format!(
+                ".{}, seed {seed}:\n{text}\n---\n{printed}",
+                language.extension
+            );
             assert_eq!(before, after, "the meaning of {what}");
             assert_eq!(comments(&text), comments(&printed), "comments of {what}");
             let again = rc_syntax::format(&printed, language.style);
@@ -91,7 +98,7 @@ fn printing_keeps_the_tree_and_the_comments_and_is_final() {
         assert!(
             read * 4 > tried,
             "only {read} of {tried} .{} were any",
-            language.ending
+            language.extension
         );
     }
 }
@@ -100,7 +107,7 @@ fn printing_keeps_the_tree_and_the_comments_and_is_final() {
 fn use_it(language: Language, text: &str) {
     let mut sources = SourceMap::new();
     let loader = MemoryLoader::new([("a.idsl", "module A { interface Laser { void x(); }; };")]);
-    let source = sources.add(format!("b.{}", language.ending), text);
+    let source = sources.add(format!("b.{}", language.extension), text);
     let found = check(language, &mut sources, &loader, source);
     for format in [Format::Human, Format::Short, Format::Json] {
         render(&sources, &found, format);
@@ -114,7 +121,7 @@ fn check(
     loader: &MemoryLoader,
     source: SourceId,
 ) -> Diagnostics {
-    match language.ending {
+    match language.extension {
         "idsl" => {
             let path = sources.path(source).to_path_buf();
             let mut session = rc_idsl::Session::new(sources, loader);
@@ -193,13 +200,13 @@ fn no_text_does_harm() {
             let text = String::from_utf8_lossy(&bytes);
             if seconds.is_some() {
                 // A stack that overflows tells nothing; the last line does.
-                println!("RC_FUZZ_SEED={seed} .{}", language.ending);
+                println!("RC_FUZZ_SEED={seed} .{}", language.extension);
             }
             let done = std::panic::catch_unwind(|| use_it(language, &text));
             assert!(
                 done.is_ok(),
                 "RC_FUZZ_SEED={seed}, .{}:\n{text}",
-                language.ending
+                language.extension
             );
             texts += 1;
         }
@@ -244,7 +251,7 @@ fn time_grows_with_the_text_only() {
             assert!(
                 long < short * 30 + Duration::from_millis(200),
                 ".{}, spoilt: {spoilt}: 16 KiB {short:?}, 128 KiB {long:?}",
-                language.ending
+                language.extension
             );
         }
     }
