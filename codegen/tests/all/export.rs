@@ -240,12 +240,12 @@ fn names_that_idl_does_not_have_are_refused() {
         })
         .collect();
     expect![[r#"
-        M.idsl:1:63: error[export-name]: `Laser_go`, which `go` becomes in IDL, is there already (names that differ only in case are one in IDL; rename one of the two)
-        M.idsl:1:44: error[export-name]: `A_b_In`, which `b` becomes in IDL, is there already (names that differ only in case are one in IDL; rename one of the two)
-        M.idsl:1:8: error[export-name]: the module `Dds` is one of DDS's own in IDL
-        M.idsl:1:8: error[export-name]: the module `range` hides an annotation of IDL
-        M.idsl:1:8: error[export-name]: `_M` is no name in IDL: it begins with `_`
-        M.idsl:1:22: error[export-name]: `_I` is no name in IDL: it begins with `_`
+        M.idsl:1:63: error[export-name]: the name `Laser_go` of `go` in OMG IDL is already in use (rename one of the declarations: OMG IDL ignores case)
+        M.idsl:1:44: error[export-name]: the name `A_b_In` of `b` in OMG IDL is already in use (rename one of the declarations: OMG IDL ignores case)
+        M.idsl:1:8: error[export-name]: the name of module `Dds` is reserved in OMG IDL
+        M.idsl:1:8: error[export-name]: module `range` would hide an annotation of OMG IDL
+        M.idsl:1:8: error[export-name]: `_M` is not valid in OMG IDL: it begins with `_`
+        M.idsl:1:22: error[export-name]: `_I` is not valid in OMG IDL: it begins with `_`
     "#]].assert_eq(&told.concat());
 
     let folder = folder(
@@ -260,8 +260,8 @@ fn names_that_idl_does_not_have_are_refused() {
     let (code, _, err) = rcgen(folder.path(), &short);
     assert_eq!(code, 1);
     expect![[r#"
-        M.idsl:2:31: error[export-name]: `go` throws two exceptions called `Bad`, which are one in the envelope of calls; one at a/N.idsl:1:22; the other one at n.idsl:1:22
-        n.idsl:1:8: error[export-name]: two modules would both be exported to `n.idl`; the other one at a/N.idsl:1:8 (rename the .idsl file: the exported one is called like it)
+        M.idsl:2:31: error[export-name]: `go` throws two exceptions named `Bad`, which DDS-RPC cannot distinguish; first exception at a/N.idsl:1:22; second exception at n.idsl:1:22
+        n.idsl:1:8: error[export-name]: two modules would be exported to the same file `n.idl`; other module at a/N.idsl:1:8 (rename the .idsl file: the exported file has the same name)
     "#]].assert_eq(&err);
 }
 

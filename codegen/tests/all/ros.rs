@@ -197,16 +197,16 @@ fn names_that_are_one_in_ros_are_refused() {
     ];
     let told: Vec<String> = all.map(|idsl| told(&EXPORT, idsl, 1)).into();
     expect![[r#"
-        M.idsl:1:41: error[ros-name]: members `someName` and `some_name` are both `some_name` in ROS 2; the other one at M.idsl:1:27 (rename one of the two)
-        M.idsl:1:44: error[ros-name]: `TData` and `T_Data` both become `msg/TData` in ROS 2; the other one at M.idsl:1:19 (rename one of the two)
-        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; the other one at M.idsl:1:19 (rename one of the two)
-        M.idsl:1:29: error[ros-name]: enumerators `oneTwo` and `one_two` are both `ONE_TWO` in ROS 2; the other one at M.idsl:1:21 (rename one of the two)
-        M.idsl:1:68: error[ros-name]: constants `aB` and `a_b` are both `A_B` in ROS 2; the other one at M.idsl:1:50 (rename one of the two)
-        M.idsl:1:65: error[ros-name]: `LaserGo` and `go` both become `msg/LaserGo` in ROS 2; the other one at M.idsl:1:19 (rename one of the two)
-        M.idsl:1:43: error[ros-name]: `A` and `AEntry` both become `msg/AEntry` in ROS 2; the other one at M.idsl:1:33 (rename one of the two)
-        M.idsl:1:60: error[ros-name]: `bC` and `c` both become `msg/ABC` in ROS 2; the other one at M.idsl:1:31 (rename one of the two)
-        M.idsl:1:60: error[ros-name]: `bC` and `c` both become `srv/ABC` in ROS 2; the other one at M.idsl:1:31 (rename one of the two)
-        M.idsl:1:60: error[ros-name]: `a` and `SAElement` both become `msg/SAElement` in ROS 2; the other one at M.idsl:1:47 (rename one of the two)
+        M.idsl:1:41: error[ros-name]: members `someName` and `some_name` both become `some_name` in ROS 2; other declaration at M.idsl:1:27 (rename one of them)
+        M.idsl:1:44: error[ros-name]: `TData` and `T_Data` both become `msg/TData` in ROS 2; other declaration at M.idsl:1:19 (rename one of them)
+        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; other declaration at M.idsl:1:19 (rename one of them)
+        M.idsl:1:29: error[ros-name]: enumerators `oneTwo` and `one_two` both become `ONE_TWO` in ROS 2; other declaration at M.idsl:1:21 (rename one of them)
+        M.idsl:1:68: error[ros-name]: constants `aB` and `a_b` both become `A_B` in ROS 2; other declaration at M.idsl:1:50 (rename one of them)
+        M.idsl:1:65: error[ros-name]: `LaserGo` and `go` both become `msg/LaserGo` in ROS 2; other declaration at M.idsl:1:19 (rename one of them)
+        M.idsl:1:43: error[ros-name]: `A` and `AEntry` both become `msg/AEntry` in ROS 2; other declaration at M.idsl:1:33 (rename one of them)
+        M.idsl:1:60: error[ros-name]: `bC` and `c` both become `msg/ABC` in ROS 2; other declaration at M.idsl:1:31 (rename one of them)
+        M.idsl:1:60: error[ros-name]: `bC` and `c` both become `srv/ABC` in ROS 2; other declaration at M.idsl:1:31 (rename one of them)
+        M.idsl:1:60: error[ros-name]: `a` and `SAElement` both become `msg/SAElement` in ROS 2; other declaration at M.idsl:1:47 (rename one of them)
     "#]].assert_eq(&told.concat());
 
     let folder = folder(
@@ -220,8 +220,8 @@ fn names_that_are_one_in_ros_are_refused() {
     );
     assert_eq!(code, 1);
     expect![[r#"
-        M.idsl:1:25: error[ros-name]: modules `RoboCompLaser` and `Laser` are both the package `robocomp_laser_msgs` in ROS 2; the other one at N.idsl:1:8 (name another one before `module`: `@ros("robot_msgs")`)
-        M.idsl:1:71: error[ros-name]: `go` throws two exceptions that are `bad` in ROS 2; one at M.idsl:1:43; the other one at N.idsl:1:34
+        M.idsl:1:25: error[ros-name]: modules `RoboCompLaser` and `Laser` both become the package `robocomp_laser_msgs` in ROS 2; other module at N.idsl:1:8 (set another package before `module`: `@ros("robot_msgs")`)
+        M.idsl:1:71: error[ros-name]: `go` throws two exceptions that become `bad` in ROS 2; first exception at M.idsl:1:43; second exception at N.idsl:1:34
     "#]].assert_eq(&err);
 }
 
@@ -319,30 +319,30 @@ fn what_is_no_such_type_is_refused() {
         .map(|idsl| told(&["check", "M.idsl"], idsl, 1))
         .collect();
     expect![[r#"
-        M.idsl:1:138: error[ros-mismatch]: what is returned is `bool` in ROS 2, where `std_srvs/srv/SetBool` has `string message` (write `string message`)
-        M.idsl:1:95: error[ros-type]: `sensor_msgs/LaserScan` is not the name of a message (did you mean `sensor_msgs/msg/LaserScan`?)
+        M.idsl:1:138: error[ros-mismatch]: the return value is `bool` in ROS 2, but `std_srvs/srv/SetBool` has `string message` (write `string message`)
+        M.idsl:1:95: error[ros-type]: invalid name of a message `sensor_msgs/LaserScan` (did you mean `sensor_msgs/msg/LaserScan`?)
         M.idsl:1:95: error[ros-type]: `sensor_msgs` has no `msg/LaserScn` (did you mean `sensor_msgs/msg/LaserScan`?)
-        M.idsl:1:95: error[ros-type]: structure `S` cannot be a service (a structure is a message: `sensor_msgs/msg/LaserScan`)
-        M.idsl:1:129: error[ros-mismatch]: structure `P` has 2 members, `geometry_msgs/msg/Point` has 3 fields (there is float64 x; float64 y; float64 z)
-        M.idsl:1:149: error[ros-mismatch]: `y` is `float32 y` in ROS 2, where `geometry_msgs/msg/Point` has `float64 y` (write `float64 y`)
-        M.idsl:1:159: error[ros-mismatch]: `zed` is `float64 zed` in ROS 2, where `geometry_msgs/msg/Point` has `float64 z` (write `float64 z`)
-        M.idsl:1:192: error[ros-mismatch]: `header` is `robocomp_m_msgs/Header header` in ROS 2, where `sensor_msgs/msg/Temperature` has `std_msgs/Header header` (write `Header header`, of a structure that is marked `@ros("std_msgs/msg/Header")`)
-        M.idsl:1:154: error[ros-mismatch]: `echoes` is `float32[<=8] echoes` in ROS 2, where `sensor_msgs/msg/LaserEcho` has `float32[] echoes` (write `sequence<float32> echoes`)
-        M.idsl:1:152: error[ros-mismatch]: `frame_id` is `string<=64 frame_id` in ROS 2, where `std_msgs/msg/Header` has `string frame_id` (write `string frame_id`)
-        M.idsl:1:150: error[ros-mismatch]: `coef` is `float64[<=4] coef` in ROS 2, where `shape_msgs/msg/Plane` has `float64[4] coef` (write `float64 coef[4]`)
-        M.idsl:1:142: error[ros-mismatch]: `data` is `int32[<=1] data` in ROS 2, where `std_msgs/msg/Int32` has `int32 data` (write `int32 data`)
-        M.idsl:1:124: error[ros-mismatch]: structure `P` has one member, `std_msgs/msg/Empty` has no field (remove them)
-        M.idsl:1:109: error[ros-type]: `get` is called, not published: it is a service (such as `std_srvs/srv/Trigger`)
-        M.idsl:1:192: error[ros-mismatch]: the response of `give` has one member, `std_srvs/srv/Empty` has no field (remove them)
-        M.idsl:1:109: error[ros-type]: `go` is published, not called: it is a message (such as `std_msgs/msg/String`)
-        M.idsl:1:109: error[ros-type]: `Trigger` is not the name of a message or a service (an operation is a `std_msgs/msg/String` where it is published, a `std_srvs/srv/Trigger` where it is called)
-        M.idsl:1:136: error[ros-type]: `go` is a `srv` already; the first one at M.idsl:1:109
-        M.idsl:1:154: error[ros-mismatch]: `go` throws, which `std_srvs/srv/Empty` has no place for (let it answer what went wrong as `out` parameters)
-        M.idsl:1:111: error[annotation-arguments]: there is a `@ros` already; the first one at M.idsl:1:95
-        M.idsl:1:144: error[annotation-arguments]: `@ros` takes one text: `@ros("sensor_msgs/msg/LaserScan")`
-        M.idsl:1:173: warning[unknown-annotation]: `@ros` is ignored here (it stands before a module, a struct or an operation)
-        M.idsl:1:6: error[ros-name]: `std_msgs` is a package of ROS 2 itself (name a package of your own; mark the structures that are types of that one)
-        M.idsl:1:6: error[ros-name]: `MyMsgs` cannot be a package of ROS 2 (it begins with a small letter, and has small letters, digits and single `_`)
+        M.idsl:1:95: error[ros-type]: expected a message for struct `S`, found a service (write the name of a message such as `sensor_msgs/msg/LaserScan`)
+        M.idsl:1:129: error[ros-mismatch]: struct `P` has 2 members, but `geometry_msgs/msg/Point` has 3 fields (declare float64 x; float64 y; float64 z)
+        M.idsl:1:149: error[ros-mismatch]: `y` is `float32 y` in ROS 2, but `geometry_msgs/msg/Point` has `float64 y` (write `float64 y`)
+        M.idsl:1:159: error[ros-mismatch]: `zed` is `float64 zed` in ROS 2, but `geometry_msgs/msg/Point` has `float64 z` (write `float64 z`)
+        M.idsl:1:192: error[ros-mismatch]: `header` is `robocomp_m_msgs/Header header` in ROS 2, but `sensor_msgs/msg/Temperature` has `std_msgs/Header header` (write `Header header` with a struct that has `@ros("std_msgs/msg/Header")`)
+        M.idsl:1:154: error[ros-mismatch]: `echoes` is `float32[<=8] echoes` in ROS 2, but `sensor_msgs/msg/LaserEcho` has `float32[] echoes` (write `sequence<float32> echoes`)
+        M.idsl:1:152: error[ros-mismatch]: `frame_id` is `string<=64 frame_id` in ROS 2, but `std_msgs/msg/Header` has `string frame_id` (write `string frame_id`)
+        M.idsl:1:150: error[ros-mismatch]: `coef` is `float64[<=4] coef` in ROS 2, but `shape_msgs/msg/Plane` has `float64[4] coef` (write `float64 coef[4]`)
+        M.idsl:1:142: error[ros-mismatch]: `data` is `int32[<=1] data` in ROS 2, but `std_msgs/msg/Int32` has `int32 data` (write `int32 data`)
+        M.idsl:1:124: error[ros-mismatch]: struct `P` has one member, but `std_msgs/msg/Empty` has no field (remove the members)
+        M.idsl:1:109: error[ros-type]: expected a service for the call `get`, found a message (write the name of a service such as `std_srvs/srv/Trigger`)
+        M.idsl:1:192: error[ros-mismatch]: the response of `give` has one member, but `std_srvs/srv/Empty` has no field (remove the members)
+        M.idsl:1:109: error[ros-type]: expected a message for the topic `go`, found a service (write the name of a message such as `std_msgs/msg/String`)
+        M.idsl:1:109: error[ros-type]: invalid name of a message or a service `Trigger` (write a name such as `std_msgs/msg/String` for a topic, or `std_srvs/srv/Trigger` for a call)
+        M.idsl:1:136: error[ros-type]: duplicate `srv` type of `go`; first used here at M.idsl:1:109
+        M.idsl:1:154: error[ros-mismatch]: `go` throws, but `std_srvs/srv/Empty` has no field for exceptions (report errors in `out` parameters)
+        M.idsl:1:111: error[annotation-arguments]: duplicate annotation `@ros`; first used here at M.idsl:1:95
+        M.idsl:1:144: error[annotation-arguments]: `@ros` takes one string: `@ros("sensor_msgs/msg/LaserScan")`
+        M.idsl:1:173: warning[unknown-annotation]: `@ros` is ignored here (move it before a module, a struct or an operation)
+        M.idsl:1:6: error[ros-name]: `std_msgs` is a package of ROS 2 (choose a package of your own, and annotate single structs with `@ros`)
+        M.idsl:1:6: error[ros-name]: invalid name of a ROS 2 package `MyMsgs` (use lower-case letters, digits and single `_`, and begin with a letter)
     "#]].assert_eq(&told.concat());
 }
 
@@ -354,9 +354,9 @@ fn what_is_not_known_is_said_and_taken() {
         @ros(\"std_mgs/msg/String\") struct Text { string data; };
     };";
     expect![[r#"
-        M.idsl:2:14: note[ros-unchecked]: `robot_msgs/msg/Arm` is not known here: nothing is compared with it
-        M.idsl:3:28: note[ros-unchecked]: `robot_msgs/srv/Move` is not known here: nothing is compared with it
-        M.idsl:4:14: note[ros-unchecked]: `std_mgs/msg/String` is not known here: nothing is compared with it (did you mean `std_msgs/msg/String`?)
+        M.idsl:2:14: note[ros-unchecked]: the fields of `robot_msgs/msg/Arm` are unknown and not compared
+        M.idsl:3:28: note[ros-unchecked]: the fields of `robot_msgs/srv/Move` are unknown and not compared
+        M.idsl:4:14: note[ros-unchecked]: the fields of `std_mgs/msg/String` are unknown and not compared (did you mean `std_msgs/msg/String`?)
     "#]].assert_eq(&told(&["check", "M.idsl"], idsl, 0));
 }
 
@@ -373,7 +373,7 @@ fn it_is_checked_at_generation() {
     let (code, _, err) = rcgen(folder.path(), &["C.cdsl", "--format", "short"]);
     assert_eq!(code, 1, "{err}");
     expect![[r#"
-        M.idsl:1:81: error[ros-mismatch]: `z` is `float32 z` in ROS 2, where `geometry_msgs/msg/Point` has `float64 z` (write `float64 z`)
+        M.idsl:1:81: error[ros-mismatch]: `z` is `float32 z` in ROS 2, but `geometry_msgs/msg/Point` has `float64 z` (write `float64 z`)
     "#]].assert_eq(&err);
     assert_eq!(changed(&before, &files(folder.path())), [""; 0]);
 }
@@ -391,7 +391,7 @@ fn names_are_checked_for_a_component_that_is_a_node() {
     let (code, _, err) = rcgen(folder.path(), &[&args[..], &["ros2"]].concat());
     assert_eq!(code, 1, "{err}");
     expect![[r#"
-        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; the other one at M.idsl:1:19 (rename one of the two)
+        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; other declaration at M.idsl:1:19 (rename one of them)
     "#]].assert_eq(&err);
     let (code, _, err) = rcgen(folder.path(), &[&args[..], &["dds"]].concat());
     assert_eq!((code, err.as_str()), (0, ""));
@@ -426,7 +426,7 @@ fn names_are_checked_before_generation() {
     // It was generated as a node.
     let (code, of_node) = check();
     expect![[r#"
-        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; the other one at M.idsl:1:19 (rename one of the two)
+        M.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; other declaration at M.idsl:1:19 (rename one of them)
     "#]]
     .assert_eq(&of_node);
     assert_eq!(code, 1);

@@ -291,7 +291,7 @@ fn types_that_are_one_in_ros_are_told_once() {
         )
     };
     assert_eq!(findings(&files, &network("iceoryx2")), NOTHING);
-    let expected = "A.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; the other one at A.idsl:1:19";
+    let expected = "A.idsl:1:43: error[ros-name]: `Data` and `D_Ata` become `msg/Data` and `msg/DAta` in ROS 2, which differ only in case; other declaration at A.idsl:1:19";
     assert_eq!(findings(&files, &network("ros2")), [expected]);
 }
 
