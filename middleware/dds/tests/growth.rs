@@ -1,4 +1,4 @@
-//! Memory, of a process of its own.
+//! Memory use, in a process of its own.
 
 use rc_middleware::now;
 use rc_middleware::rpc::{self, RequestId};
@@ -11,10 +11,10 @@ use std::os::fd::AsFd;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-/// No call waits longer for its answer.
+/// Longest time of a call.
 const LIMIT: Duration = Duration::from_secs(30);
 const CALLS: u64 = 10_000;
-/// What may be kept because it is not confirmed, on both sides, and what an allocator makes of it.
+/// Most memory for unconfirmed samples on both sides, with the overhead of the allocator.
 const KEPT: u64 = 6 << 10;
 
 fn environment(instance: &str) -> Environment {
@@ -31,7 +31,7 @@ fn environment(instance: &str) -> Environment {
     }
 }
 
-/// What this process uses that is not a file, in kB.
+/// Anonymous memory of this process, in kB.
 fn memory() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("a status");
     let line = status.lines().find(|line| line.starts_with("RssAnon"));
@@ -39,7 +39,7 @@ fn memory() -> u64 {
     number.and_then(|n| n.parse().ok()).expect("a number")
 }
 
-/// Calls without a pause, for which readers do not confirm by themselves.
+/// Calls without a pause, during which readers do not confirm by themselves.
 #[test]
 fn answered_calls_leave_nothing_behind() {
     let served = Endpoint {

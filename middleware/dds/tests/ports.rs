@@ -1,4 +1,4 @@
-//! A port of the domain that another program has.
+//! A port of the domain that another program occupies.
 
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use rc_settings::Value;
@@ -19,7 +19,7 @@ fn a_port_that_another_program_has_is_named() {
             settings,
         }
     };
-    // A domain that nobody else here uses now, with a port that is not shared.
+    // A domain that no other test uses, and a port that is not shared.
     let free = |domain: &u32| UdpSocket::bind(("0.0.0.0", 7400 + 250 * *domain as u16)).ok();
     let (domain, taken) = (60..100)
         .find_map(|domain| Some((domain, free(&domain)?)))

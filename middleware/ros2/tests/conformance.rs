@@ -1,4 +1,4 @@
-//! The suite that every backend passes. Each component is a participant of its own, as if it were a process of its own, and
+//! The conformance suite. Each component is a participant of its own, as if it were a process, and
 //! each network has a domain of its own.
 
 use rc_middleware::{Backend, Environment, OpenError};
@@ -7,7 +7,8 @@ use std::time::Duration;
 
 struct Ros2;
 
-/// A domain for each network of these tests, `tNUMBER-PID`; another run on the same machine begins elsewhere.
+/// The domain of a network of these tests, `tNUMBER-PID`. Another run on the same machine begins
+/// elsewhere.
 fn domain(network: &str) -> Value {
     let mut numbers = network.trim_start_matches('t').split('-');
     let mut number = || numbers.next().and_then(|n| n.parse::<u32>().ok());
@@ -21,45 +22,45 @@ impl rc_conformance::Subject for Ros2 {
         let mut environment = environment.clone();
         let domain = domain(&environment.network);
         environment.settings.set("ros2", "domain", domain);
-        // Sixty-four components in one process are slow to say that they live.
+        // Sixty-four components in one process announce themselves slowly.
         let lease = Value::Duration(Duration::from_secs(10));
         environment.settings.set("ros2", "lease", lease);
         rc_ros2::connect(&environment)
     }
 
-    /// The types of a connection are compared when its ends find each other, not with every message.
+    /// Endpoints compare types when they find each other, not with every message.
     fn compares_each_message(&self) -> bool {
         false
     }
 
-    /// What is requested has to be offered.
+    /// A publisher has to offer what a subscriber requests.
     fn keeps_or_refuses(&self) -> bool {
         true
     }
 
-    /// `rustdds` forgets what is beyond the depth once in six seconds.
+    /// `rustdds` removes samples beyond the depth only every six seconds.
     fn keeps_more(&self) -> bool {
         true
     }
 
-    /// In `rustdds` every participant hears all that any other one confirms: with sixty-four of them, each with sixteen
-    /// requests under way, two processors are at it for minutes.
+    /// In `rustdds` every participant receives the confirmations of all others: sixty-four
+    /// participants with sixteen pending requests each keep two processors busy for minutes.
     fn clients(&self) -> usize {
         16
     }
 
-    /// What others tell of their ends rings, too, and may come just then.
+    /// Messages of other components about their endpoints make the descriptor readable, too.
     fn rings_for_less(&self) -> bool {
         true
     }
 
-    /// What does not fit into the buffer of a receiver that has no processor is lost, and `rustdds` sends it again at 200 KB a
-    /// second.
+    /// What does not fit into the socket buffer of a busy receiver is lost, and `rustdds` repeats
+    /// it at 200 KB a second.
     fn largest(&self) -> usize {
         2 << 20
     }
 
-    /// What is sent is a multiple of four bytes long.
+    /// Bodies are padded to a multiple of four bytes.
     fn pads(&self) -> bool {
         true
     }

@@ -1,14 +1,15 @@
-//! An end that does not fit is refused, or told to who watches the component when it comes later and from elsewhere.
+//! An endpoint that does not match is refused; if discovery finds it later, on another machine, it
+//! is reported.
 
 use rc_middleware::qos::Reliability;
 use rc_middleware::{Backend, Endpoint, Environment, Qos, RunDirectory, Settings, WakeEvent};
 use rc_settings::Value;
 use std::time::{Duration, Instant};
 
-/// No test waits longer for anything.
+/// Longest wait for an event.
 const LIMIT: Duration = Duration::from_secs(30);
 
-/// A component that shares no run directory with others, as if on another machine.
+/// A component with a run directory of its own, as if on another machine.
 fn join(machine: &str) -> (Box<dyn Backend>, RunDirectory) {
     let (environment, directory) = environment(machine);
     let backend = rc_ros2::connect(&environment).expect("the domain");
@@ -38,7 +39,7 @@ fn topic(name: &str, qos: Qos) -> Endpoint {
     }
 }
 
-/// What is told of ends that do not fit, when something is.
+/// Waits for reports about mismatched endpoints.
 fn told(backend: &dyn Backend) -> Vec<String> {
     let start = Instant::now();
     loop {
@@ -51,14 +52,14 @@ fn told(backend: &dyn Backend) -> Vec<String> {
     }
 }
 
-/// `rustdds` brings together whoever names the same topic, and sends what it cannot read to a reader of another type.
+/// `rustdds` matches endpoints by topic alone, and delivers samples to readers of another type.
 #[test]
 fn who_has_another_type_is_told_of_once_and_not_heard() {
     let ((here, one), (there, other)) = (join("hears"), join("says"));
     let right = topic("pose", Qos::PUBLISHER);
     let mut subscriber = here.subscriber(&right).expect("an end");
     let mut wrong = right.clone();
-    // Nothing is known of its types but their name in DDS.
+    // Only the DDS name of its types is known.
     wrong.types.hash = 0;
     for external in &mut wrong.external_types {
         "std_msgs/msg/String".clone_into(&mut external.type_name);
@@ -71,7 +72,7 @@ fn who_has_another_type_is_told_of_once_and_not_heard() {
     ] {
         assert!(told.len() == 1 && told[0].contains(name), "{told:?}");
     }
-    // On another machine, as it were, so that nobody there compares the two.
+    // As if on another machine, so that no registration is compared.
     let (third, last) = join("says-too");
     let mut publisher = third.publisher(&right).expect("an end");
     let mut hear = || {
@@ -89,7 +90,7 @@ fn who_has_another_type_is_told_of_once_and_not_heard() {
         let mut header = rc_conformance::network::header(sequence);
         sequence += 1;
         publisher.publish(header, &[1; 8]).expect("to send");
-        // More than a subscriber keeps.
+        // More samples than a subscriber keeps.
         for _ in 0..2 * right.qos.depth {
             header.sequence += 1;
             wrong.publish(header, &[9; 8]).expect("to send");
@@ -101,7 +102,7 @@ fn who_has_another_type_is_told_of_once_and_not_heard() {
         assert!(start.elapsed() < LIMIT, "nothing is heard");
         say();
     }
-    // Who does not fit takes no place from who does.
+    // Samples of other types take no room from those that can be read.
     let mut heard = 0;
     (0..20).for_each(|_| {
         say();
@@ -141,7 +142,7 @@ fn what_a_late_publisher_does_not_offer_is_told() {
     }
 }
 
-/// What one mapping writes before a request, another one would execute.
+/// Another mapping would read the header of a request as parameters.
 #[test]
 fn another_mapping_of_services_is_refused() {
     let (mut environment, directory) = environment("mapped");

@@ -1,4 +1,4 @@
-//! The parameter services of a component that runs, in both mappings, asked as another node asks them.
+//! The parameter services of a running component in both mappings, called as from another node.
 
 #[path = "../../../deploy/tests/all/python.rs"]
 mod python;
@@ -81,7 +81,7 @@ impl Component for Worker {
     }
 }
 
-/// Another node, which asks.
+/// Another node, which calls the services.
 struct Asker {
     backend: Box<dyn Backend>,
     node: String,
@@ -101,7 +101,7 @@ impl Asker {
         Ok(Self { backend, node })
     }
 
-    /// The client of a service below the node.
+    /// A client of a service of the node.
     fn client(&self, name: &str, type_name: &str) -> Box<dyn Client> {
         let type_name = format!("rcl_interfaces/srv/{type_name}");
         let endpoint = Endpoint {
@@ -121,7 +121,7 @@ impl Asker {
         self.backend.client(&endpoint).expect("a client")
     }
 
-    /// Asks a service, and gives the body of its answer.
+    /// Calls a service, and gives the body of its reply.
     fn ask(&self, name: &str, type_name: &str, body: &dyn Fn(&mut Writer)) -> Vec<u8> {
         let mut client = self.client(name, type_name);
         let id = RequestId {
@@ -204,7 +204,7 @@ fn services_answer(mapping: &str, number: u32) {
         writer.put(&0_u64);
     });
     let mut reader = Reader::new(&answer);
-    // What is secret is not among them.
+    // Secret parameters are left out.
     assert_eq!(
         get::<Vec<String>>(&mut reader),
         ["speed", "count", "arm.joints"]
@@ -226,7 +226,7 @@ fn services_answer(mapping: &str, number: u32) {
     assert_eq!(get::<u8>(&mut reader), 3);
     assert_eq!(get::<String>(&mut reader), "How fast.");
     assert!(get::<String>(&mut reader).contains("from 0 to 10"));
-    // Neither read only nor of another type some day; one range of numbers, and none of whole ones.
+    // Not read-only, no dynamic typing; one floating-point range and no integer range.
     assert_eq!(get::<[bool; 2]>(&mut reader), [false, false]);
     assert_eq!(get::<u32>(&mut reader), 1);
     assert_eq!(get::<[f64; 3]>(&mut reader), [0.0, 10.0, 0.0]);
@@ -266,7 +266,7 @@ fn services_answer(mapping: &str, number: u32) {
     let mut reader = Reader::new(&answer);
     assert_eq!((get(&mut reader), get(&mut reader)), (1_u32, 3_u8));
     let _: (bool, i64) = (get(&mut reader), get(&mut reader));
-    // All of a change that is atomic was refused.
+    // An atomic change is refused as a whole.
     assert!((get::<f64>(&mut reader) - 2.5).abs() < 1e-9);
 
     component.stop();
@@ -283,7 +283,7 @@ fn the_parameter_services_answer_in_the_cyclone_mapping() {
     services_answer("cyclone", 1);
 }
 
-/// Whose own interface stands for the message of ROS is refused by nobody and hears what is told.
+/// A component with an own interface for the ROS message is not refused, and receives the events.
 #[test]
 fn a_component_hears_of_parameters() {
     let network = format!("rosparam_heard_{}", std::process::id());
@@ -315,7 +315,7 @@ fn a_component_hears_of_parameters() {
     let args = ["--network", &network, "--set-middleware", &setting];
     let component = embed(&NODE, Worker::start, &args).expect("a component");
     let node = format!("/{network}/tuned");
-    // How many are new, and the name of the first that has changed.
+    // Number of new parameters, and the name of the first changed one.
     let mut next = || {
         let begin = std::time::Instant::now();
         let mut told = None;
@@ -325,7 +325,7 @@ fn a_component_hears_of_parameters() {
             let mut take = |_: Header, body: &[u8]| {
                 let mut reader = Reader::new(body);
                 let _: (i32, u32) = (get(&mut reader), get(&mut reader));
-                // Others of this domain tell on the same topic.
+                // Other nodes of this domain publish on the same topic.
                 if get::<String>(&mut reader) == node {
                     let new: u32 = get(&mut reader);
                     let changed =
@@ -344,7 +344,7 @@ fn a_component_hears_of_parameters() {
     component.join().expect("a good end");
 }
 
-/// What a node of ROS 2 on Cyclone DDS hears from the six services.
+/// The replies of the six services to a node of ROS 2 on Cyclone DDS.
 #[test]
 fn a_stranger_lists_describes_gets_and_sets() {
     let test = "a_stranger_lists_describes_gets_and_sets";

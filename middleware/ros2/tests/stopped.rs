@@ -1,4 +1,5 @@
-//! Processes that are stopped, resumed and killed: this very program, started once more as another component.
+//! Processes that are stopped, resumed and killed: this program, started once more as another
+//! component.
 
 use rc_conformance::network::{endpoint, until};
 use rc_middleware::{Backend, Environment, RunDirectory, Settings, WakeEvent};
@@ -8,10 +9,10 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-/// What says to a process of this program in which network it is whom.
+/// The variable that gives a process of this program its part and its network.
 const PART: &str = "RC_ROS2_TEST_PART";
 
-/// A network of one test.
+/// The network of a test.
 struct Net {
     name: String,
     directory: RunDirectory,
@@ -52,7 +53,7 @@ impl Net {
         rc_ros2::connect(&environment).expect("the domain")
     }
 
-    /// The process that plays `part`, as soon as it is ready.
+    /// Starts the process that plays `part`, and waits until it is ready.
     fn process(&self, part: &str) -> Process {
         let program = std::env::current_exe().expect("this program");
         let mut child = Command::new(program)
@@ -74,14 +75,14 @@ impl Net {
     }
 }
 
-/// Killed when the test has ended in any way.
+/// Killed when the test ends in any way.
 struct Process {
     child: Child,
     lines: BufReader<ChildStdout>,
 }
 
 impl Process {
-    /// The first line that it prints and that is meant.
+    /// The first line of its output that holds the text.
     fn line(&mut self, is_it: impl Fn(&str) -> bool) -> Option<String> {
         let mut lines = self.lines.by_ref().lines().map_while(Result::ok);
         lines.find(|line| is_it(line))
@@ -95,7 +96,7 @@ impl Drop for Process {
     }
 }
 
-/// What the other process does; without a part there is nothing to do.
+/// The other process. Without a part it does nothing.
 #[test]
 #[ignore = "the other process of the tests in this file"]
 fn another_process() {
@@ -108,7 +109,7 @@ fn another_process() {
     let network = Net::of(network, lease.leak());
     let backend = network.join(&part);
     let say = |line: &str| {
-        // Behind what the harness of tests has begun to print.
+        // The test harness has printed the beginning of this line.
         println!("\n{line}");
         std::io::stdout().flush().expect("somebody who reads");
     };
@@ -122,12 +123,12 @@ fn another_process() {
     }
 }
 
-/// The library ends in a process that was stopped and resumed, which is told.
+/// The library ends in a process that was stopped and resumed; the backend reports it.
 #[test]
 fn a_component_that_was_stopped_says_what_it_has_lost() {
     let network = Net::new("1s");
     let mut stopped = network.process("watched");
-    // A thread that just then does not wait goes on, and is met the next time.
+    // A thread that does not wait at that moment continues; the next attempt meets it.
     let (pid, is_told) = (Pid::from_child(&stopped.child), AtomicBool::new(false));
     let told = std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -147,7 +148,7 @@ fn a_component_that_was_stopped_says_what_it_has_lost() {
     network.end();
 }
 
-/// Who says seldom that it lives, because it was told to, is not dead for those who listen for a shorter time.
+/// A component with a long lease does not count as dead for one with a short lease.
 #[test]
 fn leases_may_differ() {
     let (here, there) = (Net::new("100ms"), Net::new("8s"));
@@ -156,7 +157,8 @@ fn leases_may_differ() {
     let server = slow.server(&endpoint(&address)).expect("a server");
     let client = quick.client(&endpoint(&address)).expect("a client");
     until("the server is there", || client.peers() == 1);
-    // Many leases of this one, and less than it takes the other one to say again that it lives.
+    // Many leases of this component, and less than the time between two signs of life of the other
+    // one.
     let start = Instant::now();
     while start.elapsed() < Duration::from_secs(1) {
         assert_eq!(client.peers(), 1, "{:?}", start.elapsed());

@@ -1,4 +1,4 @@
-//! What a component sends in its life is more than what may wait for a confirmation.
+//! A component sends more in its life than may wait for confirmation.
 
 use rc_conformance::Subject;
 use rc_conformance::network::{LIMIT, Network, endpoint, header};
@@ -24,7 +24,7 @@ impl Subject for Ros2 {
     }
 }
 
-/// 160 MiB in all, and never more than one request under way.
+/// 160 MiB in all, with one pending request at a time.
 #[test]
 fn calls_go_on_for_ever() {
     let network = Network::new(&Ros2);

@@ -130,9 +130,9 @@ impl Random {
 }
 
 /// Tells that something happened.
-struct Ear(Mutex<Sender<Event>>);
+struct EventSender(Mutex<Sender<Event>>);
 
-impl Listener for Ear {
+impl Listener for EventSender {
     fn event(&self, event: Event) {
         let _ = self.0.lock().expect("nobody panics here").send(event);
     }
@@ -175,8 +175,8 @@ impl Attacker {
             ..Qos::default()
         };
         let (tell, events) = channel();
-        let ear = Box::new(Ear(Mutex::new(tell)));
-        let end = open(&topic.expect("a topic"), &qos, ear).expect("an end");
+        let listener = Box::new(EventSender(Mutex::new(tell)));
+        let end = open(&topic.expect("a topic"), &qos, listener).expect("an end");
         while !matches!(
             events.recv_timeout(LIMIT).expect("another end"),
             Event::Matched(_)
@@ -185,12 +185,16 @@ impl Attacker {
     }
 
     fn writer(&self, topic: &Topic) -> Writer {
-        self.end(topic, |topic, qos, ear| self.member.writer(topic, qos, ear))
-            .0
+        self.end(topic, |topic, qos, listener| {
+            self.member.writer(topic, qos, listener)
+        })
+        .0
     }
 
     fn reader(&self, topic: &Topic) -> (Reader, std::sync::mpsc::Receiver<Event>) {
-        self.end(topic, |topic, qos, ear| self.member.reader(topic, qos, ear))
+        self.end(topic, |topic, qos, listener| {
+            self.member.reader(topic, qos, listener)
+        })
     }
 }
 

@@ -1,5 +1,5 @@
-//! The suite that every backend passes. Each component is in the domain by sockets of its own, as if it were a process
-//! of its own, and each network has a domain of its own.
+//! The conformance suite. Each component joins the domain with sockets of its own, as if it were a
+//! process, and each network has a domain of its own.
 
 use rc_middleware::{Backend, Environment, OpenError};
 use rc_settings::Value;
@@ -7,8 +7,8 @@ use std::time::Duration;
 
 struct Dds;
 
-/// A domain for each network of these tests, `tNUMBER-PID`; those of other files have others, and another run on the same
-/// machine begins elsewhere.
+/// The domain of a network of these tests, `tNUMBER-PID`. Other files use other domains, and
+/// another run on the same machine begins elsewhere.
 fn domain(network: &str) -> Value {
     let mut numbers = network.trim_start_matches('t').split('-');
     let mut number = || numbers.next().and_then(|n| n.parse::<u32>().ok());
@@ -25,18 +25,18 @@ impl rc_conformance::Subject for Dds {
         environment
             .settings
             .set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
-        // Sixty-four components in one process are slow to say that they live.
+        // Sixty-four components in one process announce themselves slowly.
         let lease = Value::Duration(Duration::from_secs(10));
         environment.settings.set("dds", "lease", lease);
         rc_dds::connect(&environment)
     }
 
-    /// The types of a connection are compared when its ends find each other, not with every message.
+    /// Endpoints compare types when they find each other, not with every message.
     fn compares_each_message(&self) -> bool {
         false
     }
 
-    /// What is requested has to be offered.
+    /// A publisher has to offer what a subscriber requests.
     fn keeps_or_refuses(&self) -> bool {
         true
     }

@@ -1,4 +1,5 @@
-//! All integration tests of the backend but those that need a process or a domain for themselves, in one program.
+//! All integration tests of the backend in one program, except those that need their own process or
+//! domain.
 
 mod conformance;
 mod qos;

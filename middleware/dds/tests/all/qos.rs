@@ -10,10 +10,10 @@ use rc_settings::Value;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// No test waits longer for anything.
+/// Longest wait for an event.
 const LIMIT: Duration = Duration::from_secs(30);
 
-/// A network and a domain of its own; its run directory goes with it.
+/// A network with a domain of its own. Dropping it removes its run directory.
 struct Network {
     environment: Environment,
 }
@@ -23,7 +23,8 @@ impl Network {
         Self::beside(domain, "")
     }
 
-    /// Another one in the same domain, which shares no run directory with others, as if on another machine.
+    /// Another network in the same domain with a run directory of its own, as if on another
+    /// machine.
     fn beside(domain: u32, machine: &str) -> Self {
         let network = format!("qos{domain}{machine}-{}", std::process::id());
         let directory = RunDirectory::open(&network).expect("a run directory");
@@ -107,7 +108,7 @@ fn what_has_outlived_its_lifespan_is_not_handed_on() {
     }
     assert_eq!(handed_on, [1, 2], "those of the lasting one");
     assert_eq!(receive(&mut *subscriber), None);
-    // One that is read in time is handed on.
+    // A sample that is read in time is delivered.
     brief.publish(header(2), b"brief").expect("to publish");
     let sent = Instant::now();
     let mut came = None;
@@ -116,7 +117,7 @@ fn what_has_outlived_its_lifespan_is_not_handed_on() {
         subscriber.acknowledge(true);
         came = receive(&mut *subscriber);
     }
-    // A machine that was busy for so long proves nothing.
+    // If the machine was busy for so long, the test proves nothing.
     if sent.elapsed() < LIFESPAN / 2 {
         assert_eq!(came, Some(2));
     }
@@ -155,7 +156,7 @@ fn a_wrong_interface_is_told_with_those_that_there_are() {
     assert!(reason.contains("lo"), "{reason}");
 }
 
-/// What everybody in this process has logged.
+/// The log of this process.
 fn log() -> &'static Mutex<String> {
     static LOG: Mutex<String> = Mutex::new(String::new());
     static ONCE: std::sync::Once = std::sync::Once::new();
@@ -206,7 +207,7 @@ fn a_second_server_on_another_machine_is_refused_or_told_on_both_sides() {
         panic!("the first one is refused");
     };
     if let Err(refused) = second {
-        // It knew in time.
+        // The second server found the first one in time.
         let refused = refused.to_string();
         assert!(
             refused.contains(&format!("pid {pid} (test) on ")),
