@@ -96,7 +96,7 @@ impl Inbox for Answers {
     fn unreadable(&self, reason: String) {
         if let Some(passed) = self.rate_limit.allow() {
             let (count, address) = (passed + 1, &self.address);
-            tracing::warn!("`{address}` sent what is no reply ({count} times): {reason}");
+            tracing::warn!("`{address}` sent a sample that is no reply ({count} times): {reason}");
         }
     }
 }

@@ -204,10 +204,10 @@ impl RosServer {
         match sent {
             Ok(_) => Ok(()),
             Err(Unsent::Full) => {
-                Err(self.failed("an answer was lost: a client confirms nothing".to_owned()))
+                Err(self.failed("a reply was lost: a client confirms nothing".to_owned()))
             }
             Err(Unsent::Failed(reason)) => {
-                Err(self.failed(format!("an answer cannot be sent: {reason}")))
+                Err(self.failed(format!("a reply cannot be sent: {reason}")))
             }
         }
     }

@@ -349,7 +349,10 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
     let told = log.lines().count();
     assert!(told > 0 && told <= 4 * (seconds + 2), "{seconds} s: {log}");
 
-    assert!(log.contains("Oracle` sent what is no reply"), "{log}");
+    assert!(
+        log.contains("Oracle` sent a sample that is no reply"),
+        "{log}"
+    );
 
     // Who comes now is heard.
     drop((reports, requests, answers, attacker));
