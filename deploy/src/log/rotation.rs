@@ -69,7 +69,7 @@ impl Rotation {
     }
 
     /// Rotates the longest log if a check is due and the log is too long.
-    pub(crate) fn look(&mut self, now: Instant, report: &Reporter) {
+    pub(crate) fn check(&mut self, now: Instant, report: &Reporter) {
         if self.due.is_none_or(|due| now < due) {
             return;
         }
@@ -80,7 +80,7 @@ impl Rotation {
         long.retain(|(length, _)| *length > self.limit);
         long.sort_unstable();
         let Some((_, log)) = long.last() else {
-            return self.look_at_disk(report);
+            return self.check_disk(report);
         };
         let insist = self.waited >= PATIENCE;
         let rotated = rotate(log, self.limit, insist);
@@ -95,11 +95,11 @@ impl Rotation {
             }
         }
         self.waited = 0;
-        self.look_at_disk(report);
+        self.check_disk(report);
     }
 
     /// Reports a full disk, and removes the older parts of logs then.
-    pub(crate) fn look_at_disk(&mut self, report: &Reporter) {
+    pub(crate) fn check_disk(&mut self, report: &Reporter) {
         let Ok(system) = statvfs(&self.directory) else {
             return;
         };

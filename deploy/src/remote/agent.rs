@@ -5,12 +5,11 @@ use super::SupervisorMessage;
 use super::copies;
 use super::log_tail::LogTail;
 use super::socket_proxy::{ProxyConnections, Received};
-use super::timed_stream::{TimedStream, read_line};
+use super::timed_stream::TimedStream;
 use super::{BEAT, HOST_LIMIT};
 use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
-use crate::guard::process_registry::{Recovered, recover_locked};
 use crate::process::launch::LocalProcess;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
@@ -20,134 +19,21 @@ use rc_deploy_client::{DirectoryWatch, logs};
 use rc_deploy_network::plan::Component;
 use rc_deploy_network::process_name;
 use rc_management::agent::Exit;
-use rc_management::agent::{AgentMessage, File, LONGEST};
+use rc_management::agent::{AgentMessage, LONGEST};
 use rc_management::lines::{self, Line, Lines, Overlong};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use std::collections::BTreeMap;
 use std::io::{self, BufReader, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// How long it waits for an earlier agent of the network to end.
-const PATIENCE: Duration = Duration::from_secs(15);
 /// The shortest time between two reads of the logs.
 const LOOK: Duration = Duration::from_millis(50);
 /// How many bytes of output may wait before logs are read on.
 const ROOM: usize = 256 * 1024;
 /// How many bytes of output may wait in total.
 const WAITING: usize = 8 << 20;
-
-/// Runs the agent: `rcdeploy agent`, which people never type.
-///
-/// `cleanup` removes what the middleware keeps in memory for a network. It is also called if there
-/// is nothing to remove.
-pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
-    match serve(cleanup) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            let said = std::io::stdout()
-                .write_all(&lines::encode(&AgentMessage::Refused(error.to_string())));
-            if said.is_err() {
-                print_error(format_args!("rcdeploy agent: {error}"));
-            }
-            ExitCode::from(error.exit_code())
-        }
-    }
-}
-
-fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
-    let _ = rustix::process::setsid();
-    let nonblocking = |fd: &OwnedFd| {
-        let flags = fcntl_getfl(fd)?;
-        fcntl_setfl(fd, flags | OFlags::NONBLOCK)
-    };
-    let [stdin, stdout] = [
-        io::stdin().as_fd().try_clone_to_owned(),
-        io::stdout().as_fd().try_clone_to_owned(),
-    ];
-    let stdin = stdin.context("use its standard input")?;
-    let stdout = stdout.context("use its standard output")?;
-    nonblocking(&stdin).context("use its standard input")?;
-    nonblocking(&stdout).context("use its standard output")?;
-    let mut input = BufReader::new(TimedStream(stdin));
-    let mut output = TimedStream(stdout);
-    let first = read_line(&mut input).context("hear its supervisor")?;
-    let Ok(SupervisorMessage::Network {
-        name,
-        files,
-        services,
-    }) = serde_json::from_str(&first)
-    else {
-        let message = "only `rcdeploy up` of this very version starts `agent`, over ssh";
-        return Err(Error::Plan(message.to_owned()));
-    };
-    check_name("network", &name)?;
-    let root = receive(&name, &files, &mut input, &mut output)?;
-    let cleanup = || cleanup(&name);
-    let lock = acquire(&name, &mut output)?;
-    let recovered = match recover_locked(&lock, &cleanup)? {
-        Recovered::Killed(count) => Some(count),
-        Recovered::Nothing => None,
-    };
-    let directory = lock.directory().clone();
-    let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
-    // Nothing was started yet. The first error is reported.
-    let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
-    agent.say(&AgentMessage::Ready { root, recovered });
-    agent.run(&cleanup);
-    Ok(())
-}
-
-/// Receives the files that are missing here.
-fn receive(
-    network: &str,
-    files: &[File],
-    input: &mut BufReader<TimedStream>,
-    output: &mut TimedStream,
-) -> Result<PathBuf, Error> {
-    let program = std::env::current_exe().context("find out which program this is")?;
-    copies::remove_unused(&program);
-    let root = copies::root(&program, network);
-    let root = root.context(format!(
-        "make the folder of the copies beside {}",
-        program.display()
-    ))?;
-    let wanted: Vec<usize> = files
-        .iter()
-        .enumerate()
-        .filter(|(_, file)| !copies::is_below(file, &root))
-        .map(|(at, _)| at)
-        .collect();
-    output
-        .write_all(&lines::encode(&AgentMessage::Missing(wanted.clone())))
-        .context("answer its supervisor")?;
-    for at in wanted {
-        let received = copies::receive(&files[at], &root, input);
-        received.context(format!("copy {}", files[at].path.display()))?;
-    }
-    Ok(root)
-}
-
-/// Takes the network. An earlier agent whose connection has ended may still hold it for a moment.
-fn acquire(network: &str, output: &mut TimedStream) -> Result<Lock, Error> {
-    let deadline = Instant::now() + PATIENCE;
-    loop {
-        match Lock::acquire(network) {
-            Err(Error::AlreadyUp { .. } | Error::CleaningUp { .. })
-                if Instant::now() < deadline =>
-            {
-                output
-                    .write_all(&lines::encode(&AgentMessage::Heartbeat))
-                    .context("answer its supervisor")?;
-                std::thread::sleep(Duration::from_millis(200));
-            }
-            result => return result,
-        }
-    }
-}
 
 /// What the loop waits for.
 #[derive(Clone, Debug)]
@@ -174,7 +60,7 @@ struct Running {
     run: String,
 }
 
-struct Agent {
+pub(super) struct Agent {
     network: String,
     /// The folder of the copies.
     root: PathBuf,
@@ -199,7 +85,7 @@ struct Agent {
 }
 
 impl Agent {
-    fn new(
+    pub(super) fn new(
         network: &str,
         root: PathBuf,
         lock: Lock,
@@ -244,21 +130,21 @@ impl Agent {
         })
     }
 
-    fn say(&mut self, message: &AgentMessage) {
+    pub(super) fn send(&mut self, message: &AgentMessage) {
         self.out.extend(lines::encode(message));
     }
 
-    fn run(mut self, cleanup: &dyn Fn()) {
+    pub(super) fn run(mut self, cleanup: &dyn Fn()) {
         let ending = loop {
             let now = Instant::now();
             if now >= self.beat {
-                self.say(&AgentMessage::Heartbeat);
+                self.send(&AgentMessage::Heartbeat);
                 self.beat = now + BEAT;
             }
             if self.look.is_some_and(|at| now >= at) {
-                self.look_at_logs();
+                self.read_logs();
             }
-            self.tell_ends();
+            self.report_ends();
             if let Err(why) = self.write() {
                 break Ending::Alone(why);
             }
@@ -339,12 +225,12 @@ impl Agent {
 
     fn turn(&mut self, source: &Source) -> Option<Ending> {
         match source {
-            Source::Supervisor => return self.hear(),
+            Source::Supervisor => return self.receive(),
             Source::Signals => return Some(Ending::Alone("this agent was told to end".to_owned())),
             Source::Output => {}
             Source::Guard => match self.custody.guard_ended() {
                 Some(GuardChange::Restarted(text) | GuardChange::Lost(text)) => {
-                    self.say(&AgentMessage::Note(text));
+                    self.send(&AgentMessage::Note(text));
                 }
                 None => {}
             },
@@ -356,10 +242,10 @@ impl Agent {
                 if let Some(Received { text, there }) = self.connections.turn(*wire) {
                     let wire = *wire;
                     if !text.is_empty() {
-                        self.say(&AgentMessage::Data { wire, text });
+                        self.send(&AgentMessage::Data { wire, text });
                     }
                     if !there {
-                        self.say(&AgentMessage::Close(wire));
+                        self.send(&AgentMessage::Close(wire));
                     }
                 }
             }
@@ -369,7 +255,7 @@ impl Agent {
         None
     }
 
-    fn hear(&mut self) -> Option<Ending> {
+    fn receive(&mut self) -> Option<Ending> {
         let (lines, ended) = self.lines.read(Read(&self.input));
         for line in lines {
             self.heard = Instant::now();
@@ -396,12 +282,12 @@ impl Agent {
                 Some(SupervisorMessage::Connect { wire, name }) => {
                     let path = self.custody.directory().socket(&process_name(&name));
                     if self.connections.call(wire, &path).is_err() {
-                        self.say(&AgentMessage::Close(wire));
+                        self.send(&AgentMessage::Close(wire));
                     }
                 }
                 Some(SupervisorMessage::Data { wire, text }) => {
                     if !self.connections.send(wire, &text) {
-                        self.say(&AgentMessage::Close(wire));
+                        self.send(&AgentMessage::Close(wire));
                     }
                 }
                 Some(SupervisorMessage::Close(wire)) => self.connections.shut(wire),
@@ -424,9 +310,9 @@ impl Agent {
                 let pid = process.pid();
                 self.running.insert(name.clone(), Running { process, run });
                 self.note(|custody| custody.started(registered));
-                self.say(&AgentMessage::Started { name, pid });
+                self.send(&AgentMessage::Started { name, pid });
             }
-            Err(reason) => self.say(&AgentMessage::NotStarted { name, reason }),
+            Err(reason) => self.send(&AgentMessage::NotStarted { name, reason }),
         }
     }
 
@@ -463,7 +349,7 @@ impl Agent {
                 "cannot write to the run directory: {error}{}",
                 advice(&error)
             );
-            self.say(&AgentMessage::Note(text));
+            self.send(&AgentMessage::Note(text));
         }
     }
 
@@ -473,17 +359,17 @@ impl Agent {
         };
         let lines = process.read_link();
         let closed = process.link().is_none();
-        self.said(name, lines);
+        self.forward_lines(name, lines);
         if closed {
-            self.say(&AgentMessage::LinkClosed(name.to_owned()));
+            self.send(&AgentMessage::LinkClosed(name.to_owned()));
         }
     }
 
-    fn said(&mut self, name: &str, lines: Vec<Line>) {
+    fn forward_lines(&mut self, name: &str, lines: Vec<Line>) {
         for line in lines {
             let line = line.into_text();
             let name = name.to_owned();
-            self.say(&AgentMessage::LinkLine { name, line });
+            self.send(&AgentMessage::LinkLine { name, line });
         }
     }
 
@@ -492,11 +378,11 @@ impl Agent {
             return;
         };
         let words = process.last_words();
-        self.said(name, words);
+        self.forward_lines(name, words);
         let exit = process.reap();
         self.note(|custody| custody.ended(name));
         // Its last output belongs to the report of its end.
-        self.tell(name);
+        self.send_output(name);
         // Its end is reported when it may restart.
         self.ended.insert(name.to_owned(), exit);
         self.sweeps.begin(name, self.custody.mark(), run);
@@ -504,13 +390,13 @@ impl Agent {
 
     /// Reports components that have ended, once their orphans are killed or the search takes too
     /// long.
-    fn tell_ends(&mut self) {
+    fn report_ends(&mut self) {
         for (name, left) in self.sweeps.done() {
             if let Some(exit) = self.ended.remove(&name) {
-                self.say(&AgentMessage::Ended { name, exit, left });
+                self.send(&AgentMessage::Ended { name, exit, left });
             } else if left > 0 {
                 let text = format!("killed {left} orphaned processes of {name}");
-                self.say(&AgentMessage::Note(text));
+                self.send(&AgentMessage::Note(text));
             }
         }
         let names = self.ended.keys();
@@ -521,38 +407,38 @@ impl Agent {
         for name in names {
             if let Some(exit) = self.ended.remove(&name) {
                 let left = 0;
-                self.say(&AgentMessage::Ended { name, exit, left });
+                self.send(&AgentMessage::Ended { name, exit, left });
             }
         }
     }
 
-    fn look_at_logs(&mut self) {
+    fn read_logs(&mut self) {
         self.look = None;
         self.watch.drain();
         let names: Vec<String> = self.printed.keys().cloned().collect();
         for name in names {
-            if self.tell(&name) {
+            if self.send_output(&name) {
                 self.look = Some(Instant::now() + LOOK);
             }
         }
     }
 
     /// Sends the output of a component as far as there is room. Returns whether there is more.
-    fn tell(&mut self, name: &str) -> bool {
+    fn send_output(&mut self, name: &str) -> bool {
         let start = self.out.len();
         while self.out.len() < start.max(ROOM) + ROOM && self.out.len() < WAITING / 2 {
             let piece = self.printed.get_mut(name).and_then(LogTail::next);
             let Some(text) = piece else { return false };
             let name = name.to_owned();
-            self.say(&AgentMessage::Printed { name, text });
+            self.send(&AgentMessage::Printed { name, text });
         }
         true
     }
 
     /// Sends the rest of the output of all components.
-    fn tell_all(&mut self) {
+    fn send_all_output(&mut self) {
         while let Some(name) = self.printed.keys().next().cloned() {
-            if !self.tell(&name)
+            if !self.send_output(&name)
                 && let Some(printed) = self.printed.remove(&name)
             {
                 printed.remove();
@@ -604,7 +490,7 @@ impl Agent {
         drop(std::mem::take(&mut self.running));
         let killed = self.custody.end_all();
         if matches!(ending, Ending::Farewell) {
-            self.tell_all();
+            self.send_all_output();
         }
         let (left, removed, lock) = self.custody.finish(cleanup);
         if let Err(error) = removed {

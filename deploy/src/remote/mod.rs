@@ -9,6 +9,7 @@
 //! copies its own program to the other machine.
 
 mod agent;
+mod agent_setup;
 mod assignment;
 mod connection;
 mod copies;
@@ -18,7 +19,7 @@ mod socket_proxy;
 mod ssh;
 mod timed_stream;
 
-pub use self::agent::agent;
+pub use agent_setup::agent;
 pub(crate) use assignment::assign;
 pub(crate) use connection::AgentReady;
 pub(crate) use host::{Host, HostEvent, HostSource, Outbox, RemoteProcess};

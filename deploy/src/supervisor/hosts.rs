@@ -163,7 +163,7 @@ impl Supervisor<'_> {
             AgentMessage::LinkLine { name, line } => {
                 if let Some(i) = on(&name) {
                     let line = line.map_or(Line::TooLong, |line| Line::Complete(line.into_bytes()));
-                    self.units[i].hear(line, self.report);
+                    self.units[i].handle_line(line, self.report);
                 }
             }
             AgentMessage::LinkClosed(name) => {

@@ -10,8 +10,8 @@ use crate::log::rotation::{self, Rotation};
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use crate::remote::{self, Host, HostSource};
-use crate::supervisor::commands::{self, Commands};
-use crate::supervisor::control::{ClientRequest, Control};
+use crate::supervisor::commands::Commands;
+use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::health::MemoryRounds;
 use crate::supervisor::options::{Options, Outcome};
@@ -22,7 +22,7 @@ use rc_deploy_client::logs;
 use rc_deploy_client::status::digest;
 use rc_deploy_network::plan::Plan;
 use rc_management::event::{Event, Severity};
-use rc_management::supervisor::{self, NetworkStatus, Request, Verb};
+use rc_management::supervisor;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
 use std::io;
@@ -58,26 +58,26 @@ enum Source {
 pub(crate) struct Supervisor<'p> {
     pub(super) plan: &'p Plan,
     /// Digest of the `.ddsl` at the start.
-    digest: Option<String>,
+    pub(super) digest: Option<String>,
     pub(super) report: &'p Reporter,
     pub(super) units: Vec<Unit>,
     /// For each unit, the units that must be ready before it starts.
-    needs: Vec<BTreeSet<usize>>,
+    pub(super) needs: Vec<BTreeSet<usize>>,
     /// The other machines, and the index of its machine for each unit that runs on one of them.
     pub(super) hosts: Vec<Host>,
     pub(super) host_of: Vec<Option<usize>>,
     pub(super) custody: Custody,
-    control: Control,
-    commands: Commands,
-    signals: Signals,
-    relay: Option<Relay>,
-    rotation: Rotation,
-    rounds: MemoryRounds,
-    launcher: Option<Launcher>,
-    is_up: bool,
-    sweeps: OrphanSweeps,
+    pub(super) control: Control,
+    pub(super) commands: Commands,
+    pub(super) signals: Signals,
+    pub(super) relay: Option<Relay>,
+    pub(super) rotation: Rotation,
+    pub(super) rounds: MemoryRounds,
+    pub(super) launcher: Option<Launcher>,
+    pub(super) is_up: bool,
+    pub(super) sweeps: OrphanSweeps,
     /// Units that failed after they were ready.
-    failed: Vec<String>,
+    pub(super) failed: Vec<String>,
     pub(super) ending: Option<StopReason>,
 }
 
@@ -203,35 +203,6 @@ impl<'p> Supervisor<'p> {
             }
         }
         any
-    }
-
-    /// Continues the commands of clients.
-    fn advance_commands(&mut self) {
-        let answers = if self.ending.is_none() {
-            self.commands.advance(&mut self.units, &self.needs)
-        } else {
-            self.commands.end(&self.units)
-        };
-        for (request, result) in answers {
-            self.control.answer_command(&request, &result);
-        }
-    }
-
-    /// Begins a command, or answers why it is refused.
-    fn take(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
-        let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
-        let members = match commands::select(names, &all) {
-            Ok(members) if self.ending.is_none() => members,
-            Ok(_) => return self.control.answer_refused(&request, "the network stops"),
-            Err(wrong) => return self.control.answer_refused(&request, &wrong),
-        };
-        let text = format!("asked to {} {}", verb.word(), names.join(", "));
-        self.network_event(Severity::Info, "asked", text);
-        self.failed.retain(|name| {
-            let again = |&i: &usize| self.units[i].name() == name;
-            !members.iter().any(again)
-        });
-        self.commands.take(request, verb, members, &self.units);
     }
 
     fn start(&mut self, i: usize) {
@@ -432,40 +403,6 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn serve(&mut self, number: u64) {
-        for request in self.control.turn(number) {
-            match request.request.clone() {
-                Request::Start { names } => self.take(request, Verb::Start, &names),
-                Request::Stop { names } => self.take(request, Verb::Stop, &names),
-                Request::Restart { names } => self.take(request, Verb::Restart, &names),
-                Request::Status => {
-                    let status = self.status();
-                    self.control.answer_status(&request, &status);
-                }
-                Request::Events => {
-                    let journal = self.report.journal();
-                    self.control.answer_events(&request, &journal);
-                }
-                Request::Down => {
-                    self.control.answer_down(&request);
-                    self.stop(StopReason::Asked, "asked by `rcdeploy down`");
-                }
-            }
-        }
-    }
-
-    fn status(&self) -> NetworkStatus {
-        NetworkStatus {
-            network: self.plan.network.clone(),
-            pid: std::process::id() as i32,
-            guard: self.custody.guard(),
-            ddsl: self.plan.ddsl.clone(),
-            digest: self.digest.clone(),
-            changed: false,
-            components: self.units.iter().map(Unit::status).collect(),
-        }
-    }
-
     fn guard_ended(&mut self) {
         match self.custody.guard_ended() {
             Some(GuardChange::Restarted(text)) => {
@@ -570,9 +507,9 @@ impl<'p> Supervisor<'p> {
         }
         self.control.resume(now);
         self.check_hosts(now);
-        self.rotation.look(now, self.report);
+        self.rotation.check(now, self.report);
         if self.rounds.is_due(now) {
-            self.rotation.look_at_disk(self.report);
+            self.rotation.check_disk(self.report);
             let pause = self.rounds.pause;
             for unit in &mut self.units {
                 unit.measure(pause, self.report);

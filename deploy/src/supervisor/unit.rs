@@ -10,13 +10,10 @@ use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_client::connection::KILL_LIMIT;
-use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
 use rc_management::component::State;
-use rc_management::event::{Event, Severity};
-use rc_management::lines::Line;
-use rc_management::link::ComponentMessage;
+use rc_management::event::Severity;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
 use std::collections::BTreeMap;
 use std::os::fd::OwnedFd;
@@ -25,7 +22,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How old the last heartbeat of a component, or the last iteration of its loop, may be.
-const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
+pub(super) const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
 /// How long after its link a process may end. Later, the closed link is an event.
 const CLOSED_LIMIT: Duration = Duration::from_secs(1);
 
@@ -38,52 +35,52 @@ pub(crate) struct Unit {
     /// machine.
     pub(crate) outbox: Option<Outbox>,
     pub(crate) remote_component: Option<Component>,
-    phase: Phase,
+    pub(super) phase: Phase,
     /// Whether it was ready since its last start. It stays so when it ends, so that dependents may
     /// start.
-    ready: bool,
-    reported: Option<State>,
+    pub(super) ready: bool,
+    pub(super) reported: Option<State>,
     /// How many samples its slots have lost, from the last heartbeat.
-    lost: BTreeMap<String, u64>,
-    hung: bool,
+    pub(super) lost: BTreeMap<String, u64>,
+    pub(super) hung: bool,
     /// When the last heartbeat came, or it became ready.
-    heard: Instant,
-    garbage: bool,
-    health: HealthMonitor,
-    restarts: Restarts,
+    pub(super) heard: Instant,
+    pub(super) garbage: bool,
+    pub(super) health: HealthMonitor,
+    pub(super) restarts: Restarts,
     /// How often it was started, including commands.
-    runs: u32,
+    pub(super) runs: u32,
     /// When it may be started again.
-    due: Option<Instant>,
+    pub(super) due: Option<Instant>,
     /// A command has stopped it. It stays stopped until a command starts it.
-    stopped: bool,
+    pub(super) stopped: bool,
     /// A command has started it, so its failures do not stop the network.
-    released: bool,
+    pub(super) released: bool,
     /// Its unsaved parameter changes.
-    changes: Changes,
+    pub(super) changes: Changes,
     /// Message about changes that could not be restored in this run.
-    unkept: Option<String>,
+    pub(super) unkept: Option<String>,
 }
 
 #[derive(Debug)]
-enum Phase {
+pub(super) enum Phase {
     Waiting,
     Alive(Running),
     Ended(Termination),
 }
 
 #[derive(Debug)]
-struct Running {
-    handle: ProcessHandle,
+pub(super) struct Running {
+    pub(super) handle: ProcessHandle,
     /// When the closed link is reported. A process that is killed closes its files a moment before
     /// its end is known.
-    closed: Option<Instant>,
-    started: Instant,
-    stop: Stop,
+    pub(super) closed: Option<Instant>,
+    pub(super) started: Instant,
+    pub(super) stop: Stop,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stop {
+pub(super) enum Stop {
     No,
     /// SIGTERM was sent. SIGKILL follows at this time.
     Asked(Instant),
@@ -238,7 +235,7 @@ impl Unit {
         self.handle().and_then(ProcessHandle::link)
     }
 
-    fn handle(&self) -> Option<&ProcessHandle> {
+    pub(super) fn handle(&self) -> Option<&ProcessHandle> {
         match &self.phase {
             Phase::Alive(running) => Some(&running.handle),
             _ => None,
@@ -311,7 +308,7 @@ impl Unit {
             self.link_closed();
         }
         for line in lines {
-            self.hear(line, report);
+            self.handle_line(line, report);
         }
     }
 
@@ -319,100 +316,6 @@ impl Unit {
     pub(crate) fn link_closed(&mut self) {
         if let Phase::Alive(running) = &mut self.phase {
             running.closed = Some(Instant::now() + CLOSED_LIMIT);
-        }
-    }
-
-    /// Handles one line of the link.
-    pub(crate) fn hear(&mut self, line: Line, report: &Reporter) {
-        let message = match line {
-            Line::Complete(line) => ComponentMessage::decode(&line),
-            Line::TooLong => Err("a line of more than 64 KiB".to_owned()),
-        };
-        match message {
-            Ok(message) => self.take(message, report),
-            Err(fault) => self.reject(&fault, report),
-        }
-    }
-
-    /// Reports a link that was closed while the component runs.
-    fn report_closed_link(&self, report: &Reporter) {
-        if self.handle().is_some_and(|handle| !handle.is_linked()) && !self.is_asked_to_stop() {
-            self.event(
-                report,
-                Severity::Warning,
-                "link-closed",
-                "closed its standard input, which is the link to its supervisor; it is no longer watched",
-            );
-        }
-    }
-
-    fn take(&mut self, message: ComponentMessage, report: &Reporter) {
-        let Phase::Alive(running) = &self.phase else {
-            return;
-        };
-        match message {
-            ComponentMessage::State { state } => {
-                if self.reported == Some(state) {
-                    return;
-                }
-                self.reported = Some(state);
-                let severity = match state {
-                    State::Emergency => Severity::Warning,
-                    _ => Severity::Info,
-                };
-                self.event(report, severity, "state", state.to_string());
-            }
-            ComponentMessage::Ready => {
-                self.heard = Instant::now();
-                if !self.ready {
-                    self.ready = true;
-                    let seconds = running.started.elapsed().as_secs_f64();
-                    let text = format!("ready after {seconds:.2} s");
-                    self.event(report, Severity::Info, "ready", text);
-                    if let Some(text) = self.unkept.take() {
-                        self.event(report, Severity::Warning, "not-restored", text);
-                    }
-                }
-            }
-            ComponentMessage::Parameters(unsaved) => {
-                self.changes = Changes::new(unsaved);
-            }
-            ComponentMessage::Restored { refused: None } => {
-                let text = self.changes.restored();
-                self.event(report, Severity::Info, "restored", text);
-            }
-            ComponentMessage::Restored { refused: Some(why) } => {
-                let text = format!(
-                    "runs with its configuration; changed parameters were not restored: {why}"
-                );
-                self.event(report, Severity::Warning, "not-restored", text);
-                self.forget_changes();
-            }
-            ComponentMessage::Heartbeat(mut heartbeat) => {
-                self.heard = Instant::now();
-                self.lost = std::mem::take(&mut heartbeat.lost);
-                let age_ms = heartbeat.age_ms;
-                if !self.is_asked_to_stop() {
-                    for (severity, code, text) in self.health.heartbeat(heartbeat) {
-                        self.event(report, severity, code, text);
-                    }
-                }
-                if Duration::from_millis(age_ms) <= HEARTBEAT_LIMIT {
-                    if std::mem::take(&mut self.hung) {
-                        self.event(
-                            report,
-                            Severity::Info,
-                            "answers-again",
-                            "its event loop runs again",
-                        );
-                    }
-                } else if self.ready {
-                    self.hang(
-                        report,
-                        &format!("its event loop has not run for {age_ms} ms"),
-                    );
-                }
-            }
         }
     }
 
@@ -432,20 +335,6 @@ impl Unit {
             && let Some((severity, code, text)) = self.health.memory(bytes, pause)
         {
             self.event(report, severity, code, text);
-        }
-    }
-
-    fn reject(&mut self, fault: &str, report: &Reporter) {
-        if !std::mem::replace(&mut self.garbage, true) {
-            let text = format!("sent {fault} to its supervisor; further faults are not reported");
-            self.event(report, Severity::Warning, "garbage", text);
-        }
-    }
-
-    fn hang(&mut self, report: &Reporter, why: &str) {
-        if !self.hung && !self.is_asked_to_stop() {
-            self.hung = true;
-            self.event(report, Severity::Warning, "hung", why);
         }
     }
 
@@ -476,7 +365,7 @@ impl Unit {
             return None;
         };
         for line in running.handle.last_words() {
-            self.hear(line, report);
+            self.handle_line(line, report);
         }
         let Phase::Alive(running) = &mut self.phase else {
             return None;
@@ -596,22 +485,6 @@ impl Unit {
     fn pid_text(&self) -> String {
         let pid = self.handle().and_then(ProcessHandle::pid);
         pid.map_or_else(String::new, |pid| pid.to_string())
-    }
-
-    /// Reports something about this component.
-    pub(crate) fn event(
-        &self,
-        report: &Reporter,
-        severity: Severity,
-        code: &'static str,
-        message: impl Into<String>,
-    ) {
-        report.event(Event::component(self.name(), severity, code, message));
-    }
-
-    /// A failure with what the component printed last.
-    pub(crate) fn failure(&self, reason: &str) -> String {
-        format!("{reason}; {}", logs::quote(&self.log))
     }
 
     pub(crate) fn status(&self) -> ComponentStatus {

@@ -128,7 +128,7 @@ impl Drop for SideView {
         drop(self.alive.take());
         if self.ended.recv_timeout(END_LIMIT) == Err(mpsc::RecvTimeoutError::Timeout) {
             // The terminal blocks output.
-            screen::give_back_mode();
+            screen::restore_mode();
         }
         self.covered.store(false, Ordering::Relaxed);
     }

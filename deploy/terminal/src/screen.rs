@@ -50,7 +50,7 @@ impl Screen {
             let told = std::panic::take_hook();
             std::panic::set_hook(Box::new(move |panic| {
                 // The message of a panic must be readable.
-                give_back();
+                restore();
                 told(panic);
             }));
         });
@@ -69,8 +69,7 @@ impl Screen {
             let out = self.terminal.backend_mut();
             execute!(out, EnterAlternateScreen, Hide)
         });
-        done.and_then(|()| self.blank())
-            .inspect_err(|_| give_back())
+        done.and_then(|()| self.blank()).inspect_err(|_| restore())
     }
 
     /// Clears the screen, so that it is redrawn. `Terminal::clear` would ask the terminal for its
@@ -105,7 +104,7 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        give_back();
+        restore();
     }
 }
 
@@ -115,7 +114,7 @@ pub(crate) fn is_taken() -> bool {
 }
 
 /// Restores the terminal. Any thread may call it; it happens once.
-pub(crate) fn give_back() {
+pub(crate) fn restore() {
     if TAKEN.swap(false, Ordering::Relaxed) {
         // A closed terminal needs nothing.
         let _ = execute!(io::stdout(), LeaveAlternateScreen, Show);
@@ -124,7 +123,7 @@ pub(crate) fn give_back() {
 }
 
 /// Restores only the mode, for a terminal that blocks output.
-pub(crate) fn give_back_mode() {
+pub(crate) fn restore_mode() {
     if TAKEN.swap(false, Ordering::Relaxed) {
         let _ = disable_raw_mode();
     }

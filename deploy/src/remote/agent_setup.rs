@@ -1,0 +1,130 @@
+//! `rcdeploy agent` until it is ready: it receives files and takes the network of its machine.
+
+use super::SupervisorMessage;
+use super::agent::Agent;
+use super::copies;
+use super::timed_stream::{TimedStream, read_line};
+use crate::guard::lock::Lock;
+use crate::guard::process_registry::{Recovered, recover_locked};
+use rc_deploy_client::error::{Error, ErrorContext, print_error};
+use rc_deploy_client::names::check_name;
+use rc_management::agent::{AgentMessage, File};
+use rc_management::lines;
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use std::io::{self, BufReader, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// How long it waits for an earlier agent of the network to end.
+const PATIENCE: Duration = Duration::from_secs(15);
+
+/// Runs the agent: `rcdeploy agent`, which people never type.
+///
+/// `cleanup` removes what the middleware keeps in memory for a network. It is also called if there
+/// is nothing to remove.
+pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
+    match serve(cleanup) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let said = std::io::stdout()
+                .write_all(&lines::encode(&AgentMessage::Refused(error.to_string())));
+            if said.is_err() {
+                print_error(format_args!("rcdeploy agent: {error}"));
+            }
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
+    let _ = rustix::process::setsid();
+    let nonblocking = |fd: &OwnedFd| {
+        let flags = fcntl_getfl(fd)?;
+        fcntl_setfl(fd, flags | OFlags::NONBLOCK)
+    };
+    let [stdin, stdout] = [
+        io::stdin().as_fd().try_clone_to_owned(),
+        io::stdout().as_fd().try_clone_to_owned(),
+    ];
+    let stdin = stdin.context("use its standard input")?;
+    let stdout = stdout.context("use its standard output")?;
+    nonblocking(&stdin).context("use its standard input")?;
+    nonblocking(&stdout).context("use its standard output")?;
+    let mut input = BufReader::new(TimedStream(stdin));
+    let mut output = TimedStream(stdout);
+    let first = read_line(&mut input).context("hear its supervisor")?;
+    let Ok(SupervisorMessage::Network {
+        name,
+        files,
+        services,
+    }) = serde_json::from_str(&first)
+    else {
+        let message = "only `rcdeploy up` of this very version starts `agent`, over ssh";
+        return Err(Error::Plan(message.to_owned()));
+    };
+    check_name("network", &name)?;
+    let root = receive(&name, &files, &mut input, &mut output)?;
+    let cleanup = || cleanup(&name);
+    let lock = acquire(&name, &mut output)?;
+    let recovered = match recover_locked(&lock, &cleanup)? {
+        Recovered::Killed(count) => Some(count),
+        Recovered::Nothing => None,
+    };
+    let directory = lock.directory().clone();
+    let agent = Agent::new(&name, root.clone(), lock, &services, input, output);
+    // Nothing was started yet. The first error is reported.
+    let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
+    agent.send(&AgentMessage::Ready { root, recovered });
+    agent.run(&cleanup);
+    Ok(())
+}
+
+/// Receives the files that are missing here.
+fn receive(
+    network: &str,
+    files: &[File],
+    input: &mut BufReader<TimedStream>,
+    output: &mut TimedStream,
+) -> Result<PathBuf, Error> {
+    let program = std::env::current_exe().context("find out which program this is")?;
+    copies::remove_unused(&program);
+    let root = copies::root(&program, network);
+    let root = root.context(format!(
+        "make the folder of the copies beside {}",
+        program.display()
+    ))?;
+    let wanted: Vec<usize> = files
+        .iter()
+        .enumerate()
+        .filter(|(_, file)| !copies::is_below(file, &root))
+        .map(|(at, _)| at)
+        .collect();
+    output
+        .write_all(&lines::encode(&AgentMessage::Missing(wanted.clone())))
+        .context("answer its supervisor")?;
+    for at in wanted {
+        let received = copies::receive(&files[at], &root, input);
+        received.context(format!("copy {}", files[at].path.display()))?;
+    }
+    Ok(root)
+}
+
+/// Takes the network. An earlier agent whose connection has ended may still hold it for a moment.
+fn acquire(network: &str, output: &mut TimedStream) -> Result<Lock, Error> {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        match Lock::acquire(network) {
+            Err(Error::AlreadyUp { .. } | Error::CleaningUp { .. })
+                if Instant::now() < deadline =>
+            {
+                output
+                    .write_all(&lines::encode(&AgentMessage::Heartbeat))
+                    .context("answer its supervisor")?;
+                std::thread::sleep(Duration::from_millis(200));
+            }
+            result => return result,
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Handles the requests of clients of the supervisor's socket.
+
+use crate::supervisor::commands;
+use crate::supervisor::control::ClientRequest;
+use crate::supervisor::supervise::{StopReason, Supervisor};
+use crate::supervisor::unit::Unit;
+use rc_management::event::Severity;
+use rc_management::supervisor::{NetworkStatus, Request, Verb};
+
+impl Supervisor<'_> {
+    pub(super) fn serve(&mut self, number: u64) {
+        for request in self.control.turn(number) {
+            match request.request.clone() {
+                Request::Start { names } => self.take_command(request, Verb::Start, &names),
+                Request::Stop { names } => self.take_command(request, Verb::Stop, &names),
+                Request::Restart { names } => self.take_command(request, Verb::Restart, &names),
+                Request::Status => {
+                    let status = self.status();
+                    self.control.answer_status(&request, &status);
+                }
+                Request::Events => {
+                    let journal = self.report.journal();
+                    self.control.answer_events(&request, &journal);
+                }
+                Request::Down => {
+                    self.control.answer_down(&request);
+                    self.stop(StopReason::Asked, "asked by `rcdeploy down`");
+                }
+            }
+        }
+    }
+
+    fn status(&self) -> NetworkStatus {
+        NetworkStatus {
+            network: self.plan.network.clone(),
+            pid: std::process::id() as i32,
+            guard: self.custody.guard(),
+            ddsl: self.plan.ddsl.clone(),
+            digest: self.digest.clone(),
+            changed: false,
+            components: self.units.iter().map(Unit::status).collect(),
+        }
+    }
+
+    /// Continues the commands of clients.
+    pub(super) fn advance_commands(&mut self) {
+        let answers = if self.ending.is_none() {
+            self.commands.advance(&mut self.units, &self.needs)
+        } else {
+            self.commands.end(&self.units)
+        };
+        for (request, result) in answers {
+            self.control.answer_command(&request, &result);
+        }
+    }
+
+    /// Begins a command, or answers why it is refused.
+    fn take_command(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
+        let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
+        let members = match commands::select(names, &all) {
+            Ok(members) if self.ending.is_none() => members,
+            Ok(_) => return self.control.answer_refused(&request, "the network stops"),
+            Err(wrong) => return self.control.answer_refused(&request, &wrong),
+        };
+        let text = format!("asked to {} {}", verb.word(), names.join(", "));
+        self.network_event(Severity::Info, "asked", text);
+        self.failed.retain(|name| {
+            let again = |&i: &usize| self.units[i].name() == name;
+            !members.iter().any(again)
+        });
+        self.commands.take(request, verb, members, &self.units);
+    }
+}
