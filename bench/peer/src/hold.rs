@@ -1,7 +1,6 @@
-//! Many ports of one kind, with their services and bells: what a slot costs that is written by
-//! hand.
+//! Many ports of one kind with their services: the memory that a hand-written slot costs.
 
-use crate::services::{Bells, Failure, Ipc, Stamp, bells, calls, node, topic};
+use crate::services::{EventService, Failure, Ipc, Stamp, calls, event_service, node, topic};
 use bench_protocol::LARGEST;
 use bench_protocol::slots::{Role, SIZE, each, hold};
 use iceoryx2::port::client::Client;
@@ -12,7 +11,7 @@ use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::Node;
 
-/// A port with what it wakes, and what wakes it.
+/// A port with its notifier or listener, or both.
 enum Port {
     Publisher(Publisher<Ipc, [u8], Stamp>, Notifier<Ipc>),
     Subscriber(Subscriber<Ipc, [u8], Stamp>, Listener<Ipc>),
@@ -28,7 +27,7 @@ enum Port {
     ),
 }
 
-/// Opens `count` ports and holds them.
+/// Opens `count` ports and keeps them open.
 pub(crate) fn run(role: &str, count: &str, root: &str, prefix: &str) -> Result<(), Failure> {
     let role: Role = role.parse()?;
     let node = node(root, prefix)?;
@@ -43,7 +42,9 @@ pub(crate) fn run(role: &str, count: &str, root: &str, prefix: &str) -> Result<(
 
 impl Port {
     fn open(node: &Node<Ipc>, role: Role, at: usize) -> Result<Self, Failure> {
-        let bell = |what: &str| -> Result<Bells, Failure> { bells(node, &format!("{what}{at}")) };
+        let event = |what: &str| -> Result<EventService, Failure> {
+            event_service(node, &format!("{what}{at}"))
+        };
         let (sample, echo) = (format!("sample{at}"), format!("echo{at}"));
         Ok(match role {
             Role::Publishers => Self::Publisher(
@@ -52,50 +53,50 @@ impl Port {
                     .initial_max_slice_len(LARGEST)
                     .max_loaned_samples(1)
                     .create()?,
-                bell("sample")?.notifier_builder().create()?,
+                event("sample")?.notifier_builder().create()?,
             ),
             Role::Subscribers => Self::Subscriber(
                 topic(node, &sample)?
                     .subscriber_builder()
                     .buffer_size(10)
                     .create()?,
-                bell("sample")?.listener_builder().create()?,
+                event("sample")?.listener_builder().create()?,
             ),
             Role::Servers => Self::Server(
                 calls(node, &echo)?
                     .server_builder()
                     .initial_max_slice_len(LARGEST)
                     .create()?,
-                bell("asked")?.listener_builder().create()?,
-                bell("answered")?.notifier_builder().create()?,
+                event("asked")?.listener_builder().create()?,
+                event("answered")?.notifier_builder().create()?,
             ),
             Role::Clients => Self::Client(
                 calls(node, &echo)?
                     .client_builder()
                     .initial_max_slice_len(LARGEST)
                     .create()?,
-                bell("asked")?.notifier_builder().create()?,
-                bell("answered")?.listener_builder().create()?,
+                event("asked")?.notifier_builder().create()?,
+                event("answered")?.listener_builder().create()?,
             ),
         })
     }
 
-    /// Publishes, or asks and awaits the answer.
+    /// Publishes a sample, or sends a request and awaits the reply.
     fn send(&self) -> Result<(), Failure> {
         let data = [7; SIZE];
         match self {
-            Self::Publisher(port, bell) => {
+            Self::Publisher(port, notifier) => {
                 port.loan_slice_uninit(SIZE)?
                     .write_from_slice(&data)
                     .send()?;
-                bell.notify()?;
+                notifier.notify()?;
             }
-            Self::Client(port, bell, ear) => {
+            Self::Client(port, notifier, listener) => {
                 let loan = port.loan_slice_uninit(SIZE)?;
                 let mut pending = loan.write_from_slice(&data).send()?;
-                bell.notify()?;
+                notifier.notify()?;
                 each(std::slice::from_mut(&mut pending), |pending| {
-                    ear.try_wait(|_| {})?;
+                    listener.try_wait(|_| {})?;
                     Ok(pending.receive()?.is_some())
                 })?;
             }
@@ -104,21 +105,21 @@ impl Port {
         Ok(())
     }
 
-    /// Receives a value, or answers a request, where there is one.
+    /// Receives a sample or replies to a request, if there is one.
     fn take(&self) -> Result<bool, Failure> {
         match self {
-            Self::Subscriber(port, ear) => {
-                ear.try_wait(|_| {})?;
+            Self::Subscriber(port, listener) => {
+                listener.try_wait(|_| {})?;
                 Ok(port.receive()?.is_some())
             }
-            Self::Server(port, ear, bell) => {
-                ear.try_wait(|_| {})?;
+            Self::Server(port, listener, notifier) => {
+                listener.try_wait(|_| {})?;
                 let Some(request) = port.receive()? else {
                     return Ok(false);
                 };
                 let loan = request.loan_slice_uninit(SIZE)?;
                 loan.write_from_slice(request.payload()).send()?;
-                bell.notify()?;
+                notifier.notify()?;
                 Ok(true)
             }
             Self::Publisher(..) | Self::Client(..) => Ok(true),

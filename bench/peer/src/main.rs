@@ -1,12 +1,11 @@
-//! What `ping` and `pong` do, written by hand over iceoryx2: the yardstick for generated
-//! components.
+//! `ping` and `pong`, written by hand over iceoryx2: the reference for generated components.
 //!
 //! `bench_peer ping|pong ROOT PREFIX` are the pair; `bench_peer hold
 //! publishers|subscribers|servers|clients COUNT ROOT PREFIX` holds many ports. The services have
 //! the settings of our backend (overflow and depth of topics, order and queues of calls, limits of
-//! ports), bodies are `[u8]`, and who waits sleeps in `poll` on the descriptor of its listener.
-//! What only our backend does is not here: envelopes, type hashes, growing memory, watching the
-//! other side's process, a periodic `compute`.
+//! ports), bodies are `[u8]`, and a waiting program sleeps in `poll` on the descriptor of its
+//! listener. The program omits what only our backend does: envelopes, type hashes, growing memory,
+//! monitoring the peer's process, a periodic `compute`.
 
 mod hold;
 mod ping;

@@ -1,13 +1,13 @@
-//! The sending and asking side.
+//! The publisher and client.
 
-use crate::services::{Failure, Ipc, Stamp, Topic, bells, calls, node, topic, wait};
+use crate::services::{Failure, Ipc, Stamp, Topic, calls, event_service, node, topic, wait};
 use bench_protocol::{Kind, LARGEST, next_order, now, pause, ready, report};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 
-/// Most waits for one answer.
+/// Upper limit of waits for one reply.
 const WAITS: usize = 5;
 
 struct Ping {
@@ -20,15 +20,15 @@ struct Ping {
     answered: Listener<Ipc>,
 }
 
-/// Does what is ordered until there are no more orders.
+/// Executes orders until the standard input ends.
 pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let node = node(root, prefix)?;
     let (samples, pictures) = (topic(&node, "sample")?, topic(&node, "picture")?);
     let calls = calls(&node, "echo")?;
     let (sampled, asked, answered) = (
-        bells(&node, "sample")?,
-        bells(&node, "asked")?,
-        bells(&node, "answered")?,
+        event_service(&node, "sample")?,
+        event_service(&node, "asked")?,
+        event_service(&node, "answered")?,
     );
     let publisher = |topic: &Topic| {
         topic
@@ -40,7 +40,9 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let ping = Ping {
         publisher: publisher(&samples)?,
         pictures: publisher(&pictures)?,
-        watcher: bells(&node, "picture")?.notifier_builder().create()?,
+        watcher: event_service(&node, "picture")?
+            .notifier_builder()
+            .create()?,
         client: calls
             .client_builder()
             .initial_max_slice_len(LARGEST)
@@ -102,7 +104,7 @@ impl Ping {
         Ok(())
     }
 
-    /// The data are written once, where they are read.
+    /// Writes the data once, where the subscriber reads them.
     fn picture(&self, sent: Stamp, data: &[u8]) -> Result<(), Failure> {
         let mut loan = self.pictures.loan_slice_uninit(data.len())?;
         *loan.user_header_mut() = sent;

@@ -1,20 +1,22 @@
-//! The receiving and answering side.
+//! The subscriber and server.
 
-use crate::services::{Failure, bells, calls, node, topic, wait};
+use crate::services::{Failure, calls, event_service, node, topic, wait};
 use bench_protocol::{LARGEST, now, ready, report};
 
-/// Answers and notes until it is ended.
+/// Replies, and records times, until a signal ends the process.
 pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     let node = node(root, prefix)?;
     let (samples, pictures) = (topic(&node, "sample")?, topic(&node, "picture")?);
     let calls = calls(&node, "echo")?;
     let (sampled, asked, answered) = (
-        bells(&node, "sample")?,
-        bells(&node, "asked")?,
-        bells(&node, "answered")?,
+        event_service(&node, "sample")?,
+        event_service(&node, "asked")?,
+        event_service(&node, "answered")?,
     );
     let sampled = sampled.listener_builder().create()?;
-    let pictured = bells(&node, "picture")?.listener_builder().create()?;
+    let pictured = event_service(&node, "picture")?
+        .listener_builder()
+        .create()?;
     let asked = asked.listener_builder().create()?;
     let client = answered.notifier_builder().create()?;
     let subscriber = samples.subscriber_builder().buffer_size(10).create()?;
@@ -29,7 +31,7 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
     loop {
         wait([&sampled, &pictured, &asked])?;
         while let Some(picture) = watcher.receive()? {
-            // It is looked at where it is.
+            // The sample is read in place.
             std::hint::black_box(picture.payload());
             times.push(now() - *picture.user_header());
         }

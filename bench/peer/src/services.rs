@@ -10,23 +10,23 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::os::fd::BorrowedFd;
 
-/// Anything that goes wrong ends the program.
+/// Every error ends the program.
 pub(crate) type Failure = Box<dyn std::error::Error>;
-/// The services of one process for itself: nothing here crosses a thread.
+/// The single-threaded service variant.
 pub(crate) type Ipc = ipc::Service;
 pub(crate) type Topic = publish_subscribe::PortFactory<Ipc, [u8], Stamp>;
 pub(crate) type Calls = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
-pub(crate) type Bells = event::PortFactory<Ipc>;
+pub(crate) type EventService = event::PortFactory<Ipc>;
 
-/// The user header of a value: the time of its sending.
+/// The user header of a sample: the time of its sending.
 pub(crate) type Stamp = i64;
-/// No wait is longer.
+/// Longest wait.
 const LIMIT: Timespec = Timespec {
     tv_sec: 1,
     tv_nsec: 0,
 };
 
-/// Opens a node with files of its own.
+/// Creates a node with a root and prefix of its own.
 pub(crate) fn node(root: &str, prefix: &str) -> Result<Node<Ipc>, Failure> {
     set_log_level(LogLevel::Fatal);
     let mut config = Config::default();
@@ -38,7 +38,7 @@ pub(crate) fn node(root: &str, prefix: &str) -> Result<Node<Ipc>, Failure> {
         .create::<Ipc>()?)
 }
 
-/// The topic `name`.
+/// Opens the publish/subscribe service `name`.
 pub(crate) fn topic(node: &Node<Ipc>, name: &str) -> Result<Topic, Failure> {
     Ok(node
         .service_builder(&name.try_into()?)
@@ -54,7 +54,7 @@ pub(crate) fn topic(node: &Node<Ipc>, name: &str) -> Result<Topic, Failure> {
         .open_or_create()?)
 }
 
-/// The calls `name`.
+/// Opens the request/response service `name`.
 pub(crate) fn calls(node: &Node<Ipc>, name: &str) -> Result<Calls, Failure> {
     Ok(node
         .service_builder(&name.try_into()?)
@@ -71,8 +71,8 @@ pub(crate) fn calls(node: &Node<Ipc>, name: &str) -> Result<Calls, Failure> {
         .open_or_create()?)
 }
 
-/// What wakes the listeners of `name`.
-pub(crate) fn bells(node: &Node<Ipc>, name: &str) -> Result<Bells, Failure> {
+/// Opens the event service `name`.
+pub(crate) fn event_service(node: &Node<Ipc>, name: &str) -> Result<EventService, Failure> {
     Ok(node
         .service_builder(&name.try_into()?)
         .event()
@@ -83,8 +83,8 @@ pub(crate) fn bells(node: &Node<Ipc>, name: &str) -> Result<Bells, Failure> {
         .open_or_create()?)
 }
 
-/// Sleeps until one of `listeners` was rung for, or for a second; takes the rings back. Bit i of
-/// the result: the listener i was rung for.
+/// Sleeps until one of `listeners` has a notification, at most for a second, and clears it. Bit i of
+/// the result: listener i had one.
 pub(crate) fn wait<const N: usize>(listeners: [&Listener<Ipc>; N]) -> Result<u32, Failure> {
     let mut polled = listeners.map(|listener| {
         // SAFETY: the listener owns its socket and outlives the call; nothing here reads from it or
@@ -94,12 +94,12 @@ pub(crate) fn wait<const N: usize>(listeners: [&Listener<Ipc>; N]) -> Result<u32
         PollFd::from_borrowed_fd(descriptor, PollFlags::IN)
     });
     poll(&mut polled, Some(&LIMIT))?;
-    let mut rung = 0;
+    let mut notified = 0;
     for (at, (polled, listener)) in polled.iter().zip(listeners).enumerate() {
         if !polled.revents().is_empty() {
             listener.try_wait(|_| {})?;
-            rung |= 1 << at;
+            notified |= 1 << at;
         }
     }
-    Ok(rung)
+    Ok(notified)
 }
