@@ -1,7 +1,7 @@
 //! CDSL: a component, its interfaces and how it is built.
 //!
-//! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads the imported interfaces
-//! and resolves all names into the [`model`].
+//! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads the imported
+//! interfaces and resolves all names into the [`model`].
 
 pub mod ast;
 pub mod model;

@@ -27,8 +27,8 @@ impl Resolver<'_> {
             IN_PLACE,
         ];
         const CALL: [&str; 3] = ["timeout", "wake", IN_PLACE];
-        // Publishers and clients choose `in_place` at each call. Publishers never wait, so they have no
-        // `wake`.
+        // Publishers and clients choose `in_place` at each call. Publishers never wait, so they
+        // have no `wake`.
         let allowed = match role {
             Role::SubscribesTo => &TOPIC[..],
             Role::Publishes => &TOPIC[..6],

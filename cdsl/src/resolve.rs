@@ -14,8 +14,8 @@ use std::time::Duration;
 
 /// Loads a `.cdsl` text with its imports.
 ///
-/// Returns no component if the text cannot be parsed at all. Use the component only if no diagnostic
-/// is an error.
+/// Returns no component if the text cannot be parsed at all. Use the component only if no
+/// diagnostic is an error.
 pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,

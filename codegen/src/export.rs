@@ -54,8 +54,8 @@ pub fn load(
     Ok((session.library, session.found))
 }
 
-/// Exports each module to a file of OMG IDL 4.2 with the same name: the types of DDS topics and calls,
-/// as final types with XCDR1 encoding.
+/// Exports each module to a file of OMG IDL 4.2 with the same name: the types of DDS topics and
+/// calls, as final types with XCDR1 encoding.
 pub fn dds(library: &Library, sources: &SourceMap) -> (Files, Diagnostics) {
     let mut found = Diagnostics::new();
     check_module_names(library, &mut found);

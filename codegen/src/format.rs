@@ -5,8 +5,8 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use std::io;
 use std::path::Path;
 
-/// Formats one file. Returns whether its text changes. Does not write the file with `check`, or if the
-/// text has errors, which are added to `found`.
+/// Formats one file. Returns whether its text changes. Does not write the file with `check`, or if
+/// the text has errors, which are added to `found`.
 ///
 /// # Errors
 /// The system cannot read or write the file.

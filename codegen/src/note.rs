@@ -1,8 +1,8 @@
-//! The note of a component: its name, the hash of its model, and its middleware. Tools read it from an
-//! executable without running it, and from generated code without building it.
+//! The note of a component: its name, the hash of its model, and its middleware. Tools read it from
+//! an executable without running it, and from generated code without building it.
 //!
-//! The note is read-only data: [`MAGIC`], a JSON object, a zero byte. In generated code it is a byte
-//! string.
+//! The note is read-only data: [`MAGIC`], a JSON object, a zero byte. In generated code it is a
+//! byte string.
 
 use crate::files::GENERATED;
 use crate::load;
@@ -39,7 +39,8 @@ impl Note {
         format!("{MAGIC_TEXT}{json}\\0")
     }
 
-    /// Reads the note from the generated code in a component's folder. `None` if the file has no note.
+    /// Reads the note from the generated code in a component's folder. `None` if the file has no
+    /// note.
     ///
     /// # Errors
     /// The system cannot read the file. `NotFound` before the first generation.

@@ -204,8 +204,8 @@ impl<'a> CompatibilityChecker<'a> {
         false
     }
 
-    /// The quality of service of an operation of an endpoint, and the location of the setting if the
-    /// `.ddsl` sets it.
+    /// The quality of service of an operation of an endpoint, and the location of the setting if
+    /// the `.ddsl` sets it.
     fn set(&self, end: Endpoint, operation: &str) -> Option<(Qos, Option<Span>)> {
         let slot = slot(self.components, end)?;
         let instance = &self.deployment.instances[end.instance];

@@ -430,8 +430,8 @@ impl<'a> Connector<'a> {
 }
 
 impl Connector<'_> {
-    /// Reports `after` declarations that contradict the required interfaces. Both determine the start
-    /// order.
+    /// Reports `after` declarations that contradict the required interfaces. Both determine the
+    /// start order.
     fn check_start_order(&mut self, network: &Network) {
         let after = start_dependencies(self.deployment);
         let mut both = after.clone();

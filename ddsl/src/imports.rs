@@ -16,8 +16,8 @@ pub(crate) struct File {
     pub(crate) tree: ast::Deployment,
 }
 
-/// The files that `source` imports directly or indirectly, and its own. Each file occurs once, before
-/// the files that import it. Its own is `None` after a syntax error.
+/// The files that `source` imports directly or indirectly, and its own. Each file occurs once,
+/// before the files that import it. Its own is `None` after a syntax error.
 pub(crate) fn files(
     sources: &mut SourceMap,
     loader: &dyn Loader,

@@ -61,8 +61,8 @@ pub struct Instance {
     pub executable: Option<Name>,
     /// The path of its configuration. `None` for the component's `etc/config.toml`.
     pub config: Option<Name>,
-    /// Its host: an index into [`Deployment::hosts`], and the location of the field. `None` for this
-    /// machine.
+    /// Its host: an index into [`Deployment::hosts`], and the location of the field. `None` for
+    /// this machine.
     pub host: Option<(usize, Span)>,
     /// The TCP address of its management, and the location of the field.
     pub endpoint: Option<(SocketAddr, Span)>,
@@ -117,8 +117,8 @@ pub const READY: Duration = Duration::from_secs(10);
 pub const STOP: Duration = Duration::from_secs(3);
 /// The default of [`Restart::backoff`].
 pub const BACKOFF: Duration = Duration::from_millis(500);
-/// The maximum length in bytes of a network's name and of a component's full name: they become names
-/// of files and sockets.
+/// The maximum length in bytes of a network's name and of a component's full name: they become
+/// names of files and sockets.
 pub const LONGEST_NAME: usize = 64;
 
 /// The restart policy of a component.

@@ -13,8 +13,8 @@ use std::collections::HashMap;
 
 /// Loads a `.ddsl` text with its imports.
 ///
-/// Returns no deployment if the text cannot be parsed at all. Use the deployment only if no diagnostic
-/// is an error.
+/// Returns no deployment if the text cannot be parsed at all. Use the deployment only if no
+/// diagnostic is an error.
 pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
@@ -364,8 +364,8 @@ impl<'a> Resolver<'a> {
             .push(error.suggest(name, known.iter().map(String::as_str)));
     }
 
-    /// Resolves a path in `group`. A path may enter a group from outside only if the group exports the
-    /// slot.
+    /// Resolves a path in `group`. A path may enter a group from outside only if the group exports
+    /// the slot.
     fn slot_path(&mut self, tree: &ast::SlotPath, group: Option<usize>) -> Option<SlotPath> {
         let (first, rest) = tree.path.split_first()?;
         let mut place = self.first(first, group)?;

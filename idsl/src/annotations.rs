@@ -59,8 +59,8 @@ impl ModuleResolver<'_> {
         }
     }
 
-    /// Warns of an annotation that has no meaning here. The known annotations of members are accepted
-    /// on structs and operations, as documentation.
+    /// Warns of an annotation that has no meaning here. The known annotations of members are
+    /// accepted on structs and operations, as documentation.
     fn warn_ignored(&mut self, annotation: &ast::Annotation, known: &[&str]) {
         let text = annotation.name.text.as_str();
         if known.contains(&text) {

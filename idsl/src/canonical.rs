@@ -1,9 +1,9 @@
 //! Canonical texts and hashes of operations and interfaces.
 //!
 //! Two endpoints connect only if the hashes of their types are equal. The canonical text contains
-//! names, order, types and bounds. Aliases are replaced by their types. Documentation, units, ranges
-//! and defaults do not affect the bytes on the wire, so they are left out. The first occurrence of a
-//! named type includes its members; later ones are only its name.
+//! names, order, types and bounds. Aliases are replaced by their types. Documentation, units,
+//! ranges and defaults do not affect the bytes on the wire, so they are left out. The first
+//! occurrence of a named type includes its members; later ones are only its name.
 
 use crate::model::{
     InterfaceId, Library, Member, Operation, Primitive, Type, TypeDeclKind, TypeId,

@@ -1,9 +1,9 @@
 //! IDSL: the interfaces of components and their data types.
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`Session`] loads a text with its imports
-//! and resolves all names into the [`model`]. [`canonical`] computes the hashes by which two ends of
-//! a connection compare their types. The grammar is `src/grammar.pest`, after `common.pest` of the
-//! crate `syntax`.
+//! and resolves all names into the [`model`]. [`canonical`] computes the hashes by which two ends
+//! of a connection compare their types. The grammar is `src/grammar.pest`, after `common.pest` of
+//! the crate `syntax`.
 
 mod annotations;
 pub mod ast;

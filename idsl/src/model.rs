@@ -294,7 +294,8 @@ pub struct Operation {
     pub outputs: Vec<Member>,
     /// The exceptions it may throw.
     pub throws: Vec<TypeId>,
-    /// `@ros("std_srvs/srv/Trigger")`: its ROS 2 types, of the topic and of the service, as written.
+    /// `@ros("std_srvs/srv/Trigger")`: its ROS 2 types, of the topic and of the service, as
+    /// written.
     pub ros_types: Vec<Name>,
 }
 

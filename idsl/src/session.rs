@@ -62,7 +62,8 @@ impl<'a> Session<'a> {
         self.load(file.path, file.text, span)
     }
 
-    /// Loads the text of `path` with its imports. Diagnostics about the import itself refer to `span`.
+    /// Loads the text of `path` with its imports. Diagnostics about the import itself refer to
+    /// `span`.
     pub fn load(&mut self, path: PathBuf, text: String, span: Span) -> Option<ModuleId> {
         if let Some(at) = self.loading.iter().position(|(open, _)| *open == path) {
             let mut names: Vec<String> = self.loading[at..]

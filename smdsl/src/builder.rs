@@ -1,4 +1,5 @@
-//! Builds a state machine from SMDSL or SCXML: first all states are declared, then names are resolved.
+//! Builds a state machine from SMDSL or SCXML: first all states are declared, then names are
+//! resolved.
 
 use crate::check::check;
 use crate::model::{Region, State, StateId, StateKind, StateMachine};

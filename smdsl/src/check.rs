@@ -68,7 +68,8 @@ fn nesting(machine: &StateMachine, found: &mut Diagnostics) {
     }
 }
 
-/// Reports states that contain each other. Each state is inside the next, the last inside the first.
+/// Reports states that contain each other. Each state is inside the next, the last inside the
+/// first.
 fn parent_cycle(machine: &StateMachine, states: &[StateId]) -> Diagnostic {
     let mut names: Vec<String> = states
         .iter()
@@ -186,8 +187,8 @@ fn unreachable(machine: &StateMachine, found: &mut Diagnostics) {
 
 /// The states that transitions from the initial state can enter.
 ///
-/// Entering a state enters its ancestors and its initial substates. Entering one region of a parallel
-/// state counts as entering all of them: a missing warning is better than a wrong one.
+/// Entering a state enters its ancestors and its initial substates. Entering one region of a
+/// parallel state counts as entering all of them: a missing warning is better than a wrong one.
 fn entered(machine: &StateMachine) -> Vec<bool> {
     let mut targets_of: Vec<Vec<StateId>> = vec![Vec::new(); machine.states.len()];
     for transition in &machine.transitions {

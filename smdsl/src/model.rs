@@ -58,8 +58,8 @@ pub enum StateKind {
     Plain,
     /// An end state: entering it ends its parent or the machine.
     End,
-    /// A history state: entering it resumes the last active substates of its parent. The first time,
-    /// its only transition is taken. Only SCXML has history states.
+    /// A history state: entering it resumes the last active substates of its parent. The first
+    /// time, its only transition is taken. Only SCXML has history states.
     History {
         /// Whether all descendants are resumed, or only the direct substates.
         deep: bool,
@@ -78,7 +78,8 @@ pub struct Region {
     pub initial: Vec<StateId>,
     /// The actions before `initial` is entered. Only SCXML has them.
     pub actions: Vec<Action>,
-    /// Its states. SMDSL: the initial state, the others, the end state. SCXML: the order of the file.
+    /// Its states. SMDSL: the initial state, the others, the end state. SCXML: the order of the
+    /// file.
     pub states: Vec<StateId>,
     /// The location of the block's name.
     pub span: Span,
@@ -89,8 +90,8 @@ pub struct Region {
 pub struct Transition {
     /// The source state.
     pub source: StateId,
-    /// The target states. SMDSL has one (`a => b, c;` are two transitions). SCXML may have none, for
-    /// actions only, or several in different regions of a parallel state.
+    /// The target states. SMDSL has one (`a => b, c;` are two transitions). SCXML may have none,
+    /// for actions only, or several in different regions of a parallel state.
     pub targets: Vec<StateId>,
     /// The events that trigger it, as written. Only SCXML has them.
     pub events: Vec<Name>,

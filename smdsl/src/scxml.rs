@@ -24,8 +24,8 @@ type Element = (
 const STATE_PARENTS: &[&str] = &["scxml", "state", "parallel"];
 const WITH_ENTRY_AND_EXIT: &[&str] = &["state", "parallel", "final"];
 const WITH_ACTIONS: &[&str] = &["onentry", "onexit", "transition"];
-/// The supported elements. `final` and `initial` in a `parallel`, and a `transition` in a `final`, are
-/// accepted here, because the checks shared with SMDSL report them.
+/// The supported elements. `final` and `initial` in a `parallel`, and a `transition` in a `final`,
+/// are accepted here, because the checks shared with SMDSL report them.
 const ELEMENTS: [Element; 11] = [
     ("scxml", &[], &["name", "version", "initial"]),
     ("state", STATE_PARENTS, &["id", "initial"]),
@@ -457,10 +457,11 @@ impl ScxmlReader<'_> {
         found.into_iter().map(|(id, _)| id).collect()
     }
 
-    /// Reports targets that cannot be active together: they are not in different regions of a parallel
-    /// state.
+    /// Reports targets that cannot be active together: they are not in different regions of a
+    /// parallel state.
     fn check_together(&mut self, targets: &[(StateId, Span)]) {
-        // For each ancestor: the child through which it is entered, and the location of that target.
+        // For each ancestor: the child through which it is entered, and the location of that
+        // target.
         let mut entered_through: HashMap<Option<StateId>, (StateId, Span)> = HashMap::new();
         for (target, span) in targets {
             let mut way = Some(*target);

@@ -1,7 +1,7 @@
 //! The formatter of all languages. It changes only white space and redundant or missing `;`.
 //!
-//! All languages consist of statements that end with `;`, blocks in braces and lists with commas. So
-//! one printer of tokens formats all of them. It works on tokens and comments instead of syntax
+//! All languages consist of statements that end with `;`, blocks in braces and lists with commas.
+//! So one printer of tokens formats all of them. It works on tokens and comments instead of syntax
 //! trees, and therefore never loses a comment.
 
 use crate::scan::{SegmentKind, segments};
@@ -299,8 +299,8 @@ impl<'a> Printer<'a> {
         inner
     }
 
-    /// Prints the last line of a block with its optional `;`. Comments before the `;` stay before it:
-    /// after it they would document the next declaration.
+    /// Prints the last line of a block with its optional `;`. Comments before the `;` stay before
+    /// it: after it they would document the next declaration.
     fn end_block(&mut self, line: &mut Line) {
         let next =
             (self.at..self.tokens.len()).find(|i| self.tokens[*i].kind != TokenKind::Comment);

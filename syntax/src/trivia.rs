@@ -55,8 +55,8 @@ impl<'a> Trivia<'a> {
         }
     }
 
-    /// The documentation of the declaration that starts at `at`: the `/// …` lines or the `/** … */`
-    /// directly before it, without the comment marks.
+    /// The documentation of the declaration that starts at `at`: the `/// …` lines or the `/** …
+    /// */` directly before it, without the comment marks.
     pub fn documentation(&self, at: usize) -> Vec<String> {
         let mut blocks: Vec<&str> = Vec::new();
         let mut end = self.text[..at].trim_end().len();
@@ -82,7 +82,8 @@ impl<'a> Trivia<'a> {
             .collect()
     }
 
-    /// The text without comments and with single spaces. Texts that differ only in layout are equal.
+    /// The text without comments and with single spaces. Texts that differ only in layout are
+    /// equal.
     pub fn significant(&self) -> String {
         let mut out = String::with_capacity(self.text.len());
         let mut at = 0;

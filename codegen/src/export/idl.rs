@@ -167,7 +167,8 @@ impl Writer<'_> {
         self.structure_or(name, doc, members, "octet");
     }
 
-    /// Writes a struct. Without members it has one member of the type `nothing`, an octet on the wire.
+    /// Writes a struct. Without members it has one member of the type `nothing`, an octet on the
+    /// wire.
     pub(super) fn structure_or(
         &mut self,
         name: &str,
@@ -268,7 +269,8 @@ fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<Str
     (annotations.collect(), facts)
 }
 
-/// Whether an annotation can contain the value: Cyclone's compiler limits signed numbers to 32 bits.
+/// Whether an annotation can contain the value: Cyclone's compiler limits signed numbers to 32
+/// bits.
 fn safe(literal: &Literal) -> bool {
     literal
         .as_i64()

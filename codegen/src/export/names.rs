@@ -101,8 +101,8 @@ impl Names {
         scope
     }
 
-    /// Names the enumerators, which are in the scope of the module in OMG IDL. If one of them is already
-    /// in use, all enumerators of the enum get its name as a prefix.
+    /// Names the enumerators, which are in the scope of the module in OMG IDL. If one of them is
+    /// already in use, all enumerators of the enum get its name as a prefix.
     fn enumerators(&mut self, library: &Library, module: &Module, scope: &mut Scope) {
         let enums = module
             .types

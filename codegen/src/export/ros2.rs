@@ -125,7 +125,8 @@ ament_package()
     )
 }
 
-/// The file `package.xml`. It has no XML declaration, which would have to be before the first comment.
+/// The file `package.xml`. It has no XML declaration, which would have to be before the first
+/// comment.
 fn manifest(first: &str, package: &Package, doc: &[String], module: &str) -> String {
     let doc: Vec<String> = doc.iter().map(|line| escaped(line)).collect();
     let description = match doc.join(" ") {

@@ -1,5 +1,5 @@
-//! Exports interfaces: a struct for each topic, and for calls the types of the basic service mapping
-//! of OMG DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1), which `rc_middleware::rpc` encodes.
+//! Exports interfaces: a struct for each topic, and for calls the types of the basic service
+//! mapping of OMG DDS-RPC 1.0 (formal/16-12-04, 7.5.1.1), which `rc_middleware::rpc` encodes.
 
 use super::idl::Writer;
 use super::rpc_names::exception_hash;

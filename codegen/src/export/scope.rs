@@ -89,8 +89,8 @@ const KEYWORDS: [&str; 83] = [
     "wstring",
 ];
 
-/// The annotations that the export uses. If a declaration has the name of an annotation, ignoring case,
-/// Cyclone's compiler does not find the annotation.
+/// The annotations that the export uses. If a declaration has the name of an annotation, ignoring
+/// case, Cyclone's compiler does not find the annotation.
 const ANNOTATIONS: [&str; 7] = ["default", "final", "max", "min", "range", "unit", "value"];
 
 /// Whether `name` is the name of an annotation.
@@ -139,8 +139,8 @@ impl Scope {
         self.0.contains(&name.to_ascii_lowercase())
     }
 
-    /// Adds an unused name: `name`, with `_` appended until it is unused. Prepends `x` to a leading `_`,
-    /// which compilers would read as an escape.
+    /// Adds an unused name: `name`, with `_` appended until it is unused. Prepends `x` to a leading
+    /// `_`, which compilers would read as an escape.
     pub(super) fn unique_name(&mut self, name: &str) -> String {
         let first = if name.starts_with('_') { "x" } else { "" };
         let mut name = format!("{first}{name}");

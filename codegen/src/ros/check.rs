@@ -10,8 +10,8 @@ use rc_idsl::Library;
 use rc_idsl::model::{Interface, Member, ModuleId, Operation, TypeDecl, TypeDeclKind};
 use rc_syntax::Name;
 
-/// Checks every `@ros` against the types of ROS 2. Notes report types of unknown packages. The library
-/// must be free of errors.
+/// Checks every `@ros` against the types of ROS 2. Notes report types of unknown packages. The
+/// library must be free of errors.
 pub fn annotations(library: &Library) -> Diagnostics {
     let mut checker = Checker {
         library,

@@ -73,7 +73,8 @@ pub(super) fn value(library: &Library, ty: &Type, literal: &Literal) -> Option<S
     }
 }
 
-/// A string in quotes that do not occur in it. `None` if `rosidl` would find a comment or an escape.
+/// A string in quotes that do not occur in it. `None` if `rosidl` would find a comment or an
+/// escape.
 fn quoted(text: &str) -> Option<String> {
     if text.contains(|c: char| breaks_line(c) || c == '\\' || c == '#') {
         return None;
@@ -84,8 +85,8 @@ fn quoted(text: &str) -> Option<String> {
     Some(format!("{quote}{text}{quote}"))
 }
 
-/// Sanitizes a line of documentation. `rosidl` and its generated code would interpret some characters:
-/// `\` begins an escape, brackets contain a unit, and `*/` ends a comment in C.
+/// Sanitizes a line of documentation. `rosidl` and its generated code would interpret some
+/// characters: `\` begins an escape, brackets contain a unit, and `*/` ends a comment in C.
 pub(crate) fn sanitized(text: &str) -> String {
     let text = text.replace("*/", "* /");
     let letters = text.chars().map(|c| match c {

@@ -1,5 +1,5 @@
-//! Maps a module to ROS 2 messages and services. Their encoding equals that of components: in XCDR1, a
-//! struct has the same encoding as its members.
+//! Maps a module to ROS 2 messages and services. Their encoding equals that of components: in
+//! XCDR1, a struct has the same encoding as its members.
 
 use super::fields::{Element, FieldType, Multiplicity};
 use super::names::{self, Kind, TypeName};
@@ -123,8 +123,8 @@ fn package(library: &Library, id: ModuleId, found: &mut Diagnostics) -> Package 
     }
 }
 
-/// Reports names that differ only in case: their files are equal on many file systems, and the names
-/// are equal in generated code.
+/// Reports names that differ only in case: their files are equal on many file systems, and the
+/// names are equal in generated code.
 fn unique<'a>(
     names: impl Iterator<Item = (&'a String, &'a Name)>,
     kind: Kind,
@@ -382,7 +382,8 @@ impl<'a, 'f> Mapper<'a, 'f> {
         }
     }
 
-    /// The type of a field. If its elements have no type in ROS 2, they get a message named `inner`.
+    /// The type of a field. If its elements have no type in ROS 2, they get a message named
+    /// `inner`.
     fn member_type(&mut self, ty: &Type, optional: bool, inner: &str) -> FieldType {
         if optional {
             let element = self.element(ty, inner);
@@ -422,8 +423,8 @@ impl<'a, 'f> Mapper<'a, 'f> {
         Element::Message(names::message(self.library, id))
     }
 
-    /// The type of an element. ROS 2 has no nested arrays: a nested array becomes a message with one
-    /// field, which has the same encoding.
+    /// The type of an element. ROS 2 has no nested arrays: a nested array becomes a message with
+    /// one field, which has the same encoding.
     fn element(&mut self, ty: &Type, name: &str) -> Element {
         let inner = self.member_type(ty, false, &format!("{name}Element"));
         if inner.multiplicity == Multiplicity::One {

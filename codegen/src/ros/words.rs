@@ -4,8 +4,8 @@ use heck::{ToShoutySnakeCase, ToSnakeCase, ToUpperCamelCase};
 use std::collections::HashSet;
 use std::sync::LazyLock;
 
-/// Reserved words. Fields, types and constants become members in C, C++ and Python, so they cannot have
-/// these names.
+/// Reserved words. Fields, types and constants become members in C, C++ and Python, so they cannot
+/// have these names.
 static RESERVED_WORDS: LazyLock<HashSet<&str>> = LazyLock::new(|| {
     let lines = include_str!("words.txt").lines();
     let words = lines.filter(|line| !line.starts_with('#'));
