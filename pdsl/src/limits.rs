@@ -1,13 +1,21 @@
 //! Checks lengths, ranges, choices and defaults against the type of their parameter.
 
 use crate::ast;
-use crate::resolve::Resolver;
 use rc_configuration::model::{Length, Parameter, Range, Type, Value};
-use rc_diagnostics::{Diagnostic, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_settings::duration;
 use rc_syntax::{Literal, LiteralKind};
 
-impl Resolver<'_> {
+/// Checks limits, and reports errors.
+pub(crate) struct LimitChecker<'f> {
+    pub(crate) found: &'f mut Diagnostics,
+}
+
+impl LimitChecker<'_> {
+    fn error(&mut self, code: &'static str, span: Span, message: impl Into<String>) {
+        self.found.push(Diagnostic::error(code, span, message));
+    }
+
     pub(crate) fn length(&mut self, tree: Option<&ast::Length>) -> Length {
         let Some(tree) = tree else {
             return Length::default();

@@ -3,6 +3,7 @@
 use crate::ast::{self, FlagKind, Item};
 use crate::conditions;
 use crate::imports::Imports;
+use crate::limits::LimitChecker;
 use heck::ToSnakeCase;
 use rc_configuration::model::{Kind, Parameter, Parameters, Type};
 use rc_configuration::violations_by_defaults;
@@ -42,8 +43,8 @@ pub fn load(
 }
 
 /// The state of resolution.
-pub(crate) struct Resolver<'t> {
-    pub(crate) found: Diagnostics,
+struct Resolver<'t> {
+    found: Diagnostics,
     /// The rules, each with the groups and lists around it.
     rules: Vec<(Vec<String>, &'t ast::Rule)>,
     /// Declarations with errors. A rule cannot refer to them.
@@ -51,8 +52,14 @@ pub(crate) struct Resolver<'t> {
 }
 
 impl<'t> Resolver<'t> {
-    pub(crate) fn error(&mut self, code: &'static str, span: Span, message: impl Into<String>) {
+    fn error(&mut self, code: &'static str, span: Span, message: impl Into<String>) {
         self.found.push(Diagnostic::error(code, span, message));
+    }
+
+    fn limits(&mut self) -> LimitChecker<'_> {
+        LimitChecker {
+            found: &mut self.found,
+        }
     }
 
     fn items(&mut self, items: &'t [Item], scope: &[String]) -> Vec<Parameter> {
@@ -75,7 +82,7 @@ impl<'t> Resolver<'t> {
                 }
                 Item::List(list) => {
                     let parameters = self.block(&list.name, &list.items, scope);
-                    let length = self.length(list.length.as_ref());
+                    let length = self.limits().length(list.length.as_ref());
                     let mut parameter =
                         Parameter::new(&list.name.text, Kind::List { length, parameters });
                     parameter.doc.clone_from(&list.doc);
@@ -144,15 +151,18 @@ impl<'t> Resolver<'t> {
         let array = tree
             .array
             .as_ref()
-            .map(|array| self.length(array.length.as_ref()));
+            .map(|array| self.limits().length(array.length.as_ref()));
         let mut parameter = Parameter::new(&tree.name.text, Kind::Scalar { ty, array });
         parameter.doc.clone_from(&tree.doc);
-        parameter.range = tree.range.as_ref().and_then(|range| self.range(ty, range));
-        parameter.choices = self.choices(ty, &tree.choices);
+        parameter.range = tree
+            .range
+            .as_ref()
+            .and_then(|range| self.limits().range(ty, range));
+        parameter.choices = self.limits().choices(ty, &tree.choices);
         parameter.default = tree
             .default
             .as_ref()
-            .and_then(|default| self.default(&parameter, ty, array, default, tree));
+            .and_then(|default| self.limits().default(&parameter, ty, array, default, tree));
         self.flags(&mut parameter, ty, &tree.flags);
         Some(parameter)
     }

@@ -6,6 +6,9 @@
 
 use std::time::Duration;
 
+/// The longest duration that a setting takes. A longer one is most likely a mistake.
+pub(crate) const LONGEST: Duration = Duration::from_hours(24);
+
 /// The units, each with its length in nanoseconds.
 const UNITS: [(&str, u64); 4] = [
     ("us", 1_000),

@@ -1,6 +1,6 @@
 //! The keys of each middleware.
 
-use crate::LONGEST;
+use crate::duration::LONGEST;
 use crate::kind::Kind;
 use crate::value::Value;
 use rc_diagnostics::nearest;

@@ -3,7 +3,8 @@
 use crate::duration;
 use crate::qos;
 use crate::ros::{self, Remapping};
-use crate::value::{Scalar, Value};
+use crate::scalar::Scalar;
+use crate::value::Value;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 

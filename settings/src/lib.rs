@@ -14,12 +14,11 @@ mod key;
 mod kind;
 pub mod qos;
 pub mod ros;
+mod scalar;
 mod target;
 mod value;
 
 pub use key::{Key, MIDDLEWARES, key, keys, unknown_key_help};
 pub use kind::{Kind, ValueError};
-pub use value::{Scalar, Value};
-
-/// The longest duration that a setting takes. A longer one is most likely a mistake.
-const LONGEST: std::time::Duration = std::time::Duration::from_hours(24);
+pub use scalar::Scalar;
+pub use value::Value;

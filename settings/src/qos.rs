@@ -4,9 +4,9 @@
 //! `LaserPub/newScan.depth:=1`. Policies and values are those of the `.cdsl`; a duration may also
 //! be `none`.
 
+use crate::duration::{self, LONGEST};
+use crate::scalar::Scalar;
 use crate::target::unknown_target_help;
-use crate::value::Scalar;
-use crate::{LONGEST, duration};
 use rc_diagnostics::nearest;
 use std::fmt;
 use std::ops::RangeInclusive;

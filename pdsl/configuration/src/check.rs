@@ -1,5 +1,6 @@
 //! Checks the configuration of one instance, a TOML file, against the model of the parameters.
 
+use crate::checker::Checker;
 use crate::document::{self, Locator};
 use crate::middleware::Settings;
 use crate::model::{ConversionError, Parameters, Type, Value};
@@ -9,7 +10,7 @@ use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use toml_edit::{Document, Item, Key, TableLike};
+use toml_edit::{Document, TableLike};
 
 const TABLES: [&str; 4] = ["component", "bindings", "middleware", "parameters"];
 pub(crate) const COMPONENT: [&str; 2] = ["period", "log"];
@@ -116,16 +117,6 @@ pub fn violations_by_defaults(parameters: &Parameters) -> Vec<(usize, String)> {
     all
 }
 
-pub(crate) struct Checker {
-    pub(crate) locator: Locator,
-    /// Whether a misplaced value may be a secret.
-    has_secrets: bool,
-    /// The locations of values that findings must not show.
-    secrets: Vec<Span>,
-    pub(crate) found: Diagnostics,
-    missing: Vec<String>,
-}
-
 impl Checker {
     fn document(
         &mut self,
@@ -179,65 +170,6 @@ impl Checker {
             self.found.push(violation.diagnostic());
         }
         out.parameters = block.values();
-    }
-
-    /// The table `name` of `root`, with its location.
-    fn table<'a>(
-        &mut self,
-        root: &'a dyn TableLike,
-        name: &str,
-    ) -> Option<(&'a dyn TableLike, Span)> {
-        let (key, item) = root.get_key_value(name)?;
-        let at = self
-            .locator
-            .span(item.span().or(key.span()), self.locator.start());
-        let table = item.as_table_like();
-        if table.is_none() {
-            self.wrong_type(item, name, at, "a table");
-        }
-        table.map(|table| (table, at))
-    }
-
-    fn unknown_keys(&mut self, table: &dyn TableLike, known: &[&str], prefix: &str, at: Span) {
-        for (name, item) in table.iter().filter(|(name, _)| !known.contains(name)) {
-            self.redact_item(item);
-            let span = self.locator.span(table.key(name).and_then(Key::span), at);
-            let message = format!("unknown key `{prefix}{name}`");
-            self.found.push(
-                Diagnostic::error("unknown-key", span, message)
-                    .suggest(name, known.iter().copied()),
-            );
-        }
-    }
-
-    fn redact(&mut self, values: Vec<std::ops::Range<usize>>) {
-        let source = self.locator.source;
-        let spans = values.into_iter();
-        self.secrets
-            .extend(spans.map(|value| Span::new(source, value.start, value.end)));
-    }
-
-    /// Redacts a value under an unknown key. It may belong to a secret parameter.
-    pub(crate) fn redact_item(&mut self, item: &Item) {
-        if self.has_secrets {
-            let mut values = Vec::new();
-            document::values_in(item, &mut values);
-            self.redact(values);
-        }
-    }
-
-    pub(crate) fn wrong_type(&mut self, item: &Item, path: &str, at: Span, allowed: &str) {
-        // The keys of `[component]` are not secret.
-        let has_secrets = self.has_secrets && !path.starts_with("component.");
-        if has_secrets {
-            self.redact_item(item);
-        }
-        let what = document::described(item, has_secrets);
-        let message = format!("`{path}` cannot be {what}");
-        let span = self.locator.span(item.span(), at);
-        self.found.push(
-            Diagnostic::error("wrong-type", span, message).help(format!("allowed is {allowed}")),
-        );
     }
 
     fn period(&mut self, table: &dyn TableLike, at: Span) -> Option<Duration> {

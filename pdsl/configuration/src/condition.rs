@@ -3,7 +3,7 @@
 //! A condition is a list of steps for a stack machine, not a tree. A component reads any
 //! condition from JSON without recursion, however deep its brackets are.
 
-use crate::model::Value;
+use crate::value::Value;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 

@@ -7,9 +7,12 @@
 //! configuration.
 
 mod block;
+mod change;
 mod check;
+mod checker;
 pub mod condition;
 mod document;
+mod edit;
 mod live;
 mod middleware;
 pub mod model;
@@ -23,13 +26,15 @@ mod schema;
 mod template;
 #[cfg(feature = "tools")]
 mod update;
+mod value;
 mod values;
 
+pub use change::ParamChange;
 #[cfg(feature = "tools")]
 pub use check::violations_by_defaults;
 pub use check::{Configuration, check, defaults};
 pub use document::parse_argument;
-pub use live::{CheckedChanges, LiveParameter, LiveParameters, ParamChange};
+pub use live::{CheckedChanges, LiveParameter, LiveParameters};
 pub use middleware::{Setting, Settings};
 pub use model::Parameters;
 pub use save::SaveError;

@@ -1,73 +1,17 @@
 //! The parameters of a running component, and changes of them.
 
 use crate::block::{Block, Content, Origin};
+use crate::change::{ParamChange, shown};
 use crate::document::{self, Locator};
+use crate::edit::{Edit, edits};
 use crate::model::{Kind, Parameter, Parameters, Range, Type, Value};
 use crate::parameters::Reader;
 use crate::path::{Target, resolve};
 use crate::rules;
-use crate::values::{SECRET, Values};
+use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
-use rc_management::component::{ParameterChange, ParameterStatus};
+use rc_management::component::ParameterStatus;
 use serde_json::Value as Json;
-use std::fmt;
-
-/// A changed parameter. `Display` and `Debug` do not show secret values.
-#[derive(Clone, PartialEq)]
-pub struct ParamChange {
-    /// The path, `motors[2].max`.
-    pub path: String,
-    /// The value before.
-    pub old: Value,
-    /// The value after.
-    pub new: Value,
-    /// Whether the values are never shown.
-    pub secret: bool,
-}
-
-impl ParamChange {
-    /// The change that restores the old value.
-    #[must_use]
-    pub fn reversed(&self) -> Self {
-        let mut back = self.clone();
-        std::mem::swap(&mut back.old, &mut back.new);
-        back
-    }
-
-    /// The change as tools get it, with `***` for secret values.
-    pub fn shown(&self) -> ParameterChange {
-        ParameterChange {
-            path: self.path.clone(),
-            old: shown(&self.old, self.secret),
-            new: shown(&self.new, self.secret),
-        }
-    }
-}
-
-impl fmt::Display for ParamChange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = |value: &Value| {
-            if self.secret {
-                SECRET.to_owned()
-            } else {
-                value.to_toml()
-            }
-        };
-        write!(
-            f,
-            "{}: {} -> {}",
-            self.path,
-            text(&self.old),
-            text(&self.new)
-        )
-    }
-}
-
-impl fmt::Debug for ParamChange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "ParamChange({self})")
-    }
-}
 
 /// One parameter of a running component.
 #[derive(Clone, Debug, PartialEq)]
@@ -306,6 +250,15 @@ impl LiveParameters {
         self.next = accepted.next;
     }
 
+    /// The values of the next start that differ from the file, as far as the component knows.
+    pub fn unsaved(&self) -> Vec<ParamChange> {
+        self.edits().into_iter().map(|edit| edit.change).collect()
+    }
+
+    pub(crate) fn edits(&self) -> Vec<Edit<'_>> {
+        edits(&self.model.parameters, &self.saved, &self.next)
+    }
+
     /// All parameters, in the order of the model.
     pub fn all(&self) -> Vec<LiveParameter> {
         let mut all = Vec::new();
@@ -414,14 +367,6 @@ fn parameter(
             Kind::Group(_) | Kind::List { .. } => None,
         },
         range: parameter.range.clone(),
-    }
-}
-
-fn shown(value: &Value, secret: bool) -> Json {
-    if secret {
-        Json::from(SECRET)
-    } else {
-        value.to_json()
     }
 }
 

@@ -1,6 +1,6 @@
 //! `[middleware.NAME]`: the settings of middlewares.
 
-use crate::check::Checker;
+use crate::checker::Checker;
 use crate::document;
 use crate::model;
 use rc_diagnostics::{Diagnostic, Span};

@@ -1,8 +1,10 @@
 //! Writes changed values back into the configuration file, and keeps its comments and its order.
 
 use crate::block::{Block, Content, Field};
-use crate::live::{LiveParameters, ParamChange, no_location};
-use crate::model::{Kind, Parameter, Value};
+use crate::change::ParamChange;
+use crate::edit::Edit;
+use crate::live::{LiveParameters, no_location};
+use crate::model::Value;
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike};
@@ -16,20 +18,7 @@ pub enum SaveError {
     Conflicts(Vec<String>),
 }
 
-/// A value that differs from the file.
-struct Edit<'m> {
-    parameter: &'m Parameter,
-    /// The path from the outermost table: each name with the index of a list element.
-    steps: Vec<(&'m str, Option<usize>)>,
-    change: ParamChange,
-}
-
 impl LiveParameters {
-    /// The values of the next start that differ from the file, as far as the component knows.
-    pub fn unsaved(&self) -> Vec<ParamChange> {
-        self.edits().into_iter().map(|edit| edit.change).collect()
-    }
-
     /// Writes the values of the next start into `text`, the present contents of the file `path`.
     /// Writes only values that changed since the component read or wrote the file, and keeps all
     /// other edits.
@@ -80,13 +69,6 @@ impl LiveParameters {
         }
         let (parameters, values) = (&self.model.parameters, &configuration.parameters);
         Ok(Block::of(parameters, values, "", no_location().start()))
-    }
-
-    fn edits(&self) -> Vec<Edit<'_>> {
-        let mut edits = Vec::new();
-        let (parameters, steps) = (&self.model.parameters, &mut Vec::new());
-        compare(parameters, &self.saved, &self.next, steps, &mut edits);
-        edits
     }
 }
 
@@ -156,58 +138,7 @@ struct Difference<'b> {
     present: String,
 }
 
-fn compare<'m>(
-    parameters: &'m [Parameter],
-    old: &Block,
-    new: &Block,
-    steps: &mut Vec<(&'m str, Option<usize>)>,
-    edits: &mut Vec<Edit<'m>>,
-) {
-    for (parameter, (a, b)) in parameters.iter().zip(old.fields.iter().zip(&new.fields)) {
-        steps.push((&parameter.name, None));
-        match (&parameter.kind, &a.content, &b.content) {
-            (Kind::Group(members), Some(Content::Group(a)), Some(Content::Group(b))) => {
-                compare(members, a, b, steps, edits);
-            }
-            (Kind::List { parameters, .. }, Some(Content::List(a)), Some(Content::List(b))) => {
-                for (at, (a, b)) in a.iter().zip(b).enumerate() {
-                    steps.pop();
-                    steps.push((&parameter.name, Some(at)));
-                    compare(parameters, a, b, steps, edits);
-                }
-            }
-            (_, Some(Content::Value(old)), Some(Content::Value(new))) if old != new => {
-                let change = ParamChange {
-                    path: a.path.clone(),
-                    old: old.clone(),
-                    new: new.clone(),
-                    secret: parameter.secret,
-                };
-                edits.push(Edit {
-                    parameter,
-                    steps: steps.clone(),
-                    change,
-                });
-            }
-            _ => {}
-        }
-        steps.pop();
-    }
-}
-
 impl Edit<'_> {
-    fn value_in<'b>(&self, mut block: &'b Block) -> Option<&'b Value> {
-        for (name, element) in &self.steps {
-            block = match (block.field(name)?.content.as_ref()?, element) {
-                (Content::Value(value), _) => return Some(value),
-                (Content::Group(block), _) => block,
-                (Content::List(blocks), Some(at)) => blocks.get(*at)?,
-                (Content::List(_), None) => return None,
-            };
-        }
-        None
-    }
-
     /// The conflict if the file has neither the old nor the new value.
     fn conflict(&self, present: &Block) -> Option<String> {
         let ParamChange {

@@ -16,9 +16,9 @@ use std::path::Path;
 struct Count {
     accepted: usize,
     refused: usize,
-    /// CheckedChanges, and not in the file before.
+    /// Accepted, and not in the file before.
     added: usize,
-    /// CheckedChanges, and no number.
+    /// Accepted, and not a number.
     nan: usize,
 }
 
