@@ -3,8 +3,8 @@
 use crate::ast::{self, Decl, DeclKind, Scoped, TypeKind};
 use crate::check;
 use crate::model::{
-    Const, Enumerator, Interface, InterfaceId, Member, Operation, Pattern, Primitive,
-    Type, TypeDeclKind, TypeId,
+    Const, Enumerator, Interface, InterfaceId, Member, Operation, Pattern, Primitive, Type,
+    TypeDeclKind, TypeId,
 };
 use crate::resolver::ModuleResolver;
 use rc_diagnostics::Diagnostic;
