@@ -60,6 +60,7 @@ fn every_code_has_a_page() {
         "idsl",
         "cdsl",
         "pdsl",
+        "pdsl/configuration",
         "smdsl",
         "ddsl",
         "codegen",
