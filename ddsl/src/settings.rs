@@ -1,4 +1,4 @@
-//! `middleware` and `domain`: what holds in a block, or for one component.
+//! The clauses `middleware` and `domain` of a block or a component.
 
 use crate::ast;
 use crate::duplicates::report_duplicate;
@@ -8,12 +8,12 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_settings::{Key, Kind, MIDDLEWARES, Scalar, Value, ValueError, duration, unknown_key_help};
 use rc_syntax::{Literal, LiteralKind, Name};
 
-/// What holds for the components of a block that say nothing else.
+/// The middleware and the settings of a block. Components in it inherit them.
 #[derive(Clone, Debug)]
 pub(crate) struct Choice {
-    /// The middleware of slots that choose none.
+    /// The middleware of slots that do not choose one.
     pub(crate) middleware: Backend,
-    /// What is set, each key of a middleware once.
+    /// The settings, each key of a middleware once.
     pub(crate) settings: Vec<Setting>,
 }
 
@@ -26,13 +26,13 @@ impl Default for Choice {
     }
 }
 
-/// Reads the clauses of one block: they take the place of what holds around it.
+/// Reads the clauses of one block. They take precedence over those of the blocks around it.
 pub(crate) struct Block<'a> {
     choice: Choice,
     found: &'a mut Diagnostics,
-    /// The middlewares that this block names.
+    /// The middlewares that this block mentions.
     named: Vec<Name>,
-    /// What this block sets.
+    /// The settings of this block itself.
     set: Vec<(Backend, &'static str, Span)>,
 }
 
@@ -50,7 +50,8 @@ impl<'a> Block<'a> {
         self.choice
     }
 
-    /// `middleware dds { … };`: the first one of a block chooses; further ones are for slots that choose another.
+    /// `middleware dds { … };`. The first clause of a block chooses the middleware. Further clauses
+    /// contain settings for slots that choose another middleware.
     pub(crate) fn middleware(&mut self, tree: &ast::Middleware) {
         let Some(backend) = self.known(&tree.name) else {
             return;
@@ -82,7 +83,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// `domain 7;` is that of every middleware which has domains.
+    /// `domain 7;` sets the domain of every middleware that has domains.
     pub(crate) fn domain(&mut self, word: &Name, literal: &Literal) {
         for (_, backend) in Backend::WORDS.iter().take(3) {
             if let Some(key) = rc_settings::key(backend.word(), "domain") {
@@ -173,7 +174,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// The words that begin a setting of some middleware, each once.
+/// The keys of all middlewares, each once.
 pub(crate) fn words() -> impl Iterator<Item = &'static str> {
     let mut words = Vec::new();
     for key in MIDDLEWARES.iter().flat_map(|(_, keys)| *keys) {

@@ -1,5 +1,4 @@
-//! The settings of `[middleware.ros2]`, and what the environment of ROS 2 says where they leave
-//! something open.
+//! The settings of `[middleware.ros2]`. Environment variables of ROS 2 apply to keys that are not set.
 
 use crate::names;
 use rc_middleware::{Environment, OpenError};
@@ -8,20 +7,20 @@ use ros2_client::NodeName;
 use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
 
-/// How requests and replies are told apart in ROS 2.
+/// Where requests and replies carry the identity of the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mapping {
-    /// Beside the body, in the inline quality of service, as `rmw_fastrtps` does.
+    /// In the inline quality of service, as in `rmw_fastrtps`.
     Enhanced,
-    /// In a header before the body, as `rmw_cyclonedds` does.
+    /// In a header before the body, as in `rmw_cyclonedds`.
     Cyclone,
 }
 
-/// What is set.
+/// The configuration of a node.
 #[derive(Clone, Debug)]
 pub(crate) struct Config {
     pub(crate) domain: u16,
-    /// The addresses of the interfaces that are used; all where there is none.
+    /// The addresses of the interfaces to use; `None` for all.
     pub(crate) networks: Option<Vec<IpAddr>>,
     pub(crate) mapping: Mapping,
     pub(crate) node: NodeName,
@@ -29,7 +28,7 @@ pub(crate) struct Config {
     pub(crate) lease: Duration,
 }
 
-/// Why a component does not come into ROS 2.
+/// The error of a component that cannot join ROS 2.
 pub(crate) fn refused(environment: &Environment, reason: String) -> OpenError {
     OpenError::Backend {
         address: environment.network.clone(),
@@ -87,7 +86,7 @@ fn domain(setting: Option<i64>, variable: &dyn Fn(&str) -> Option<String>) -> Re
     domain.ok_or_else(|| wrong(&text))
 }
 
-/// The addresses that are used, by the settings and else by the variables of ROS 2.
+/// The addresses to use: the setting, else the variables of ROS 2.
 fn networks(
     interfaces: &[String],
     variable: &dyn Fn(&str) -> Option<String>,
