@@ -115,10 +115,16 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Vec<E
         );
         return Ok(counts);
     }
-    instructions(start, share, folder.path(), &mut counts)?;
+    if let Err(error) = instructions(start, share, folder.path(), &mut counts) {
+        missing.push(format!(
+            "user instructions, because callgrind failed: {error}"
+        ));
+    }
     for (at, ends) in counts.iter_mut().enumerate() {
-        if ROWS[at].2 >= 1 << 20 {
-            copied(start, at, share, folder.path(), ends)?;
+        if ROWS[at].2 >= 1 << 20
+            && let Err(error) = copied(start, at, share, folder.path(), ends)
+        {
+            missing.push(format!("copied bytes, because dhat failed: {error}"));
         }
     }
     Ok(counts)
