@@ -4,7 +4,7 @@ use crate::languages;
 use crate::load;
 use std::io;
 use std::path::{Path, PathBuf};
-use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
+use toml_edit::{Array, Decor, DocumentMut, Item, TableLike, Value};
 
 /// The folder of a workspace's interfaces, unless `[workspace.metadata.robocomp]` names another one.
 const INTERFACES: &str = "interfaces";
@@ -84,7 +84,7 @@ impl Workspace {
 
     /// Its manifest with `rc-middleware` among its dependencies, from where `rc-runtime` comes, where it knows only the
     /// latter.
-    pub fn with_middleware(&self) -> Option<String> {
+    pub(crate) fn with_middleware(&self) -> Option<String> {
         let mut manifest = self.manifest.clone();
         let dependencies = manifest.get_mut("workspace")?.get_mut("dependencies")?;
         let dependencies = dependencies.as_table_like_mut()?;
@@ -97,6 +97,10 @@ impl Workspace {
             let path = format!("{path}{}", MIDDLEWARE.1);
             like.as_table_like_mut()?
                 .insert("path", toml_edit::value(path));
+        }
+        // A comment behind the other line is not about this one.
+        if let Some(value) = like.as_value_mut() {
+            *value.decor_mut() = Decor::new(" ", "");
         }
         dependencies.insert(MIDDLEWARE.0, like);
         Some(manifest.to_string())
@@ -176,7 +180,9 @@ fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {
 
 /// The path of a folder without links, also where its last parts do not exist yet.
 pub(crate) fn absolute(folder: &Path) -> io::Result<PathBuf> {
-    let folder = load::normal(&std::path::absolute(folder)?);
+    // The folder of a file without one is the current folder.
+    let folder = std::env::current_dir()?.join(folder);
+    let folder = load::normal(&folder);
     for there in folder.ancestors() {
         if let Ok(real) = there.canonicalize() {
             let missing = folder.strip_prefix(there).unwrap_or(Path::new(""));

@@ -1,9 +1,9 @@
 //! From description files to a component's Rust.
 //!
-//! [`project::Project::load`] reads a `.cdsl` with all that it names; [`view`] decides every name, type and
-//! line; the templates only print what the view says; [`files::Files`] is the result in memory, written in one
-//! place, all or nothing. [`stubs`] says what a worker that exists lacks after its description changed;
-//! [`export`] writes interfaces in the languages of others.
+//! [`project::Project::load`] reads a `.cdsl` with all that it names; [`view`] says what there is to print, neutral of the
+//! language that prints it; [`rust`] adds the names and types of Rust; templates hold the code; [`files::Files`] is the
+//! result in memory, written in one place, all or nothing. [`stubs`] finds the handlers that a worker lacks after its
+//! description changed; [`export`] writes interfaces in languages of other frameworks.
 
 pub mod cargo_workspace;
 pub mod check;
@@ -14,13 +14,15 @@ pub mod export;
 pub mod files;
 pub mod format;
 pub mod generate;
+pub mod generation;
+pub mod interface_crate;
 pub mod languages;
-pub mod layout;
 pub mod load;
-pub mod names;
+mod markdown;
 pub mod note;
 pub mod project;
 pub mod ros;
+pub mod rust;
 pub mod stubs;
 pub mod view;
 pub mod workspace;
@@ -28,3 +30,4 @@ pub mod workspace;
 pub use files::Files;
 pub use load::FileLoader;
 pub use project::Project;
+pub use rust::names;

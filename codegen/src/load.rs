@@ -167,7 +167,7 @@ impl Loader for FileLoader {
 }
 
 /// The text of an interface that comes with this program, by the path that [`FileLoader`] gives it.
-pub fn shipped(path: &Path) -> Option<&'static str> {
+pub(crate) fn shipped(path: &Path) -> Option<&'static str> {
     let name = path.strip_prefix(SHIPPED_FOLDER).ok()?;
     let mut all = SHIPPED.iter();
     all.find(|(known, _)| Path::new(known) == name)

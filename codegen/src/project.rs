@@ -1,5 +1,6 @@
 //! One component with everything that its `.cdsl` names.
 
+use crate::interface_crate::Origin;
 use crate::note::Note;
 use crate::{dependencies, load, ros};
 use rc_cdsl::Component;
@@ -22,6 +23,8 @@ pub struct Project {
     pub parameters: Option<Parameters>,
     /// Its states, where its `.cdsl` names a `.smdsl` or `.scxml`.
     pub state_machine: Option<StateMachine>,
+    /// The files of the modules that its imports reach, in the order of the library.
+    pub origins: Vec<Origin>,
     /// Hash of all the description files that its generated code comes from, comments and white space aside.
     pub hash: u64,
 }
@@ -72,9 +75,11 @@ impl Project {
             .state_machine
             .as_ref()
             .and_then(|machine| state_machine(path, &machine.file, sources, &mut found));
+        let origins = Origin::all(&component.library, sources);
         Ok((
             Some(Self {
                 path: path.to_path_buf(),
+                origins,
                 component,
                 parameters,
                 state_machine,

@@ -1,15 +1,17 @@
-//! Handlers that a component's `src/` lacks, as the template of a new worker writes them.
+//! Handlers that a component's `src/` lacks, printed as in a new worker.
 //!
-//! Only reads: what is the user's is written once, and never again. Implementations that a macro writes, and
-//! those inside of functions, are not seen.
+//! This module only reads: rcgen writes the user's files once and never again. It does not see implementations in
+//! functions or from macros.
 
 mod fits;
 mod source;
 
-use crate::generate::{Printer, TemplateError};
-use crate::layout;
+use crate::generate::TemplateError;
 use crate::project::Project;
-use crate::view::{self, Slot, View, WORKER};
+use crate::rust::component::{Component, Slot, WORKER};
+use crate::rust::print::Printer;
+use crate::rust::worker;
+use crate::{rust, view};
 use fits::Types;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
@@ -19,10 +21,10 @@ use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why handlers could not be told.
+/// Why the handlers are unknown.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The system did not give the user's files.
+    /// The system could not read the user's files.
     #[error(transparent)]
     Io(#[from] io::Error),
     /// A fault of this program.
@@ -30,38 +32,41 @@ pub enum Error {
     Template(#[from] TemplateError),
 }
 
-/// The handlers that are not there.
+/// The missing handlers.
 pub struct Missing {
-    view: View,
+    view: view::Component,
     worker: String,
     pieces: Vec<Piece>,
+    /// The `src/` of a component that is no library yet.
+    no_library: Option<PathBuf>,
 }
 
-/// What is to be pasted at one place.
+/// The text to paste at one place.
 struct Piece {
     /// The file.
     path: PathBuf,
-    /// The `impl` that it belongs into, else what stands near to where a new one belongs.
+    /// The `impl` that it belongs into, else the code near the place of a new one.
     span: Span,
-    /// The line of this `impl`; none where all of it is missing.
+    /// The line of this `impl`; none if the whole `impl` is missing.
     line: Option<usize>,
-    /// An index of the view's slots.
+    /// The index of the slot.
     slot: usize,
-    /// Indices of its operations.
+    /// The indices of its operations.
     operations: Vec<usize>,
-    /// What it mentions and the file does not import.
+    /// Names that it mentions and the file does not import.
     uses: Vec<String>,
 }
 
-/// Compares the handlers of a component with what stands in `folder`/src. Nothing is said about handlers where
-/// one of the findings is an error.
+/// Compares the handlers that a component needs with those in `folder`/src. If a finding is an error, there is no answer.
 pub fn of(
     project: &Project,
     folder: &Path,
     sources: &mut SourceMap,
 ) -> Result<(Option<Missing>, Diagnostics), Error> {
     // No handler depends on the middleware.
-    let (view, mut found) = view::of(project, Backend::Iceoryx2);
+    let (view, mut found) = view::component::of(project, Backend::Iceoryx2);
+    rust::component::check(&project.component, &mut found);
+    rust::check(&project.component.library, &mut found);
     let src = folder.join("src");
     if !src.is_dir() {
         let message = format!("there is no {} yet", src.display());
@@ -75,7 +80,8 @@ pub fn of(
     if found.has_errors() {
         return Ok((None, found));
     }
-    let krate = format!("{}_generated", view.package);
+    let component = rust::component::of(&view);
+    let krate = format!("{}_generated", component.package);
     let code = source::read(&src, &krate, sources, &mut found)?;
     if found.has_errors() {
         return Ok((None, found));
@@ -95,7 +101,7 @@ pub fn of(
         (path, block.span, Some(block.scope))
     });
     let mut pieces = Vec::new();
-    for (index, slot) in view.slots.iter().enumerate().filter(|(_, s)| s.receives) {
+    for slot in component.slots.iter().filter(|s| s.receives) {
         let blocks: Vec<&Block> = blocks(&code, &worker, slot).collect();
         let there = |method: &str| {
             let mut methods = blocks.iter().flat_map(|b| &b.methods);
@@ -133,15 +139,16 @@ pub fn of(
             uses: names.into_iter().map(str::to_owned).collect(),
             path,
             span,
-            slot: index,
+            slot: slot.index,
             operations,
         });
     }
-    strangers(&view, &code, &worker, &pieces, &mut found);
+    strangers(&component, &view, &code, &worker, &pieces, &mut found);
     let missing = Missing {
         view,
         worker,
         pieces,
+        no_library: Some(src).filter(|src| !src.join("lib.rs").exists()),
     };
     Ok((Some(missing), found))
 }
@@ -156,17 +163,24 @@ fn worker(code: &Code) -> String {
     }
 }
 
-/// The blocks that implement a slot: two where one is for a feature, and one for the lack of it.
+/// The blocks that implement a slot. There are two if a `cfg` chooses between them.
 fn blocks<'a>(code: &'a Code, worker: &'a str, slot: &'a Slot) -> impl Iterator<Item = &'a Block> {
     code.blocks
         .iter()
         .filter(move |b| b.name == slot.type_name && b.worker == worker)
 }
 
-/// Tells what stands there and does not fit any more.
-fn strangers(view: &View, code: &Code, worker: &str, pieces: &[Piece], found: &mut Diagnostics) {
+/// Reports handlers that no longer fit.
+fn strangers(
+    component: &Component,
+    view: &view::Component,
+    code: &Code,
+    worker: &str,
+    pieces: &[Piece],
+    found: &mut Diagnostics,
+) {
     let types = Types::of(view, code);
-    for slot in view.slots.iter().filter(|s| s.receives) {
+    for slot in component.slots.iter().filter(|s| s.receives) {
         let index = slot.index;
         let missing = pieces.iter().filter(|p| p.slot == index);
         let missing: Vec<&str> = missing
@@ -191,7 +205,7 @@ fn strangers(view: &View, code: &Code, worker: &str, pieces: &[Piece], found: &m
         }
     }
     for block in code.blocks.iter().filter(|b| b.generated) {
-        if block.name != "Worker" && !view.traits.contains(&block.name) {
+        if block.name != "Worker" && !component.traits.contains(&block.name) {
             let message = format!("no slot `{}` receives anything any more", block.name);
             found.push(
                 Diagnostic::note("stale-handler", block.span, message)
@@ -202,7 +216,6 @@ fn strangers(view: &View, code: &Code, worker: &str, pieces: &[Piece], found: &m
 }
 
 fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &mut Diagnostics) {
-    let needed = needed.trim_end_matches('{').trim_end();
     if types.fit(needed, &method.signature) {
         return;
     }
@@ -210,28 +223,28 @@ fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &
         "`{}` is declared by `{}` with another signature",
         method.name, slot.type_name
     );
-    let one_line = needed.split_whitespace().collect::<Vec<_>>().join(" ");
-    let one_line = one_line.replace("( ", "(").replace(", )", ")");
     found.push(
         Diagnostic::warning("handler-signature", method.span, message)
-            .help(format!("needed now: `{one_line}`")),
+            .help(format!("needed now: `{needed}`")),
     );
 }
 
 impl Missing {
-    /// How many handlers the component has.
+    /// The number of handlers that the component needs.
     pub fn total(&self) -> usize {
         let slots = self.view.slots.iter().filter(|s| s.receives);
-        slots.map(|s| s.operations.len()).sum()
+        let interfaces = slots.filter_map(|slot| self.view.interface(slot));
+        interfaces.map(|i| i.operations.len()).sum()
     }
 
-    /// Whether everything is there.
+    /// Whether no handler is missing.
     pub fn is_empty(&self) -> bool {
-        self.pieces.is_empty()
+        self.pieces.is_empty() && self.no_library.is_none()
     }
 
-    /// What is to be pasted, each piece below a comment that says where.
+    /// The text to paste, each piece below a comment with its place.
     pub fn text(&self) -> Result<String, Error> {
+        let component = rust::component::of(&self.view);
         let mut files: Vec<Value> = Vec::new();
         let mut paths: Vec<&Path> = self.pieces.iter().map(|p| p.path.as_path()).collect();
         paths.sort_unstable();
@@ -239,23 +252,23 @@ impl Missing {
         for path in paths {
             let pieces: Vec<&Piece> = self.pieces.iter().filter(|p| p.path == path).collect();
             let mut uses: Vec<String> = pieces.iter().flat_map(|p| p.uses.clone()).collect();
-            uses.sort_by(|a, b| layout::order(a, b));
+            uses.sort_by(|a, b| worker::order(a, b));
             uses.dedup();
             let use_line = if uses.is_empty() {
                 String::new()
             } else {
-                layout::imports(&format!("{}_generated", self.view.package), &uses)
+                worker::imports(&format!("{}_generated", component.package), &uses)
             };
             let blocks = pieces.iter().filter_map(|piece| {
                 let line = piece.line?;
-                let slot = &self.view.slots[piece.slot];
+                let slot = &component.slots[piece.slot];
                 let operations = piece.operations.iter().map(|at| &slot.operations[*at]);
                 let operations: Vec<_> = operations.collect();
                 Some(json!({ "line": line, "slot": slot, "operations": operations }))
             });
             let blocks: Vec<Value> = blocks.collect();
             let slots = pieces.iter().filter(|p| p.line.is_none());
-            let slots: Vec<&Slot> = slots.map(|p| &self.view.slots[p.slot]).collect();
+            let slots: Vec<&Slot> = slots.map(|p| &component.slots[p.slot]).collect();
             files.push(json!({
                 "path": path.display().to_string(),
                 "use_line": use_line,
@@ -263,19 +276,20 @@ impl Missing {
                 "slots": slots,
             }));
         }
-        let mut printer = Printer::new(&self.view)?;
-        let more = [
-            ("files", Value::from(files)),
-            ("worker", self.worker.as_str().into()),
-        ];
-        Ok(printer.print("stubs.rs", &more)?)
+        let library = self.no_library.as_ref().map(|src| {
+            let path = |file: &str| src.join(file).display().to_string();
+            json!({ "lib": path("lib.rs"), "main": path("main.rs") })
+        });
+        let mut printer = Printer::new(&component)?;
+        Ok(printer.stubs(&files, library.as_ref(), &self.worker)?)
     }
 
-    /// One note a slot that lacks something.
+    /// One note for each slot that lacks handlers.
     pub fn notes(&self, project: &Project) -> Diagnostics {
         let mut found = Diagnostics::new();
+        let component = rust::component::of(&self.view);
         for piece in &self.pieces {
-            let slot = &self.view.slots[piece.slot];
+            let slot = &component.slots[piece.slot];
             let methods = piece.operations.iter().map(|at| &slot.operations[*at]);
             let methods: Vec<String> = methods.map(|o| format!("`{}`", o.method)).collect();
             let message = match piece.line {

@@ -1,6 +1,7 @@
 //! What people begin with: a workspace, and an empty component in it.
 
 use crate::files::{Files, Owner};
+use crate::interface_crate;
 use crate::names;
 use std::path::{Path, PathBuf};
 
@@ -47,9 +48,10 @@ impl Framework {
 }
 
 /// A workspace for components.
-pub fn init(framework: &Framework) -> Files {
+pub fn init(framework: &Framework) -> Result<Files, interface_crate::Error> {
     let mut files = Files::default();
     let crates = [
+        ("rc-middleware", "middleware"),
         ("rc-runtime", "runtime"),
         ("rc-iceoryx2", "middleware/iceoryx2"),
         ("rc-dds", "middleware/dds"),
@@ -61,9 +63,11 @@ pub fn init(framework: &Framework) -> Files {
         .map(|(name, folder)| format!("{name} = {}\n", framework.dependency(folder)))
         .collect();
     let manifest = format!(
-        "# A network of components. `rcgen new NAME` adds one; `rcgen components/NAME/NAME.cdsl` generates it.\n\
-         [workspace]\nresolver = \"3\"\nmembers = [\"components/*\", \"components/*/generated\"]\n\n\
-         [workspace.dependencies]\n{dependencies}\n\
+        "# A network of components. `rcgen new NAME` adds one; `rcgen components/NAME/NAME.cdsl` generates it,\n\
+         # `rcgen .` generates all.\n\
+         [workspace]\nresolver = \"3\"\n\
+         members = [\"components/*\", \"components/*/generated\", \"interfaces/generated\"]\n\n\
+         [workspace.dependencies]\ninterfaces = {{ path = \"interfaces/generated\" }}\n{dependencies}\n\
          [profile.dev]\ndebug = \"line-tables-only\"\n"
     );
     files.add("Cargo.toml", Owner::Specific, manifest);
@@ -74,18 +78,30 @@ pub fn init(framework: &Framework) -> Files {
         "One folder a component; `rcgen new NAME` makes one.\n".to_owned(),
     );
     files.add(
+        "interfaces/README.md",
+        Owner::Specific,
+        "The .idsl files that components of this workspace share: `import \"NAME.idsl\";` finds them here.\n\n\
+         `generated/` is the crate `interfaces` with the types of all components. Your libraries use it, too: \
+         `interfaces.workspace = true`.\n"
+            .to_owned(),
+    );
+    for (path, _, text) in interface_crate::empty()?.iter() {
+        let path = Path::new("interfaces").join(path);
+        files.add(path, Owner::Specific, text.to_owned());
+    }
+    files.add(
         "deployments/README.md",
         Owner::Specific,
         "One .ddsl file a network; `rcdeploy check FILE.ddsl` checks it, `rcdeploy up --build FILE.ddsl` runs it.\n".to_owned(),
     );
-    files
+    Ok(files)
 }
 
 /// An empty component to fill in.
 pub fn new_component(name: &str) -> Result<Files, String> {
     let fits = name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if !fits || names::snake(name).ends_with('_') || name == "generated" {
+    if !fits || names::snake(name).ends_with('_') || ["generated", "interfaces"].contains(&name) {
         return Err(format!(
             "`{name}` cannot be the name of a component: letters, digits and `_`, not a word of Rust"
         ));

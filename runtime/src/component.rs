@@ -36,10 +36,15 @@ pub trait Component {
     fn finalize(&mut self);
 
     /// Writes the number of peers of each slot that requires or publishes into `peers`, at the index of the slot.
-    fn sending_peers(&self, peers: &mut [usize]);
+    fn sending_peers(&self, peers: &mut [usize]) {
+        let _ = peers;
+    }
 
     /// Answers a request to an implemented slot.
-    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError>;
+    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        let _ = slot;
+        request.unknown()
+    }
 
     /// Handles a sample of a subscribed topic.
     fn receive(
@@ -47,7 +52,12 @@ pub trait Component {
         slot: usize,
         operation: usize,
         reader: &mut Reader<'_>,
-    ) -> Result<(), HandlerError>;
+    ) -> Result<(), HandlerError> {
+        let _ = (slot, operation, reader);
+        Err(HandlerError(
+            "the component subscribes to nothing".to_owned(),
+        ))
+    }
 }
 
 /// Why a worker could not do its work.

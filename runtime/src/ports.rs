@@ -70,6 +70,15 @@ impl Ports {
         Ok(topic)
     }
 
+    /// Opens the publishers of a slot, each by the number of its operation: an argument for the constructors of generated
+    /// publishers.
+    pub fn publishers(
+        &self,
+        slot: usize,
+    ) -> impl FnMut(usize) -> Result<TypedPublisher, OpenError> + '_ {
+        move |operation| self.publisher(slot, operation)
+    }
+
     /// The calling end of a required slot.
     pub fn client(&self, slot: usize) -> Result<TypedClient, OpenError> {
         let port = self.backend(slot)?.client(&self.call_endpoint(slot))?;

@@ -2,17 +2,8 @@
 //! that rcgen wrote for the camera. `cargo +nightly miri test -p rc-runtime --test in_place` looks for undefined
 //! behaviour, too; there the sequences are read only in part.
 
-#[path = "../../components/camera/generated/src/types/robo_comp_camera.rs"]
-#[allow(
-    dead_code,
-    unreachable_pub,
-    clippy::unreadable_literal,
-    reason = "they are those of another crate"
-)]
-mod types;
-
+use interfaces::robo_comp_camera::{CloudInPlace, CloudPoint, Image, ImageInPlace, PixelFormat};
 use rc_runtime::middleware::{Cdr, DecodeError, Encoding, InPlace, Reader, Writer, in_place};
-use types::{CloudInPlace, CloudPoint, Image, ImageInPlace, PixelFormat};
 
 /// Behind the numbers and the frame of the camera.
 const LENGTH_OF_DATA: usize = 64;

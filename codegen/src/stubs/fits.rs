@@ -1,9 +1,10 @@
-//! Whether a handler that somebody wrote has the types that its interface declares.
+//! Whether a handler of the user has the types that its interface declares.
 //!
-//! Only what is certain counts as different: a name that this program does not know may stand for anything.
+//! Only certain differences count: an unknown name may stand for any type.
 
 use super::source::Code;
-use crate::view::View;
+use crate::rust::component::meanings;
+use crate::view;
 use std::collections::{BTreeMap, BTreeSet};
 use syn::{Expr, FnArg, GenericArgument, Lit, PathArguments, ReturnType, Signature, Type};
 
@@ -22,24 +23,16 @@ pub(super) struct Types {
 }
 
 impl Types {
-    pub(super) fn of(view: &View, code: &Code) -> Self {
-        let mut aliases: Vec<(String, Type)> = Vec::new();
+    pub(super) fn of(view: &view::Component, code: &Code) -> Self {
+        let (aliases, known) = meanings(view);
+        let parsed = aliases.into_iter().filter_map(|(name, target)| {
+            let target = syn::parse_str(&target).ok()?;
+            Some((name, target))
+        });
+        let mut aliases: Vec<(String, Type)> = parsed.collect();
         let mut names: Vec<String> = WORDS.map(str::to_owned).to_vec();
-        for ty in view.modules.iter().flat_map(|m| &m.types) {
-            match syn::parse_str(&ty.target) {
-                Ok(target) => aliases.push((ty.name.clone(), target)),
-                Err(_) => names.push(ty.name.clone()),
-            }
-        }
-        for operation in view.interfaces.iter().flat_map(|i| &i.operations) {
-            if let Ok(alias) = syn::parse_str::<syn::ItemType>(&operation.answer_alias) {
-                aliases.push((alias.ident.to_string(), *alias.ty));
-            }
-            if !operation.error.is_empty() {
-                names.push(operation.error.clone());
-            }
-        }
-        // A name that means two things, or one of the user's own, says nothing.
+        names.extend(known);
+        // A name with two meanings, or one that the user declares, decides nothing.
         let mut all: Vec<&String> = names.iter().chain(aliases.iter().map(|(n, _)| n)).collect();
         all.sort();
         let twice = all.windows(2).filter(|pair| pair[0] == pair[1]);

@@ -1,4 +1,4 @@
-//! What stands in a component's `src/`: who implements which trait, and which names mean what.
+//! The code in a component's `src/`: which types implement which traits, and what names mean.
 
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,9 +11,9 @@ use syn::{ImplItem, Item, UseTree};
 pub(super) struct Code {
     /// All `impl TRAIT for TYPE` outside of functions, in the order of the files.
     pub(super) blocks: Vec<Block>,
-    /// Files and modules: what their `use` lines say.
+    /// The names that files and modules import.
     pub(super) scopes: Vec<Scope>,
-    /// Names of types that stand for something of the user's own.
+    /// Names of types that the user declares.
     pub(super) own: BTreeSet<String>,
 }
 
@@ -23,11 +23,11 @@ pub(super) struct Block {
     pub(super) name: String,
     /// The last name of the type.
     pub(super) worker: String,
-    /// Whether the trait is one of the generated crate for sure.
+    /// Whether the trait certainly comes from the generated crate.
     pub(super) generated: bool,
-    /// The trait, where it is named.
+    /// The place of the trait's name.
     pub(super) span: Span,
-    /// Where it stands, an index of [`Code::scopes`].
+    /// Its scope, an index of [`Code::scopes`].
     pub(super) scope: usize,
     /// Its functions.
     pub(super) methods: Vec<Method>,
@@ -35,22 +35,21 @@ pub(super) struct Block {
 
 /// One function of a block.
 pub(super) struct Method {
-    /// Its name.
     pub(super) name: String,
-    /// The name, where it stands.
+    /// The place of its name.
     pub(super) span: Span,
-    /// All of it but its body.
+    /// Its signature.
     pub(super) signature: syn::Signature,
 }
 
 /// A file or a module in it.
 #[derive(Default)]
 pub(super) struct Scope {
-    /// Names that `use` brings in, and what they are called at home.
+    /// Imported names, each with the name that it has where it is declared.
     names: BTreeMap<String, String>,
     /// Those that come from the generated crate.
     generated: BTreeSet<String>,
-    /// Whether everything of the generated crate is brought in.
+    /// Whether a glob imports all names of the generated crate.
     everything: bool,
 }
 
@@ -61,7 +60,7 @@ impl Scope {
     }
 }
 
-/// Reads all of `src`. Files that are no Rust are told, and left out; an error is the system's.
+/// Reads all of `src`. It reports files that are not Rust and skips them. Fails if the system cannot read a file.
 pub(super) fn read(
     src: &Path,
     krate: &str,
@@ -107,10 +106,10 @@ pub(super) fn read(
     Ok(code)
 }
 
-/// `syn` calls itself for each level, and nobody's worker nests so deep.
+/// The deepest nesting that is parsed: `syn` calls itself for each level.
 const DEEPEST: usize = 500;
 
-/// Where brackets nest too deep. Those in texts and comments count, too: it is only a bound.
+/// The place where brackets nest too deep. Brackets in strings and comments count, too: it is only a bound.
 fn too_deep(text: &str) -> Option<usize> {
     let mut depth = 0_usize;
     text.bytes().position(|byte| {

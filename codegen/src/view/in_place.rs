@@ -1,204 +1,282 @@
-//! The structures of types that travel in place, see `rc_middleware::in_place`. Every gap of the layout is a member
-//! of its own, so that no byte of one is without meaning.
+//! How values of plain types lie in shared memory, see `rc_idsl::image`. Every gap of the layout has a number of
+//! bytes here, so that a printed structure leaves no byte without a member.
 
-mod maker;
-
-use super::interfaces::bare;
-use crate::{layout, names};
-use maker::{Maker, Part, literal};
-use rc_cdsl::Component;
-use rc_cdsl::model::Role;
+use super::checks::{self, Check};
+use super::library::{self, Type};
 use rc_idsl::Library;
-use rc_idsl::model::{Member, ModuleId, Type, TypeDeclKind, TypeId};
-use rc_syntax::Name;
+use rc_idsl::image::{self, Image};
+use rc_idsl::model::{self, Member, TypeDeclKind, TypeId};
 use serde::Serialize;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
-/// One structure.
+/// A structure in shared memory.
 #[derive(Debug, Serialize)]
 pub struct Structure {
-    /// Its name.
-    pub name: String,
-    /// The type that owns its values.
-    pub value: String,
-    /// Its documentation.
-    pub doc: Vec<String>,
-    /// Its fields, in their order.
-    pub fields: Vec<Field>,
-    /// Its methods: documentation, signature and body.
-    pub methods: Vec<Method>,
-    /// The body of `reset`.
-    pub reset: Vec<String>,
-    /// The body of `set`.
-    pub set: Vec<String>,
-    /// The expression of its value.
-    pub owned: Vec<String>,
-    /// The body of `check`, where there is something to be checked.
-    pub check: Vec<String>,
-    /// Whether it is a number that stands for a value of the enum `value`.
+    /// The named type, then the members that lead from it to a sequence or a text without a name of its own.
+    pub path: Vec<String>,
+    /// The type of its values.
+    pub value: Type,
+    /// Whether it is the number of an enumerator.
     pub number: bool,
+    /// The members, in order.
+    pub parts: Vec<Part>,
+    /// Bytes of the gap behind the last part.
+    pub gap: u64,
 }
 
-/// One field.
+/// A member of such a structure.
 #[derive(Debug, Serialize)]
-pub struct Field {
-    /// Its documentation.
-    pub doc: Vec<String>,
-    /// `pub name: Type`
-    pub text: String,
+pub struct Part {
+    /// The member of the named type; none in a structure without a name.
+    pub member: Option<library::Member>,
+    /// Bytes of the gap before it.
+    pub gap: u64,
+    /// For a sequence, a text and an optional member, which begin with their length as a uint32.
+    pub room: Option<Room>,
+    /// What an element is, or the only one.
+    pub item: Item,
+    /// What a reader checks.
+    pub checks: Vec<Check>,
+    /// Whether elements hold lengths, which must not survive in a slot that is used again.
+    pub has_lengths: bool,
+    /// Whether elements hold numbers with a range.
+    pub has_ranges: bool,
 }
 
-/// One method.
+/// The room for the elements of a part.
 #[derive(Debug, Serialize)]
-pub struct Method {
-    /// Its documentation.
-    pub doc: Vec<String>,
-    /// `pub fn …(&self) -> … {`
-    pub signature: String,
-    /// Its statements.
-    pub body: Vec<String>,
+pub struct Room {
+    /// Bytes of the gap between the length and the elements.
+    pub gap: u64,
+    /// The number of elements that it can hold.
+    pub bound: u32,
 }
 
-/// The name of the structure of a type.
-pub(super) fn name(library: &Library, id: TypeId) -> String {
-    format!("{}InPlace", names::ty(&library.ty(id).name.text))
+/// What lies in a part.
+#[derive(Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Item {
+    /// A number as it is.
+    Number {
+        /// The word of its type.
+        name: &'static str,
+    },
+    /// A `bool` in one byte.
+    Bool,
+    /// The bytes of a text.
+    Bytes,
+    /// A fixed number of items.
+    Array {
+        /// What they are.
+        element: Box<Item>,
+        /// How many.
+        length: u32,
+    },
+    /// A structure of a named type.
+    Named {
+        /// The module of this type.
+        module: String,
+        /// Its name in the IDSL.
+        name: String,
+    },
+    /// A structure without a name of its own.
+    Unnamed {
+        /// Its path.
+        path: Vec<String>,
+    },
 }
 
-/// The same, with its module.
-pub(super) fn path(library: &Library, id: TypeId) -> String {
-    let module = super::type_module(library, library.ty(id).module);
-    format!("{module}::{}", name(library, id))
+/// What is in the values of the types that were looked at.
+pub(crate) type Known = HashMap<TypeId, Inside>;
+
+/// What is in the values of a type.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Inside {
+    /// Lengths, of sequences, texts and optional members.
+    lengths: bool,
+    /// Numbers with a range.
+    ranges: bool,
 }
 
-/// The types that a component needs in place, with all that is in them.
-pub(super) fn needed(component: &Component) -> BTreeSet<TypeId> {
-    let library = &component.library;
-    let mut needed = BTreeSet::new();
-    for slot in &component.slots {
-        for operation in &library.interface(slot.interface).operations {
-            let root = match slot.role {
-                Role::Publishes | Role::SubscribesTo => operation.topic_in_place(library),
-                Role::Requires | Role::Implements if super::two_way(slot.role, operation) => {
-                    operation.result_in_place(library)
-                }
-                Role::Requires | Role::Implements => None,
-            };
-            root.into_iter()
-                .for_each(|id| reach(library, id, &mut needed));
-        }
-    }
-    needed
-}
-
-fn reach(library: &Library, id: TypeId, out: &mut BTreeSet<TypeId>) {
-    let mut next = vec![id];
-    while let Some(id) = next.pop() {
-        if matches!(library.ty(id).kind, TypeDeclKind::Alias(_)) || out.insert(id) {
-            next.extend(library.named_in(id));
-        }
-    }
-}
-
-/// The methods that the structure of a type gets, each with the member that it is of.
-pub(super) fn methods(library: &Library, id: TypeId) -> Vec<(&Name, String)> {
-    let TypeDeclKind::Struct(members) = &library.ty(id).kind else {
-        return Vec::new();
-    };
-    let of = |member: &Member| {
-        let name = names::snake(&member.name.text);
-        let short = bare(&name).to_owned();
-        match library.resolved(&member.ty) {
-            ty if member.optional || matches!(ty, Type::Sequence(..)) => {
-                vec![name, format!("{short}_mut"), format!("resize_{short}")]
-            }
-            Type::String(_) => vec![name, format!("set_{short}")],
-            _ => Vec::new(),
-        }
-    };
-    let all = members
-        .iter()
-        .flat_map(|m| of(m).into_iter().map(|method| (&m.name, method)));
-    all.collect()
-}
-
-/// The structures of one type: first those of what is nested in it without a name.
-pub(super) fn of(library: &Library, home: ModuleId, id: TypeId) -> Vec<Structure> {
+/// The structures of a type, each after those that it contains.
+pub(crate) fn of(library: &Library, id: TypeId, known: &mut Known) -> Vec<Structure> {
     let decl = library.ty(id);
-    let own = names::ty(&decl.name.text);
+    let fits = decl.image.is_some_and(|image| image.size <= image::LARGEST);
+    if !fits {
+        return Vec::new();
+    }
+    let path = vec![decl.name.text.clone()];
+    let value = library::of_type(library, &model::Type::Named(id));
     match &decl.kind {
         TypeDeclKind::Struct(members) => {
-            let parts: Vec<Part> = members
+            let parts: Vec<Source> = members
                 .iter()
-                .map(|member| {
-                    let name = names::snake(&member.name.text);
-                    Part {
-                        ty: library.resolved(&member.ty).clone(),
-                        optional: member.optional,
-                        what: format!("{own}.{}", member.name.text),
-                        source: format!("value.{name}"),
-                        member: Some(member),
-                        name,
-                    }
+                .map(|member| Source {
+                    member: Some(member),
+                    ty: library.resolved(&member.ty),
+                    optional: member.optional,
                 })
                 .collect();
-            let mut maker = Maker {
-                library,
-                home,
-                done: Vec::new(),
-                known: HashMap::new(),
-            };
-            let (mut structure, values) = maker.structure(&own, &own, &parts);
-            structure.owned = literal(&own, &parts, &values);
-            maker.done.push(structure);
-            maker.done
+            let mut done = Vec::new();
+            let structure = structure(library, path, value, &parts, &mut done, known);
+            done.push(structure);
+            done
         }
-        TypeDeclKind::Enum(_) => {
-            let doc = format!("`{own}` in place: a number, until somebody asks.");
-            let mut structure = Structure::new(&own, &own, &doc);
-            structure.number = true;
-            vec![structure]
-        }
+        TypeDeclKind::Enum(_) => vec![Structure {
+            path,
+            value,
+            number: true,
+            parts: Vec::new(),
+            gap: 0,
+        }],
         TypeDeclKind::Exception(_) | TypeDeclKind::Alias(_) => Vec::new(),
     }
 }
 
-impl Structure {
-    fn new(own: &str, value: &str, doc: &str) -> Self {
-        Self {
-            name: format!("{own}InPlace"),
-            value: value.to_owned(),
-            doc: layout::doc(&[doc.to_owned()]),
-            fields: Vec::new(),
-            methods: Vec::new(),
-            reset: Vec::new(),
-            set: Vec::new(),
-            owned: Vec::new(),
-            check: Vec::new(),
-            number: false,
+/// Where a part comes from.
+struct Source<'a> {
+    member: Option<&'a Member>,
+    ty: &'a model::Type,
+    optional: bool,
+}
+
+fn structure(
+    library: &Library,
+    path: Vec<String>,
+    value: Type,
+    sources: &[Source],
+    done: &mut Vec<Structure>,
+    known: &mut Known,
+) -> Structure {
+    let (mut at, mut align) = (0, 1);
+    let mut place = |image: Image| {
+        align = align.max(image.align);
+        let gap = image::aligned(at, image.align) - at;
+        at += gap + image.size;
+        gap
+    };
+    let mut parts = Vec::new();
+    for source in sources {
+        let bytes = model::Type::Primitive(model::Primitive::U8);
+        let (element, bound) = match source.ty {
+            ty if source.optional => (ty, Some(1)),
+            model::Type::Sequence(element, bound) => (library.resolved(element), *bound),
+            model::Type::String(bound) => (&bytes, *bound),
+            ty => (ty, None),
+        };
+        let image = library.image(element).unwrap_or(image::LENGTH);
+        let (gap, room) = match bound {
+            None => (place(image), None),
+            Some(bound) => {
+                let gap = place(image::LENGTH);
+                let room = Room {
+                    gap: place(image.times(bound)),
+                    bound,
+                };
+                (gap, Some(room))
+            }
+        };
+        let mut of_member = path.clone();
+        of_member.push(match source.member {
+            Some(member) => member.name.text.clone(),
+            None => "items".to_owned(),
+        });
+        let is_text = !source.optional && matches!(source.ty, model::Type::String(_));
+        let item = if is_text {
+            Item::Bytes
+        } else {
+            item(library, of_member, element, done, known)
+        };
+        let inside = inside(library, element, known);
+        parts.push(Part {
+            gap,
+            room,
+            item,
+            checks: source
+                .member
+                .map(|member| checks::range(library, member))
+                .unwrap_or_default(),
+            member: source.member.map(|m| library::member(library, m)),
+            has_lengths: inside.lengths,
+            has_ranges: inside.ranges,
+        });
+    }
+    let gap = image::aligned(at, align) - at;
+    Structure {
+        path,
+        value,
+        number: false,
+        parts,
+        gap,
+    }
+}
+
+/// A type as an element or a member. A sequence or a text in it gets a structure of its own.
+fn item(
+    library: &Library,
+    path: Vec<String>,
+    ty: &model::Type,
+    done: &mut Vec<Structure>,
+    known: &mut Known,
+) -> Item {
+    match library.resolved(ty) {
+        model::Type::Primitive(model::Primitive::Bool) => Item::Bool,
+        model::Type::Primitive(primitive) => Item::Number {
+            name: library::primitive_word(*primitive),
+        },
+        model::Type::Array(element, length) => Item::Array {
+            element: Box::new(item(library, path, element, done, known)),
+            length: *length,
+        },
+        model::Type::Named(id) => {
+            let decl = library.ty(*id);
+            Item::Named {
+                module: library.module(decl.module).name.text.clone(),
+                name: decl.name.text.clone(),
+            }
+        }
+        // Of a dictionary there is no image, so it never comes here.
+        ty @ (model::Type::String(_) | model::Type::Sequence(..) | model::Type::Dictionary(..)) => {
+            let source = Source {
+                member: None,
+                ty,
+                optional: false,
+            };
+            let value = library::of_type(library, ty);
+            let structure = structure(library, path.clone(), value, &[source], done, known);
+            done.push(structure);
+            Item::Unnamed { path }
         }
     }
+}
 
-    /// Whether it mentions the module `in_place`; what has a length does, and what has a `bool`.
-    pub(super) fn has_helpers(&self) -> bool {
-        !self.methods.is_empty() || self.fields.iter().any(|f| f.text.contains("in_place::"))
-    }
-
-    fn field(&mut self, doc: &[String], text: String) {
-        let doc = doc.to_vec();
-        self.fields.push(Field { doc, text });
-    }
-
-    fn method(&mut self, doc: &str, head: &str, args: &[&str], returns: &str, body: Vec<String>) {
-        let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
-        self.methods.push(Method {
-            doc: layout::doc(&[doc.to_owned()]),
-            signature: layout::signature(
-                4,
-                &format!("pub fn {head}"),
-                &args,
-                &format!(" -> {returns} {{"),
-            ),
-            body,
-        });
+fn inside(library: &Library, ty: &model::Type, known: &mut Known) -> Inside {
+    match library.resolved(ty) {
+        model::Type::Primitive(_) | model::Type::Dictionary(..) => Inside::default(),
+        model::Type::String(_) => Inside {
+            lengths: true,
+            ranges: false,
+        },
+        model::Type::Sequence(element, _) => Inside {
+            lengths: true,
+            ..inside(library, element, known)
+        },
+        model::Type::Array(element, _) => inside(library, element, known),
+        model::Type::Named(id) => {
+            if let Some(inside) = known.get(id) {
+                return *inside;
+            }
+            let mut found = Inside::default();
+            if let TypeDeclKind::Struct(members) = &library.ty(*id).kind {
+                for member in members {
+                    let inner = inside(library, &member.ty, known);
+                    let number = matches!(library.resolved(&member.ty), model::Type::Primitive(_));
+                    found.lengths |= inner.lengths || member.optional;
+                    found.ranges |= inner.ranges || (number && member.range.is_some());
+                }
+            }
+            known.insert(*id, found);
+            found
+        }
     }
 }

@@ -1,185 +1,126 @@
-//! The parameters of a component as Rust structures.
+//! The parameters of a component.
 
-use crate::{layout, names};
-use heck::ToUpperCamelCase;
-use rc_configuration::model::{self, Kind, Parameter, Type};
+use rc_configuration::model::{self, Kind, Type};
 use serde::Serialize;
-use std::collections::HashSet;
 
 /// All parameters.
 #[derive(Debug, Serialize)]
 pub struct Parameters {
-    /// The schema as JSON, as the content of a Rust raw string.
+    /// The name after `ComponentParams`.
+    pub name: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// What the checker of configurations reads, as JSON.
+    #[serde(skip)]
     pub json: String,
-    /// The structures, the outermost last.
-    pub structs: Vec<Struct>,
+    /// The parameters, in the order of the text.
+    pub members: Vec<Parameter>,
+    /// The rules between parameters.
+    pub rules: Vec<Rule>,
 }
 
-/// One structure.
+/// A rule between parameters.
 #[derive(Debug, Serialize)]
-pub struct Struct {
-    /// Its name.
-    pub name: String,
-    /// Its documentation.
-    pub doc: Vec<String>,
-    /// Its fields.
-    pub fields: Vec<Field>,
-    /// What shows it without what is secret; none where nothing is.
-    pub debug: Option<String>,
+pub struct Rule {
+    /// The groups and lists in which it stands, from outside; it holds for each element of a list.
+    pub scope: Vec<String>,
+    /// The condition, as it is written.
+    pub text: String,
+    /// What a reader is told where it does not hold.
+    pub message: String,
 }
 
-/// One field.
+/// A parameter, a group or a list of groups.
 #[derive(Debug, Serialize)]
-pub struct Field {
-    /// Its name.
+pub struct Parameter {
+    /// The name.
     pub name: String,
-    /// Its documentation.
+    /// Lines of documentation.
     pub doc: Vec<String>,
-    /// Its type.
-    pub ty: String,
-    /// The expression that takes it from `values`.
-    pub value: String,
+    /// `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`; `group` or `list`.
+    pub kind: &'static str,
+    /// Whether the value is an array.
+    pub array: bool,
+    /// The number of elements of an array or a list, as a reader is told it.
+    pub length: Option<String>,
+    /// The unit of the value.
+    pub unit: Option<String>,
+    /// The range of the value, as a reader is told it.
+    pub range: Option<String>,
+    /// The only values, in TOML; empty if there are others.
+    pub choices: Vec<String>,
+    /// Whether every configuration must set it.
+    pub required: bool,
+    /// The default in TOML, unless it is secret.
+    pub default: Option<String>,
+    /// When a change takes effect; none if it never does.
+    pub change: Option<&'static str>,
+    /// Whether the value is shown to nobody.
+    pub secret: bool,
+    /// The allowed values, as a reader is told them.
+    pub allowed: String,
+    /// The parameters in a group, and in each group of a list.
+    pub members: Vec<Parameter>,
 }
 
 pub(super) fn of(parameters: &model::Parameters) -> Parameters {
-    let mut structs = Structs::default();
-    let doc = if parameters.doc.is_empty() {
-        vec![format!("The parameters `{}`.", parameters.name)]
-    } else {
-        parameters.doc.clone()
-    };
-    let name = structs.name("", "");
-    structs.add(name, &doc, &parameters.parameters);
-    // `"#` could end a raw string. In JSON it is always part of a text, where a `#` may be written as an escape.
-    let json = parameters.to_json().replace("\"#", "\"\\u0023");
     Parameters {
-        json,
-        structs: structs.done,
+        name: parameters.name.clone(),
+        doc: parameters.doc.clone(),
+        json: parameters.to_json(),
+        members: parameters.parameters.iter().map(one).collect(),
+        rules: parameters
+            .rules
+            .iter()
+            .map(|rule| Rule {
+                scope: rule.scope.clone(),
+                text: rule.text.clone(),
+                message: rule.message.clone(),
+            })
+            .collect(),
     }
 }
 
-#[derive(Default)]
-struct Structs {
-    done: Vec<Struct>,
-    /// The names of all of them, done or not.
-    names: HashSet<String>,
-}
-
-impl Structs {
-    /// `laser` becomes `LaserParams`, so that it cannot be taken for the trait or the type `Laser`. The names of the
-    /// groups around it come first; where `a` in `b` and `b_a` would be one name, the second gets a number.
-    fn name(&mut self, owner: &str, parameter: &str) -> String {
-        let owner = owner.strip_suffix("Params").unwrap_or(owner);
-        let mut base = format!("{owner}{}", parameter.to_upper_camel_case());
-        if base.starts_with(|c: char| c.is_ascii_digit()) {
-            base.insert(0, 'N');
-        }
-        let numbered = (2..).map(|n| format!("{base}{n}Params"));
-        let mut all = std::iter::once(format!("{base}Params")).chain(numbered);
-        let name = all.find(|name| !self.names.contains(name));
-        let name = name.unwrap_or(base);
-        self.names.insert(name.clone());
-        name
-    }
-
-    fn add(&mut self, name: String, doc: &[String], parameters: &[Parameter]) {
-        let fields = parameters.iter().map(|p| field(&name, p, self)).collect();
-        let hides = parameters.iter().any(|p| p.secret);
-        self.done.push(Struct {
-            debug: hides.then(|| debug(&name, parameters)),
-            name,
-            doc: crate::layout::doc(doc),
-            fields,
-        });
-    }
-}
-
-/// The body of `fmt`.
-fn debug(name: &str, parameters: &[Parameter]) -> String {
-    let field = |parameter: &Parameter| {
-        let field = names::snake(&parameter.name);
-        let value = if parameter.secret {
-            "&\"***\"".to_owned()
-        } else {
-            format!("&self.{field}")
-        };
-        layout::call(12, ".field", &[format!("{:?}", parameter.name), value], "")
+fn one(parameter: &model::Parameter) -> Parameter {
+    let (kind, length, members) = match &parameter.kind {
+        Kind::Scalar { ty, array } => (word(*ty), *array, [].as_slice()),
+        Kind::Group(members) => ("group", None, members.as_slice()),
+        Kind::List { length, parameters } => ("list", Some(*length), parameters.as_slice()),
     };
-    let mut calls: Vec<String> = parameters.iter().map(field).collect();
-    calls.push(".finish()".to_owned());
-    let calls: Vec<&str> = calls.iter().map(String::as_str).collect();
-    layout::chain(8, 0, &format!("f.debug_struct({name:?})"), &calls)
-}
-
-fn field(owner: &str, parameter: &Parameter, out: &mut Structs) -> Field {
-    let name = &parameter.name;
-    let (ty, value) = match &parameter.kind {
-        Kind::Scalar { ty, array } => scalar(*ty, array.is_some(), name),
-        Kind::Group(members) => {
-            let inner = out.name(owner, name);
-            out.add(inner.clone(), &[format!("The group `{name}`.")], members);
-            let value = format!("{inner}::from_values(values.group({name:?}))");
-            (inner, value)
-        }
-        Kind::List { parameters, .. } => {
-            let inner = out.name(owner, name);
-            let doc = [format!("One element of `{name}`.")];
-            out.add(inner.clone(), &doc, parameters);
-            let value = layout::chain(
-                12,
-                names::snake(name).len() + 2,
-                "values",
-                &[
-                    &format!(".list({name:?})"),
-                    ".iter()",
-                    &format!(".map({inner}::from_values)"),
-                    ".collect()",
-                ],
-            );
-            (format!("Vec<{inner}>"), value)
-        }
-    };
-    let facts = format!("Allowed: {}.", parameter.allowed());
-    let mut doc = parameter.doc.clone();
-    if !doc.is_empty() {
-        doc.push(String::new());
-    }
-    doc.push(facts);
-    Field {
-        name: names::snake(name),
-        doc: crate::layout::doc(&doc),
-        ty,
-        value,
+    let default = parameter.default.as_ref();
+    Parameter {
+        name: parameter.name.clone(),
+        doc: parameter.doc.clone(),
+        kind,
+        array: length.is_some() && kind != "list",
+        length: length.map(model::Length::described),
+        unit: parameter.unit.clone(),
+        range: parameter.range.as_ref().map(model::Range::described),
+        choices: parameter
+            .choices
+            .iter()
+            .map(model::Value::to_toml)
+            .collect(),
+        required: default.is_none(),
+        default: default
+            .filter(|_| !parameter.secret)
+            .map(model::Value::to_toml),
+        change: parameter.change(),
+        secret: parameter.secret,
+        allowed: parameter.allowed(),
+        members: members.iter().map(one).collect(),
     }
 }
 
-fn scalar(ty: Type, array: bool, name: &str) -> (String, String) {
-    let (rust, method, cast) = match ty {
-        Type::Bool => ("bool", "bool", ""),
-        Type::Int => ("i32", "int", " as i32"),
-        Type::Long => ("i64", "int", ""),
-        Type::Float => ("f32", "float", " as f32"),
-        Type::Double => ("f64", "float", ""),
-        Type::String => ("String", "text", ""),
-        Type::Duration => ("std::time::Duration", "duration", ""),
-        Type::Path => ("std::path::PathBuf", "path", ""),
-    };
-    if !array {
-        return (rust.to_owned(), format!("values.{method}({name:?}){cast}"));
+fn word(ty: Type) -> &'static str {
+    match ty {
+        Type::Bool => "bool",
+        Type::Int => "int",
+        Type::Long => "long",
+        Type::Float => "float",
+        Type::Double => "double",
+        Type::String => "string",
+        Type::Duration => "duration",
+        Type::Path => "path",
     }
-    let value = match cast {
-        "" => format!("values.{method}s({name:?})"),
-        _ => layout::chain(
-            12,
-            names::snake(name).len() + 2,
-            "values",
-            &[
-                &format!(".{method}s({name:?})"),
-                ".iter()",
-                &format!(".map(|v| *v{cast})"),
-                ".collect()",
-            ],
-        ),
-    };
-    (format!("Vec<{rust}>"), value)
 }

@@ -116,6 +116,52 @@ fn paste(workspace: &Path) {
     assert_eq!(output.stdout, b"");
 }
 
+/// Two components, a library, and a value of one component that goes through the library to the other one.
+fn share(workspace: &Path) {
+    let write = |file: &str, text: &str| {
+        let path = workspace.join(file);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
+    };
+    write(
+        "scans/Cargo.toml",
+        "[package]\nname = \"scans\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n\
+         [dependencies]\ninterfaces.workspace = true\n",
+    );
+    write(
+        "scans/src/lib.rs",
+        "//! What components do with scans.\n\nuse interfaces::robo_comp_laser::TData;\n\n\
+         /// The nearest echo.\n\
+         pub fn nearest(scan: &[TData]) -> Option<&TData> {\n    \
+         scan.iter().min_by(|a, b| a.dist.total_cmp(&b.dist))\n}\n",
+    );
+    for (name, role) in [("scanner", "implements"), ("viewer", "requires")] {
+        write(
+            &format!("components/{name}/{name}.cdsl"),
+            &format!(
+                "import \"Laser.idsl\";\nComponent {name} {{ Communications {{ {role} Laser; }}; \
+                 language rust; dependencies {{ scans \"../../scans\"; }}; }};\n"
+            ),
+        );
+        let cdsl = workspace.join(format!("components/{name}/{name}.cdsl"));
+        run(Command::new(RCGEN).arg(cdsl));
+    }
+    // What one component answers is what another one's library takes; both are libraries.
+    write(
+        "components/viewer/tests/shared.rs",
+        "//! Values of another component.\n\nuse scanner as _;\nuse viewer as _;\n\n#[test]\nfn one_type() {\n    \
+         let echo = scanner_generated::TData::default();\n    \
+         let scan: viewer_generated::TLaserData = vec![echo];\n    \
+         assert_eq!(scans::nearest(&scan), scan.first());\n}\n",
+    );
+    let manifest = workspace.join("components/viewer/Cargo.toml");
+    let text = std::fs::read_to_string(&manifest).expect("a manifest");
+    let text = text
+        + "\n[dev-dependencies]\nscanner = { path = \"../scanner\" }\n\
+           scanner_generated = { path = \"../scanner/generated\" }\nscans = { path = \"../../scans\" }\n";
+    std::fs::write(manifest, text).expect("to write");
+}
+
 /// Every construct of the languages; names that generated code uses itself; handlers that were pasted.
 #[test]
 fn everything_at_once() {
@@ -125,8 +171,18 @@ fn everything_at_once() {
     generate(&workspace, "awkward", "dds");
     generate(&workspace, "placed", "iceoryx2");
     paste(&workspace);
-    let mut packages = Vec::new();
-    for name in ["everything", "awkward", "placed", "pasted"] {
+    share(&workspace);
+    let mut packages = ["-p", "interfaces", "-p", "scans"]
+        .map(str::to_owned)
+        .to_vec();
+    for name in [
+        "everything",
+        "awkward",
+        "placed",
+        "pasted",
+        "scanner",
+        "viewer",
+    ] {
         packages.extend(["-p".to_owned(), name.to_owned()]);
         packages.extend(["-p".to_owned(), format!("{name}_generated")]);
     }
@@ -152,29 +208,24 @@ fn everything_at_once() {
         "-q",
         "-p",
         "placed",
+        "-p",
+        "viewer",
         "--test",
         "checks",
+        "--test",
+        "shared",
     ];
     cargo(&workspace, &test);
 }
 
-/// What is committed is what would be generated.
+/// What is committed is what would be generated, the crate of interfaces included.
 #[test]
 fn committed_components_are_fresh() {
-    let folders = ["components", "bench"].map(|folder| Path::new(ROOT).join(folder));
-    let folders = folders.map(|folder| std::fs::read_dir(folder).expect("components"));
-    let files = folders
-        .into_iter()
-        .flatten()
-        .flatten()
-        .filter_map(|folder| std::fs::read_dir(folder.path()).ok());
-    let files: Vec<PathBuf> = files.flatten().flatten().map(|file| file.path()).collect();
-    let cdsl: Vec<&PathBuf> = files
-        .iter()
-        .filter(|path| path.extension().is_some_and(|e| e == "cdsl"))
-        .collect();
-    assert!(cdsl.len() >= 7, "{cdsl:?}");
-    for path in cdsl {
-        run(Command::new(RCGEN).arg("--check").arg(path));
-    }
+    let output = run(Command::new(RCGEN).arg("--dry-run").arg(ROOT));
+    let output = String::from_utf8(output.stdout).expect("a text");
+    let components = output
+        .lines()
+        .filter(|line| line.ends_with("/etc/config.toml"));
+    assert!(components.count() >= 17, "{output}");
+    run(Command::new(RCGEN).arg("--check").arg(ROOT));
 }

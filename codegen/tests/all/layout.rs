@@ -1,6 +1,6 @@
-//! `codegen::layout` breaks lines where rustfmt does: many statements of random lengths, and rustfmt's own opinion.
+//! `rust::worker` breaks lines where rustfmt does: many items of random lengths, compared with what rustfmt makes of them.
 
-use rc_codegen::layout;
+use rc_codegen::rust::worker;
 use std::process::Command;
 
 /// Numbers that are the same in every run (xorshift64).
@@ -56,124 +56,18 @@ fn signatures() {
             0 => String::new(),
             _ => format!(" -> Result<{}, {}>", random.name(26), random.name(26)),
         };
-        match random.below(3) {
-            0 => {
-                let one = layout::signature(4, &head, &args, &format!("{result};"));
-                format!("trait T {{\n    {one}\n}}")
-            }
-            1 => {
-                let one = layout::signature(4, &head, &args, &format!("{result} {{"));
-                format!("impl T {{\n    {one}\n        x;\n    }}\n}}")
-            }
-            _ => {
-                args.remove(0);
-                let one = layout::signature(0, &head, &args, &format!("{result} {{"));
-                format!("{one}\n    x;\n}}")
-            }
-        }
+        let one = worker::signature(&head, &args, &result);
+        format!("impl T {{\n    {one}\n        x;\n    }}\n}}")
     });
 }
 
 #[test]
-fn calls() {
-    check(600, |random| {
-        let length = [6, 12, 26][random.below(3)];
-        let args = random.names(9, length);
-        let head = random.name(20);
-        match random.below(3) {
-            0 => {
-                let one = layout::call(4, &head, &args, ["?;", ";"][random.below(2)]);
-                format!("fn f() {{\n    {one}\n}}")
-            }
-            1 => {
-                let answer = ["answer".to_owned()];
-                let one = layout::binding(4, &answer, &format!("worker.{head}"), &args, ";");
-                format!("fn f() {{\n    {one}\n}}")
-            }
-            _ => {
-                let args = ["&mut self.worker", "&mut self.ctx", "request"].map(str::to_owned);
-                let one = layout::call(12, &format!("1 => slots::{head}::serve"), &args, ",");
-                format!(
-                    "impl T {{\n    fn f() {{\n        match x {{\n            {one}\n        }}\n    }}\n}}"
-                )
-            }
-        }
-    });
-}
-
-#[test]
-fn tuples() {
-    check(600, |random| {
-        let length = [6, 12, 26][random.below(3)];
-        let mut items = random.names(8, length);
-        items.push(random.name(9));
-        match random.below(5) {
-            4 => {
-                let head = format!("in_place::{}", random.name(26));
-                let args = random.names(4, 20);
-                let one = layout::binding(4, &items[..=random.below(2)], &head, &args, "?;");
-                format!("fn f() {{\n    {one}\n}}")
-            }
-            0 => {
-                let head = format!("pub type {}", random.name(26));
-                layout::tuple_alias(&head, &items)
-            }
-            1 => {
-                let head = format!("pub(crate) fn {}", random.name(26));
-                let one =
-                    layout::tuple_result(&head, "reader: &mut Reader<'_>", &items, "DecodeError");
-                format!("{one}\n    x;\n}}")
-            }
-            2 => {
-                let head = format!("request.{}", random.name(12));
-                let args = random.names(2, 26);
-                let one = layout::binding(4, &items, &head, &args, "?;");
-                format!("fn f() {{\n    {one}\n}}")
-            }
-            _ => {
-                let one = layout::call(4, "", &items, "");
-                format!("fn f() {{\n    Ok({one})\n}}")
-            }
-        }
-    });
-}
-
-#[test]
-fn lists() {
+fn imports() {
     check(400, |random| {
         let length = [6, 12, 26][random.below(3)];
         let mut items = random.names(20, length);
-        match random.below(3) {
-            0 => {
-                items.sort();
-                items.dedup();
-                layout::imports(&random.name(20), &items)
-            }
-            1 => layout::constant("pub(crate) const OPERATIONS: &[Operation]", &items),
-            _ => {
-                let array = layout::array_in(4, &items);
-                format!(
-                    "static D: Description = Description {{\n    slots: {array},\n    x: a_value_that_is_long,\n}};"
-                )
-            }
-        }
-    });
-}
-
-#[test]
-fn chains() {
-    check(200, |random| {
-        let name = random.name(26);
-        let calls = [
-            format!(".list({:?})", random.name(26)),
-            ".iter()".to_owned(),
-            format!(".map({}::from_values)", random.name(26)),
-            ".collect()".to_owned(),
-        ];
-        let calls: Vec<&str> = calls.iter().map(String::as_str).collect();
-        let one = layout::chain(12, name.len() + 2, "values", &calls);
-        format!(
-            "impl T {{\n    fn f() {{\n        Self {{\n            {name}: {one},\n            more,\n        }}\n    }}\n}}"
-        )
+        items.sort();
+        items.dedup();
+        worker::imports(&random.name(20), &items)
     });
 }

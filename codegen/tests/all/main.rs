@@ -13,6 +13,7 @@ mod python;
 mod rcgen;
 mod ros;
 mod rosidl;
+mod shared;
 mod stubs;
 mod wire;
 mod workspace;

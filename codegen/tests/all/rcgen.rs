@@ -102,7 +102,7 @@ fn an_interface_that_is_removed_takes_its_files_with_it() {
         "{err}"
     );
     assert!(
-        out.contains("remove ./generated/src/interfaces/speech.rs"),
+        out.contains("remove interfaces/generated/src/robo_comp_speech.rs"),
         "{out}"
     );
     let left = files(folder);

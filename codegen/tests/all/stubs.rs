@@ -117,6 +117,35 @@ fn one_handler_and_what_it_imports() {
 }
 
 #[test]
+fn a_component_that_is_no_library_gets_the_lines() {
+    let component = Component::new();
+    let lib = component.text("src/lib.rs");
+    fs::remove_file(component.path().join("src/lib.rs")).expect("it was there");
+    component.replace("src/main.rs", "c::Specific", "specific_worker::Specific");
+    component.check(
+        0,
+        &expect![[r"
+            // ./src/lib.rs: a new file, with all modules of main.rs
+            //! The component `c`.
+
+            mod specific_worker;
+
+            pub use specific_worker::SpecificWorker;
+
+            // ./src/main.rs: all of it
+            //! Runs the component `c`.
+
+            fn main() -> std::process::ExitCode {
+                c_generated::run::<c::SpecificWorker>()
+            }
+        "]],
+        &expect![""],
+    );
+    component.write("src/lib.rs", &lib);
+    assert_eq!(component.stubs().1, "");
+}
+
+#[test]
 fn what_is_printed_is_what_a_new_worker_has() {
     let component = Component::new();
     let text = component.text(WORKER);

@@ -205,13 +205,13 @@ fn both_sides_write_the_same_bytes() {
     };
     let backend = rc_local::connect(&environment).expect("a backend");
     let desk = hash(include_str!("../generated/src/description.rs"), "SLOT_DESK");
-    let news = include_str!("../generated/src/interfaces/news.rs");
+    let news = include_str!("../../../interfaces/generated/src/exported.rs");
     let topic = |operation: &str, constant: &str| {
         let address = format!("{network}/News/{operation}");
         let name = format!("Exported::News/{operation}");
         endpoint(address, &name, hash(news, constant))
     };
-    let (told, nothing) = (topic("told", "TOLD"), topic("nothing", "NOTHING"));
+    let (told, nothing) = (topic("told", "const TOLD:"), topic("nothing", "const NOTHING:"));
     let mut hears = [&told, &nothing].map(|topic| backend.subscriber(topic).expect("a topic"));
     let other = endpoint(format!("{network}/Other"), "Exported::Desk", desk);
     let mut server = backend.server(&other).expect("a server");

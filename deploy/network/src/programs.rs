@@ -130,7 +130,7 @@ fn check_variant(
     found: &mut Diagnostics,
 ) {
     // A generator that fails reports that when it writes.
-    if let Ok((_, more)) = rc_codegen::generate::generate(project, middleware) {
+    if let Ok((_, more)) = rc_codegen::generate::component(project, middleware, "") {
         let errors = more.iter().filter(|d| d.severity == Severity::Error);
         found.extend(errors.cloned());
     }

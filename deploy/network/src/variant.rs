@@ -9,7 +9,8 @@
 use crate::error::{Error, cannot};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Files, GENERATED, Owner};
-use rc_codegen::{Project, generate, names};
+use rc_codegen::interface_crate::InterfaceCrate;
+use rc_codegen::{Project, generate, generation, names};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use std::ffi::OsStr;
@@ -48,7 +49,7 @@ impl Staged {
 }
 
 /// Makes or renews the variants of components of the workspace `root`, which is built into
-/// `target`.
+/// `target`. They use the workspace's crate of interfaces in its place.
 pub(crate) fn stage(
     root: &Path,
     target: &Path,
@@ -57,12 +58,17 @@ pub(crate) fn stage(
 ) -> Result<Staged, Error> {
     let folder = target.join("rc").join(middleware.word());
     let held = lock_folder(&folder, PATIENCE)?;
+    let action = || format!("add to the interfaces of {}", root.display());
+    let interfaces = InterfaceCrate::of(root).map_err(cannot(action()))?;
+    generation::add_interfaces(&interfaces, projects)
+        .map_err(|error| Error::Workspace(format!("cannot {}: {error}", action())))?;
     let mut members: Vec<String> = Vec::new();
     let mut shared = shared(root)?;
     for project in projects {
         let package = names::package(&project.component.name.text);
         component(
             project,
+            &interfaces,
             &package,
             middleware,
             &shared,
@@ -206,6 +212,7 @@ fn absolute_in(manifest: &mut DocumentMut, folder: &Path) {
 /// Stages one component in `staged`.
 fn component(
     project: &Project,
+    interfaces: &InterfaceCrate,
     package: &str,
     middleware: Backend,
     shared: &DocumentMut,
@@ -216,7 +223,9 @@ fn component(
     let folder = folder
         .canonicalize()
         .map_err(cannot(format!("open {}", folder.display())))?;
-    let (generated, _) = generate::generate(project, middleware)
+    let dependency = interfaces.dependency(&folder);
+    let dependency = dependency.map_err(cannot(format!("find the interfaces of {package}")))?;
+    let (generated, _) = generate::component(project, middleware, &dependency)
         .map_err(|error| Error::Workspace(error.to_string()))?;
     let mut files = Files::default();
     for (path, owner, text) in generated.iter() {

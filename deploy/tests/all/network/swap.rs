@@ -3,8 +3,7 @@
 
 use crate::network::site::{PATROL, Site};
 use rc_cdsl::model::Backend;
-use rc_codegen::files::Owner;
-use rc_codegen::{FileLoader, Project, generate};
+use rc_codegen::{FileLoader, Project, generation};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -95,10 +94,14 @@ fn in_one_process(trace: &Path) {
             root.join(folder).display()
         )
     };
+    let crates: String = COMPONENTS
+        .iter()
+        .map(|(component, _)| format!("\"{component}\", "))
+        .collect();
     let members = format!(
-        "[workspace]\nresolver = \"3\"\nmembers = [\"*\", \"*/generated\"]\nexclude = [\"target\"]\n\n[workspace.dependencies]\n{}{}\
+        "[workspace]\nresolver = \"3\"\nmembers = [{crates}\"together\", \"*/generated\"]\n\n[workspace.dependencies]\n{}{}\
          [profile.dev]\ndebug = \"line-tables-only\"\n[profile.dev.package.\"*\"]\nopt-level = 1\n",
-        local("rc-runtime", "runtime"),
+        local("rc-runtime", "runtime") + &local("rc-middleware", "middleware"),
         local("rc-local", "middleware/local"),
     );
     write(&workspace.join("Cargo.toml"), &members);
@@ -132,19 +135,17 @@ fn stage(workspace: &Path, component: &str) {
     let project = project
         .filter(|_| !found.has_errors())
         .expect("a component");
-    let (files, found) = generate::generate(&project, Backend::Local).expect("templates that fit");
-    assert!(!found.has_errors());
     let target = workspace.join(component);
-    for (path, owner, text) in files.iter() {
-        if owner == Owner::Generic {
-            // The one dependency by path leads from the repository's folder, not from this one.
-            let map = repository().join("components/planar_map");
-            write(
-                &target.join(path),
-                &text.replace("../../planar_map", &map.display().to_string()),
-            );
-        }
-    }
+    let found = generation::generate(&project, target.clone(), Backend::Local, &mut sources);
+    assert!(!found.expect("to write").has_errors());
+    // The one dependency by path leads from the repository's folder, not from this one.
+    let manifest_path = target.join("generated/Cargo.toml");
+    let text = std::fs::read_to_string(&manifest_path).expect("a manifest");
+    let map = repository().join("components/planar_map");
+    write(
+        &manifest_path,
+        &text.replace("../../planar_map", &map.display().to_string()),
+    );
     let own = std::fs::read_to_string(folder.join("src/lib.rs")).expect("lib.rs");
     let mut lib = String::new();
     let mut test_only = false;

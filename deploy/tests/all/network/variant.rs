@@ -3,7 +3,7 @@
 use crate::network::site::Site;
 use rc_cdsl::model::Backend;
 use rc_codegen::workspace::{self, Framework};
-use rc_codegen::{FileLoader, Project, generate};
+use rc_codegen::{FileLoader, Project, generation};
 use rc_diagnostics::SourceMap;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -16,8 +16,8 @@ const CDSL: &str = "import \"LaserPub.idsl\";\nComponent hello { Communications 
 fn user(site: &Site) -> PathBuf {
     let folder = site.path("robot");
     let framework = Framework::parse(ROOT).expect("this project");
-    let files = workspace::init(&framework).write(&folder);
-    files.expect("a workspace");
+    let files = workspace::init(&framework).expect("templates that fit");
+    files.write(&folder).expect("a workspace");
     let lock = std::fs::copy(
         Path::new(ROOT).join("Cargo.lock"),
         folder.join("Cargo.lock"),
@@ -33,8 +33,8 @@ fn user(site: &Site) -> PathBuf {
     )
     .expect("a component");
     let project = project.expect("a component");
-    let (files, _) = generate::generate(&project, Backend::Dds).expect("templates that fit");
-    files.write(&hello).expect("to write");
+    let found = generation::generate(&project, hello.clone(), Backend::Dds, &mut sources);
+    assert!(!found.expect("to write").has_errors());
     edit(&hello.join("Cargo.toml"), |text| {
         text + "libm.workspace = true\nshared = { path = \"../../shared\" }\n"
     });

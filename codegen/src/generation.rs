@@ -1,0 +1,155 @@
+//! One generation: components of one workspace, and the crate of interfaces that they share, written together or not
+//! at all.
+
+use crate::files::{self, Files, Step};
+use crate::generate;
+use crate::interface_crate::{Definitions, Error, InterfaceCrate};
+use crate::project::Project;
+use rc_cdsl::model::Backend;
+use rc_diagnostics::{Diagnostics, Severity, SourceMap};
+use std::io;
+use std::path::PathBuf;
+
+/// The files of a component, and what it takes from the crate of interfaces.
+pub struct Component {
+    /// The folder that it is generated into.
+    pub folder: PathBuf,
+    files: Files,
+    definitions: Definitions,
+}
+
+impl Component {
+    /// Prints a project that has no errors. None where one of the findings is an error.
+    pub fn of(
+        project: &Project,
+        folder: PathBuf,
+        middleware: Backend,
+        interfaces: &InterfaceCrate,
+    ) -> Result<(Option<Self>, Diagnostics), Error> {
+        let dependency = interfaces.dependency(&folder)?;
+        let (files, mut found) = generate::component(project, middleware, &dependency)?;
+        let (definitions, more) = Definitions::of(&project.component.library, &project.origins)?;
+        found.extend(more);
+        let component = Self {
+            folder,
+            files,
+            definitions,
+        };
+        Ok((Some(component).filter(|_| !found.has_errors()), found))
+    }
+}
+
+/// Files with their folder, and the component that they are.
+pub struct Part {
+    /// The folder.
+    pub folder: PathBuf,
+    /// The files, relative to the folder.
+    pub files: Files,
+    /// An index of the components; none for what they share.
+    pub component: Option<usize>,
+}
+
+/// The files of components of one workspace, and of the crate that they share with `own`, the definitions in its folder.
+/// Other modules of the crate stay unless `exact`. None where a module has two definitions.
+///
+/// Hold [`InterfaceCrate::lock`] from before this until the files are written.
+pub fn parts(
+    interfaces: &InterfaceCrate,
+    components: &[Component],
+    own: Vec<Definitions>,
+    exact: bool,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> Result<Option<Vec<Part>>, Error> {
+    let of_components = components
+        .iter()
+        .map(|component| component.definitions.clone());
+    let definitions = interfaces.definitions(own.into_iter().chain(of_components).collect());
+    let Some(shared) = interfaces.files(definitions, exact, sources, found)? else {
+        return Ok(None);
+    };
+    let mut parts = vec![Part {
+        folder: interfaces.folder().to_path_buf(),
+        files: shared,
+        component: None,
+    }];
+    parts.extend(interfaces.manifest().map(|files| Part {
+        folder: interfaces.root().to_path_buf(),
+        files,
+        component: None,
+    }));
+    parts.extend(components.iter().enumerate().map(|(at, component)| Part {
+        folder: component.folder.clone(),
+        files: component.files.clone(),
+        component: Some(at),
+    }));
+    Ok(Some(parts))
+}
+
+/// What writing would do, in the order of `parts`.
+pub fn plan(parts: &[Part]) -> io::Result<Vec<Vec<Step>>> {
+    parts
+        .iter()
+        .map(|part| part.files.plan(&part.folder))
+        .collect()
+}
+
+/// Writes all parts or nothing.
+pub fn write(parts: &[Part]) -> io::Result<Vec<Vec<Step>>> {
+    let folders = parts
+        .iter()
+        .map(|part| (part.folder.as_path(), &part.files));
+    files::write(&folders.collect::<Vec<_>>())
+}
+
+/// Adds what components use to the crate of interfaces, where something is missing, as generating them would.
+///
+/// # Errors
+/// A library has errors, or a module has another definition in the workspace: rcgen reports where.
+pub fn add_interfaces(interfaces: &InterfaceCrate, projects: &[&Project]) -> Result<(), Error> {
+    let mut all = Vec::new();
+    let mut found = Diagnostics::new();
+    for project in projects {
+        let (definitions, more) = Definitions::of(&project.component.library, &project.origins)?;
+        all.push(definitions);
+        found.extend(more);
+    }
+    let _lock = interfaces.lock()?;
+    let definitions = interfaces.definitions(all);
+    let files = interfaces.files(definitions, false, &mut SourceMap::new(), &mut found)?;
+    if let Some(error) = found.iter().find(|d| d.severity == Severity::Error) {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, error.message.clone()).into());
+    }
+    let mut folders = vec![];
+    let manifest = interfaces.manifest();
+    folders.extend(files.as_ref().map(|files| (interfaces.folder(), files)));
+    folders.extend(manifest.as_ref().map(|files| (interfaces.root(), files)));
+    files::write(&folders)?;
+    Ok(())
+}
+
+/// Generates one component into `folder`, with the interfaces that it uses. Nothing is written where one of the findings
+/// is an error.
+pub fn generate(
+    project: &Project,
+    folder: PathBuf,
+    middleware: Backend,
+    sources: &mut SourceMap,
+) -> Result<Diagnostics, Error> {
+    let interfaces = InterfaceCrate::of(&folder)?;
+    let (component, mut found) = Component::of(project, folder, middleware, &interfaces)?;
+    if let Some(component) = component {
+        let _lock = interfaces.lock()?;
+        if let Some(parts) = parts(
+            &interfaces,
+            &[component],
+            Vec::new(),
+            interfaces.workspace().is_none(),
+            sources,
+            &mut found,
+        )? {
+            write(&parts)?;
+        }
+    }
+    Ok(found)
+}

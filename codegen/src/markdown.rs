@@ -1,0 +1,276 @@
+//! Pages about a component in Markdown, for people: its operations and its parameters.
+
+use crate::generate::{self, TemplateError};
+use crate::view::library::{Interface, Member, Operation, Type};
+use crate::view::parameters::{Parameter, Parameters, Rule};
+use crate::view::{Component, Slot};
+use serde::Serialize;
+use tera::{Context, Tera};
+
+/// The templates of the pages.
+const TEMPLATES: &[(&str, &str)] = generate::templates!["markdown":
+    "operations.md" = "operations.md.tera",
+    "parameters.md" = "parameters.md.tera",
+];
+
+/// The pages of a component, with their names.
+pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>, TemplateError> {
+    let tera = generate::tera(TEMPLATES)?;
+    let mut context = Context::new();
+    context.insert("file", &component.file);
+    context.insert("name", &component.name);
+    context.insert("slots", &slots(component));
+    let mut pages = vec![("operations.md", print(&tera, "operations.md", &context)?)];
+    if let Some(parameters) = &component.parameters {
+        context.insert("sections", &sections(parameters));
+        pages.push(("parameters.md", print(&tera, "parameters.md", &context)?));
+    }
+    Ok(pages)
+}
+
+fn print(tera: &Tera, template: &str, context: &Context) -> Result<String, TemplateError> {
+    let text = tera.render(template, context)?;
+    Ok(format!("{}\n", text.trim_end()))
+}
+
+/// The operations of one slot.
+#[derive(Debug, Serialize)]
+struct SlotPage<'a> {
+    name: String,
+    role: &'a str,
+    interface: String,
+    doc: &'a [String],
+    middleware: &'a str,
+    operations: Vec<OperationRow<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct OperationRow<'a> {
+    signature: String,
+    doc: &'a [String],
+    facts: Vec<String>,
+}
+
+fn slots(component: &Component) -> Vec<SlotPage<'_>> {
+    let slots = component.slots.iter();
+    let slots = slots.filter_map(|slot| Some((slot, component.interface(slot)?)));
+    slots
+        .map(|(slot, interface)| slot_page(component, slot, interface))
+        .collect()
+}
+
+fn slot_page<'a>(
+    component: &'a Component,
+    slot: &'a Slot,
+    interface: &'a Interface,
+) -> SlotPage<'a> {
+    let operations = interface.operations.iter().map(|operation| OperationRow {
+        signature: code(&signature(operation)),
+        doc: &operation.doc,
+        facts: facts(operation),
+    });
+    SlotPage {
+        name: code(&slot.name),
+        role: slot.role,
+        interface: code(&format!("{}::{}", interface.module, interface.name)),
+        doc: &interface.doc,
+        middleware: slot.middleware.unwrap_or(&component.middleware),
+        operations: operations.collect(),
+    }
+}
+
+/// `scan(near: Beam, out far: Beam) -> sequence of Beam`
+fn signature(operation: &Operation) -> String {
+    let parameter = |out: &str, member: &Member| {
+        let optional = if member.optional { "optional " } else { "" };
+        format!("{out}{}: {optional}{}", member.name, words(&member.ty))
+    };
+    let inputs = operation.inputs.iter().map(|m| parameter("", m));
+    let outputs = operation.outputs.iter().map(|m| parameter("out ", m));
+    let parameters: Vec<String> = inputs.chain(outputs).collect();
+    let result = operation.result.as_ref();
+    let result = result.map_or(String::new(), |ty| format!(" -> {}", words(ty)));
+    format!("{}({}){result}", operation.name, parameters.join(", "))
+}
+
+/// What the signature does not say.
+fn facts(operation: &Operation) -> Vec<String> {
+    let mut facts = Vec::new();
+    for member in operation.inputs.iter().chain(&operation.outputs) {
+        let unit = member.unit.iter().map(|unit| format!("in {unit}"));
+        let about: Vec<String> = unit.chain(member.range.clone()).collect();
+        if !about.is_empty() {
+            facts.push(format!(
+                "{}: {}",
+                code(&member.name),
+                line(&about.join(", "))
+            ));
+        }
+    }
+    let throws: Vec<String> = operation
+        .throws
+        .iter()
+        .map(|t| code(&words(&t.ty)))
+        .collect();
+    if !throws.is_empty() {
+        facts.push(format!("throws {}", throws.join(", ")));
+    }
+    facts
+}
+
+/// A type in words.
+fn words(ty: &Type) -> String {
+    let at_most = |bound: &Option<u32>| bound.map_or(String::new(), |b| format!(" of at most {b}"));
+    match ty {
+        Type::Primitive { name } => (*name).to_owned(),
+        Type::Text { bound: None } => "string".to_owned(),
+        Type::Text { bound: Some(bound) } => format!("string of at most {bound} bytes"),
+        Type::Sequence { element, bound } => {
+            format!("sequence{} of {}", at_most(bound), words(element))
+        }
+        Type::Array { element, length } => format!("array of {length} {}", words(element)),
+        Type::Dictionary { key, value } => {
+            format!("dictionary from {} to {}", words(key), words(value))
+        }
+        Type::Named { name, .. } => name.clone(),
+    }
+}
+
+/// The parameters of one table of a configuration.
+#[derive(Debug, Serialize)]
+struct Section<'a> {
+    /// The head of the table.
+    heading: String,
+    doc: &'a [String],
+    /// The kind of the table; empty if there is nothing to say.
+    about: String,
+    rows: Vec<Row>,
+    rules: Vec<String>,
+}
+
+/// One value. Texts are as a cell of a table needs them.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    ty: String,
+    allowed: String,
+    unit: String,
+    default: String,
+    change: String,
+    doc: String,
+}
+
+/// A section for `[parameters]`, for every group and for every list, in the order of the text.
+fn sections(parameters: &Parameters) -> Vec<Section<'_>> {
+    let mut sections = Vec::new();
+    let top = Section {
+        heading: code("[parameters]"),
+        doc: &parameters.doc,
+        about: String::new(),
+        rows: Vec::new(),
+        rules: Vec::new(),
+    };
+    let (members, rules) = (&parameters.members, &parameters.rules);
+    add(top, members, rules, &mut Vec::new(), &mut sections);
+    sections
+}
+
+/// The section of a table, then those of the tables in it.
+fn add<'a>(
+    mut section: Section<'a>,
+    parameters: &'a [Parameter],
+    rules: &[Rule],
+    scope: &mut Vec<&'a str>,
+    out: &mut Vec<Section<'a>>,
+) {
+    section.rows = parameters.iter().filter_map(row).collect();
+    let own = rules.iter().filter(|rule| rule.scope == *scope);
+    section.rules = own
+        .map(|rule| format!("{}: {}", code(&rule.text), line(&rule.message)))
+        .collect();
+    out.push(section);
+    for parameter in parameters {
+        scope.push(&parameter.name);
+        let path = format!("parameters.{}", scope.join("."));
+        let (heading, about) = match (parameter.kind, &parameter.length) {
+            ("list", Some(length)) => (
+                format!("[[{path}]]"),
+                format!("A list, {length}; each has a head of its own."),
+            ),
+            _ => (format!("[{path}]"), String::new()),
+        };
+        if matches!(parameter.kind, "group" | "list") {
+            let section = Section {
+                heading: code(&heading),
+                doc: &parameter.doc,
+                about,
+                rows: Vec::new(),
+                rules: Vec::new(),
+            };
+            add(section, &parameter.members, rules, scope, out);
+        }
+        scope.pop();
+    }
+}
+
+fn row(parameter: &Parameter) -> Option<Row> {
+    let ty = match (parameter.kind, &parameter.length) {
+        ("group" | "list", _) => return None,
+        (kind, None) => kind.to_owned(),
+        (kind, Some(length)) => format!("array of {kind}, {length}"),
+    };
+    let choices = parameter.choices.iter().map(|value| cell(&code(value)));
+    let choices: Vec<String> = choices.collect();
+    let range = parameter.range.as_deref().unwrap_or_default();
+    let default = match &parameter.default {
+        _ if parameter.required => "must be set".to_owned(),
+        None => "not shown".to_owned(),
+        Some(default) => cell(&code(default)),
+    };
+    let secret = if parameter.secret { "; secret" } else { "" };
+    Some(Row {
+        name: code(&parameter.name),
+        ty,
+        allowed: if choices.is_empty() {
+            cell(range)
+        } else {
+            choices.join(", ")
+        },
+        unit: cell(parameter.unit.as_deref().unwrap_or_default()),
+        default,
+        change: parameter.change.unwrap_or("fixed at the start").to_owned() + secret,
+        doc: cell(&parameter.doc.join(" ")),
+    })
+}
+
+/// Text that is shown as it is, whatever ticks are in it.
+fn code(text: &str) -> String {
+    let text = line(text);
+    if text.contains('`') {
+        format!("`` {text} ``")
+    } else {
+        format!("`{text}`")
+    }
+}
+
+/// On one line.
+fn line(text: &str) -> String {
+    text.replace(['\n', '\r'], " ")
+}
+
+/// As a cell of a table, in code, too.
+fn cell(text: &str) -> String {
+    line(text).replace('|', "\\|")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_ends_neither_its_row_nor_its_code() {
+        assert_eq!(cell(&code("a|b")), "`a\\|b`");
+        assert_eq!(code("tick ` tick"), "`` tick ` tick ``");
+        assert_eq!(cell("two\nlines"), "two lines");
+    }
+}

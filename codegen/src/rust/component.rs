@@ -1,0 +1,647 @@
+//! Names and types of Rust for a component: what the templates of its generated crate print.
+
+use super::exports::{self, Exports, trait_name};
+use super::library::operation_doc;
+use super::names;
+use super::operation_names::{answer_name, error_name, operation_constant, plain};
+use super::worker;
+use super::{in_place, parameters, types};
+use crate::dependencies;
+use crate::view;
+use crate::view::component::{Qos, Time};
+use crate::view::library::{Interface, Member, Type};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// What a new component's worker is called.
+pub(crate) const WORKER: &str = "SpecificWorker";
+
+/// A component as its templates see it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Component<'a> {
+    name: &'a str,
+    pub(crate) file: &'a str,
+    doc: &'a [String],
+    hash: &'a str,
+    middleware: &'a str,
+    note: &'a str,
+    period: Time,
+    pub(crate) package: String,
+    backends: Vec<BackendCrate<'a>>,
+    /// Modules of types.
+    pub(crate) type_modules: Vec<Reexport>,
+    /// Interfaces that slots use.
+    interface_modules: Vec<Reexport>,
+    pub(crate) slots: Vec<Slot<'a>>,
+    /// The traits of the slots that receive.
+    pub(crate) traits: Vec<String>,
+    pub(crate) parameters: Option<parameters::Parameters>,
+    dependencies: Vec<Dependency<'a>>,
+    reexports: Vec<String>,
+    /// What the user's worker file imports.
+    pub(crate) imports: Vec<String>,
+    worker: &'static str,
+    /// Whether a slot calls or publishes, implements, subscribes.
+    sends: bool,
+    implements: bool,
+    subscribes: bool,
+    /// Whether a slot sets its reliability, its durability.
+    reliability: bool,
+    durability: bool,
+}
+
+/// A middleware that a component uses.
+#[derive(Debug, Serialize)]
+struct BackendCrate<'a> {
+    word: &'a str,
+    package: String,
+    module: String,
+}
+
+/// A module of the crate `interfaces`, under the name that the component's crate gives it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Reexport {
+    pub(crate) path: String,
+    pub(crate) name: String,
+    /// Whether the name differs from the last part of the path.
+    renamed: bool,
+    exports: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Dependency<'a> {
+    package: &'a str,
+    requirement: String,
+}
+
+/// One slot.
+#[derive(Debug, Serialize)]
+pub(crate) struct Slot<'a> {
+    name: &'a str,
+    pub(crate) index: usize,
+    constant: String,
+    /// The field of the context, and the module of its handlers.
+    pub(crate) field: String,
+    /// The trait of its handlers.
+    pub(crate) type_name: String,
+    /// `Implements`, `Requires`, `Publishes`, `SubscribesTo`.
+    role: &'static str,
+    role_word: &'static str,
+    pub(crate) receives: bool,
+    sends: bool,
+    interface: &'a str,
+    path: String,
+    /// The module of the interface below `interfaces`.
+    module: String,
+    /// The type of the client or the publisher.
+    end: String,
+    type_hash: &'a str,
+    backend: Option<&'a str>,
+    qos: &'a Qos,
+    /// Whether it differs from the role's default.
+    own_qos: bool,
+    types: String,
+    external_types: &'a [String],
+    doc: &'a [String],
+    /// Modules that the handlers' signatures mention.
+    uses: Vec<String>,
+    pub(crate) operations: Vec<Handler>,
+}
+
+/// One operation of a slot that receives.
+#[derive(Debug, Serialize)]
+pub(crate) struct Handler {
+    pub(crate) method: String,
+    plain: String,
+    constant: String,
+    doc: Vec<String>,
+    inputs: Vec<Input>,
+    two_way: bool,
+    throws: bool,
+    /// The type of the reply; empty where nothing is returned.
+    result: String,
+    error: String,
+    /// The structure of the only parameter in shared memory; else empty.
+    sample_in_place: String,
+    /// The structure of the reply in shared memory; else empty.
+    result_in_place: String,
+    /// The variable of this reply.
+    result_name: String,
+    /// The signature in the user's file, without its brace.
+    pub(crate) user_signature: String,
+    /// The same on lines as rustfmt breaks them, with its brace.
+    user_head: String,
+    /// What an unwritten handler leaves unused, in tuples of one line each.
+    unused: Vec<Vec<String>>,
+    /// `Ok(())`, `Default::default()` …: what an unwritten handler returns; else empty.
+    placeholder: &'static str,
+    /// Names that the user's handler mentions without their module.
+    #[serde(skip)]
+    pub(crate) mentioned: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Input {
+    name: String,
+    ty: String,
+}
+
+pub(crate) fn of(view: &view::Component) -> Component<'_> {
+    let exports = Exports::of(view);
+    let slots: Vec<Slot> = view
+        .slots
+        .iter()
+        .enumerate()
+        .map(|(index, slot)| one(view, index, slot, &exports))
+        .collect();
+    let receiving = slots.iter().filter(|slot| slot.receives);
+    let mut traits: Vec<String> = receiving.map(|slot| slot.type_name.clone()).collect();
+    traits.sort_by(|a, b| worker::order(a, b));
+    let has = |role: &str| slots.iter().any(|s| s.receives && s.role_word == role);
+    Component {
+        name: &view.name,
+        file: &view.file,
+        doc: &view.doc,
+        hash: &view.hash,
+        middleware: &view.middleware,
+        note: &view.note,
+        period: view.period,
+        package: names::package(&view.name),
+        backends: view
+            .middlewares
+            .iter()
+            .map(|word| BackendCrate {
+                word,
+                package: format!("rc-{word}"),
+                module: format!("rc_{word}"),
+            })
+            .collect(),
+        type_modules: type_modules(view, &exports),
+        interface_modules: interface_modules(view, &exports),
+        parameters: view.parameters.as_ref().map(parameters::of),
+        dependencies: view
+            .dependencies
+            .iter()
+            .map(|dependency| Dependency {
+                package: &dependency.package,
+                requirement: dependencies::value(&dependency.version),
+            })
+            .collect(),
+        reexports: reexports(view, &traits),
+        imports: imports(&slots, &traits),
+        worker: WORKER,
+        sends: slots.iter().any(|slot| slot.sends),
+        implements: has("implements"),
+        subscribes: has("subscribesTo"),
+        reliability: slots.iter().any(|slot| slot.qos.reliability.is_some()),
+        durability: slots.iter().any(|slot| slot.qos.durability.is_some()),
+        slots,
+        traits,
+    }
+}
+
+/// Slots whose names become one name of Rust, or one that generated code uses itself.
+pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
+    const OWN: [&str; 3] = ["core", "params", "deref"];
+    let mut seen: Vec<(&str, String)> = Vec::new();
+    for slot in &component.slots {
+        let field = names::snake(&slot.name);
+        if let Some((other, _)) = seen.iter().find(|(_, other)| *other == field) {
+            let message = format!(
+                "slots `{other}` and `{}` are both `{field}` in Rust",
+                slot.name
+            );
+            let interface = component.library.interface(slot.interface);
+            let help = format!("name one of them: `{} as other`", interface.name.text);
+            found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
+        } else if OWN.contains(&field.as_str()) {
+            let message = format!(
+                "a slot cannot be called `{}`: generated code uses the name itself",
+                slot.name
+            );
+            found.push(
+                Diagnostic::error("name-collision", slot.span, message).help("name it with `as`"),
+            );
+        }
+        seen.push((&slot.name, field));
+    }
+}
+
+/// The modules of types, each with the names that no other one exports.
+fn type_modules(view: &view::Component, exports: &Exports) -> Vec<Reexport> {
+    let mut all: Vec<Reexport> = view
+        .modules
+        .iter()
+        .map(|module| {
+            let path = names::module(&module.name);
+            let name = exports::type_module(view, &module.name);
+            let mut names = exports::of_types(module);
+            names.retain(|name| exports.is_unique(name));
+            Reexport {
+                renamed: path != name,
+                path,
+                name,
+                exports: names,
+            }
+        })
+        .collect();
+    all.sort_by(|a, b| a.name.cmp(&b.name));
+    all
+}
+
+/// The interfaces of slots, each with the clients and publishers that the slots use.
+fn interface_modules(view: &view::Component, exports: &Exports) -> Vec<Reexport> {
+    let all = view.modules.iter().flat_map(|module| &module.interfaces);
+    let mut done = Vec::new();
+    for interface in all {
+        let slots = view.slots.iter();
+        let slots = slots.filter(|s| s.module == interface.module && s.interface == interface.name);
+        let slots: Vec<&view::Slot> = slots.collect();
+        if slots.is_empty() {
+            continue;
+        }
+        let base = names::camel(&interface.name);
+        let mut names = Vec::new();
+        if slots.iter().any(|s| s.role == "requires") {
+            names.push(format!("{base}Client"));
+        }
+        if slots.iter().any(|s| s.role == "publishes" && s.sends) {
+            names.push(format!("{base}Publisher"));
+        }
+        for operation in &interface.operations {
+            if !operation.throws.is_empty() {
+                names.push(error_name(&operation.name));
+            }
+            if operation.outputs.len() + usize::from(operation.result.is_some()) > 1 {
+                names.push(answer_name(&operation.name));
+            }
+        }
+        names.retain(|name| exports.is_unique(name));
+        let own = names::module(&interface.name);
+        let name = exports::interface_module(view, &interface.module, &interface.name);
+        done.push(Reexport {
+            renamed: own != name,
+            path: format!("{}::{own}", names::module(&interface.module)),
+            name,
+            exports: names,
+        });
+    }
+    done.sort_by(|a, b| a.name.cmp(&b.name));
+    done
+}
+
+fn reexports(view: &view::Component, traits: &[String]) -> Vec<String> {
+    let mut paths: Vec<String> = [
+        "adapter::{Worker, embed, run}",
+        "context::Context",
+        "rc_runtime::middleware::{CallError, InPlace, SendError}",
+        "rc_runtime::tracing",
+        "rc_runtime::{Embedded, ParamChange, State, WorkerError}",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    let types = view.modules.iter();
+    let mut types = types.filter(|m| !m.types.is_empty() || !m.constants.is_empty());
+    let more = [
+        ("self::interfaces::*", !view.slots.is_empty()),
+        ("parameters::Params", view.parameters.is_some()),
+        ("types::*", types.next().is_some()),
+    ];
+    let more = more.iter().filter(|(_, there)| *there);
+    paths.extend(more.map(|(path, _)| (*path).to_owned()));
+    let dependencies = view.dependencies.iter();
+    let dependencies: Vec<String> = dependencies.map(|d| d.package.replace('-', "_")).collect();
+    // The user's choice of a version comes first.
+    paths.retain(|path| {
+        let mut dependencies = dependencies.iter();
+        !dependencies.any(|d| path.ends_with(&format!("::{d}")))
+    });
+    paths.extend(dependencies);
+    paths.extend(traits.iter().map(|name| format!("slots::{name}")));
+    paths.sort_by(|a, b| worker::order(a, b));
+    paths
+}
+
+/// What `specific_worker.rs` imports from the generated crate: the traits, and the types that its handlers mention.
+fn imports(slots: &[Slot], traits: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = ["Context", "Worker", "WorkerError"]
+        .map(str::to_owned)
+        .to_vec();
+    names.extend(traits.iter().cloned());
+    let handlers = slots
+        .iter()
+        .filter(|s| s.receives)
+        .flat_map(|s| &s.operations);
+    names.extend(handlers.flat_map(|handler| handler.mentioned.clone()));
+    names.sort_by(|a, b| worker::order(a, b));
+    names.dedup();
+    names
+}
+
+fn one<'a>(
+    view: &'a view::Component,
+    index: usize,
+    slot: &'a view::Slot,
+    exports: &Exports,
+) -> Slot<'a> {
+    let module = exports::interface_module(view, &slot.module, &slot.interface);
+    let interface = view.interface(slot);
+    let base = names::camel(&slot.interface);
+    let kind = if slot.role == "publishes" {
+        "Publisher"
+    } else {
+        "Client"
+    };
+    let mut mentions = BTreeSet::new();
+    let operations = interface
+        .filter(|_| slot.receives)
+        .map_or_else(Vec::new, |interface| {
+            let mut handlers = Handlers {
+                view,
+                slot,
+                module: &module,
+                exports,
+                mentions: &mut mentions,
+            };
+            handlers.all(interface)
+        });
+    let mut uses: Vec<String> = mentions.into_iter().collect();
+    uses.push("crate::context::Context".to_owned());
+    if slot.role == "implements" || operations.iter().any(|o| o.sample_in_place.is_empty()) {
+        uses.push(format!("crate::interfaces::{module}"));
+    }
+    uses.sort();
+    let shout = names::shout(&slot.name);
+    let qos = &slot.qos;
+    let times = [
+        qos.deadline,
+        qos.lifespan,
+        qos.liveliness,
+        qos.timeout,
+        qos.spin,
+    ];
+    Slot {
+        name: &slot.name,
+        index,
+        constant: format!("SLOT_{shout}"),
+        field: names::snake(&slot.name),
+        type_name: trait_name(&slot.name),
+        role: match slot.role {
+            "implements" => "Implements",
+            "requires" => "Requires",
+            "publishes" => "Publishes",
+            _ => "SubscribesTo",
+        },
+        role_word: slot.role,
+        receives: slot.receives,
+        sends: slot.sends,
+        interface: &slot.interface,
+        path: format!("{}::{}", slot.module, slot.interface),
+        end: format!("interfaces::{module}::{base}{kind}"),
+        module,
+        type_hash: &slot.type_hash,
+        backend: slot.middleware,
+        own_qos: qos.reliability.is_some()
+            || qos.durability.is_some()
+            || qos.depth.is_some()
+            || times.iter().any(Option::is_some),
+        qos,
+        types: format!("TYPES_{shout}"),
+        external_types: &slot.external_types,
+        doc: interface.map_or(&[], |interface| interface.doc.as_slice()),
+        uses,
+        operations,
+    }
+}
+
+/// Makes the handlers of one slot.
+struct Handlers<'a> {
+    view: &'a view::Component,
+    slot: &'a view::Slot,
+    /// The module of the interface below `interfaces`.
+    module: &'a str,
+    exports: &'a Exports<'a>,
+    /// Modules of types that signatures mention.
+    mentions: &'a mut BTreeSet<String>,
+}
+
+impl Handlers<'_> {
+    fn all(&mut self, interface: &Interface) -> Vec<Handler> {
+        let operations = interface.operations.iter();
+        operations
+            .map(|operation| self.handler(operation))
+            .collect()
+    }
+
+    /// A type in the signature of the trait; its module is imported.
+    fn path(&mut self, ty: &Type, write: &dyn Fn(types::Path) -> String) -> String {
+        for (module, _) in ty.named() {
+            let module = exports::type_module(self.view, module);
+            self.mentions.insert(format!("crate::types::{module}"));
+        }
+        let view = self.view;
+        write(&|module, name| {
+            let module = exports::type_module(view, module);
+            format!("{module}::{}", names::ty(name))
+        })
+    }
+
+    fn placed(&mut self, ty: &Type) -> String {
+        let path = self.path(ty, &|path| types::owned(ty, path));
+        in_place::path(&path)
+    }
+
+    fn handler(&mut self, of: &view::library::Operation) -> Handler {
+        let exports = self.exports;
+        let throws = !of.throws.is_empty();
+        let in_place = match self.slot.role {
+            _ if !self.slot.in_place => None,
+            "subscribesTo" => of.sample_in_place.as_ref(),
+            _ => of.result_in_place.as_ref(),
+        };
+        let sample = in_place.filter(|_| !of.two_way);
+        let reply = in_place.filter(|_| of.two_way);
+        let sample_in_place = sample.map(|ty| self.placed(ty)).unwrap_or_default();
+        let result_in_place = reply.map(|ty| self.placed(ty)).unwrap_or_default();
+        let inputs: Vec<Input> = of
+            .inputs
+            .iter()
+            .map(|member| Input {
+                name: names::local(&member.name),
+                ty: if sample.is_some() {
+                    format!("&{sample_in_place}")
+                } else {
+                    self.path(&member.ty, &|path| types::member(member, path))
+                },
+            })
+            .collect();
+        let result_name = reply.map(|_| reply_name(of, &inputs)).unwrap_or_default();
+        // Reply values, the returned one first, as the user's file writes them.
+        let bare = |module: &str, name: &str| exports.ty(module, name);
+        let mut bare_results: Vec<String> = Vec::new();
+        if reply.is_none() {
+            bare_results.extend(of.result.iter().map(|ty| types::owned(ty, &bare)));
+            bare_results.extend(of.outputs.iter().map(|m| types::member(m, &bare)));
+        }
+        let answer = answer_name(&of.name);
+        let result = match (bare_results.len(), &of.result, of.outputs.first()) {
+            (0, ..) => String::new(),
+            (1, Some(ty), _) => self.path(ty, &|path| types::owned(ty, path)),
+            (1, None, Some(m)) => self.path(&m.ty, &|path| types::member(m, path)),
+            // The tuple is declared beside the interface.
+            _ => format!("{}::{answer}", self.module),
+        };
+        let tuple = match bare_results.as_slice() {
+            [one] => one.clone(),
+            all => format!("({})", all.join(", ")),
+        };
+        // rustfmt breaks a longer tuple; its name is easier to read.
+        let user_result = if bare_results.len() > 1 && tuple.len() > 62 {
+            exports.of_interface(self.module, &answer)
+        } else {
+            tuple
+        };
+        let error = error_name(&of.name);
+        let user_error = exports.of_interface(self.module, &error);
+        let returns = match (of.two_way, throws) {
+            (true, true) => format!(" -> Result<{user_result}, {user_error}>"),
+            (true, false) if user_result != "()" => format!(" -> {user_result}"),
+            _ => String::new(),
+        };
+        let mut arguments = vec!["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
+        let bare_place = |ty: &Type| match ty {
+            Type::Named { module, name, .. } => exports.in_place(module, name),
+            _ => String::new(),
+        };
+        for (member, input) in of.inputs.iter().zip(&inputs) {
+            let ty = match sample {
+                Some(ty) => format!("&{}", bare_place(ty)),
+                None => types::member(member, &bare),
+            };
+            arguments.push(format!("{}: {ty}", input.name));
+        }
+        arguments.extend(reply.map(|ty| format!("{result_name}: &mut {}", bare_place(ty))));
+        let method = names::method(&of.name);
+        let head = format!("fn {method}");
+        let mut unused = vec!["ctx".to_owned()];
+        unused.extend(inputs.iter().map(|input| input.name.clone()));
+        unused.extend(reply.map(|_| result_name.clone()));
+        Handler {
+            plain: plain(&of.name),
+            constant: operation_constant(&of.name),
+            doc: operation_doc(of),
+            two_way: of.two_way,
+            throws,
+            mentioned: self.mentioned(of, &user_result, sample.is_some(), in_place),
+            user_signature: format!("{head}({}){returns}", arguments.join(", ")),
+            user_head: worker::signature(&head, &arguments, &returns),
+            unused: lines_of_names(unused),
+            placeholder: match (of.two_way, throws, bare_results.is_empty()) {
+                (true, true, true) => "Ok(())",
+                (true, true, false) => "Ok(Default::default())",
+                (true, false, false) => "Default::default()",
+                _ => "",
+            },
+            error: format!("{}::{error}", self.module),
+            inputs,
+            result,
+            sample_in_place,
+            result_in_place,
+            result_name,
+            method,
+        }
+    }
+
+    /// Names of the generated crate that the user's handler mentions.
+    fn mentioned(
+        &self,
+        of: &view::library::Operation,
+        result: &str,
+        sample_in_place: bool,
+        in_place: Option<&Type>,
+    ) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut named = |ty: &Type| {
+            let named = ty.named().into_iter();
+            found.extend(named.map(|(_, name)| names::ty(name)));
+        };
+        if !sample_in_place {
+            of.inputs.iter().for_each(|m| named(&m.ty));
+        }
+        let answer = answer_name(&of.name);
+        let has_name = result == answer;
+        if !has_name && in_place.is_none() {
+            of.outputs.iter().for_each(|m: &Member| named(&m.ty));
+            of.result.iter().for_each(named);
+        }
+        if has_name {
+            found.push(answer);
+        }
+        if let Some(Type::Named { name, .. }) = in_place {
+            found.push(in_place::path(&names::ty(name)));
+        }
+        if !of.throws.is_empty() {
+            found.push(error_name(&of.name));
+        }
+        found.retain(|name| self.exports.is_unique(name));
+        found
+    }
+}
+
+/// The variable of a reply in place. A parameter may have this name, too.
+fn reply_name(of: &view::library::Operation, inputs: &[Input]) -> String {
+    let mut name = match (&of.result, of.outputs.last()) {
+        (None, Some(output)) => names::local(&output.name),
+        _ => "result".to_owned(),
+    };
+    if inputs.iter().any(|input| input.name == name) {
+        name.push('_');
+    }
+    name
+}
+
+/// As many names in one tuple as rustfmt leaves on one line.
+fn lines_of_names(names: Vec<String>) -> Vec<Vec<String>> {
+    let mut tuples: Vec<Vec<String>> = vec![Vec::new()];
+    for name in names {
+        let width = |names: &[String]| names.iter().map(|n| n.len() + 2).sum::<usize>();
+        match tuples.last_mut() {
+            Some(last) if last.is_empty() || width(last) + name.len() <= 58 => last.push(name),
+            _ => tuples.push(vec![name]),
+        }
+    }
+    tuples
+}
+
+/// Names that stand for other types in the user's files, with these types, and names that stand for themselves.
+pub(crate) fn meanings(view: &view::Component) -> (Vec<(String, String)>, Vec<String>) {
+    let (mut aliases, mut known) = (Vec::new(), Vec::new());
+    let bare = |_: &str, name: &str| names::ty(name);
+    for decl in view.modules.iter().flat_map(|module| &module.types) {
+        match &decl.kind {
+            view::library::Kind::Alias { target } => {
+                aliases.push((names::ty(&decl.name), types::owned(target, &bare)));
+            }
+            _ => known.push(names::ty(&decl.name)),
+        }
+    }
+    let used = |interface: &&Interface| {
+        let mut slots = view.slots.iter();
+        slots.any(|s| s.module == interface.module && s.interface == interface.name)
+    };
+    let interfaces = view.modules.iter().flat_map(|module| &module.interfaces);
+    for operation in interfaces.filter(used).flat_map(|i| &i.operations) {
+        let result = operation.result.iter().map(|ty| types::owned(ty, &bare));
+        let outputs = operation.outputs.iter().map(|m| types::member(m, &bare));
+        let parts: Vec<String> = result.chain(outputs).collect();
+        if parts.len() > 1 {
+            let tuple = format!("({})", parts.join(", "));
+            aliases.push((answer_name(&operation.name), tuple));
+        }
+        if !operation.throws.is_empty() {
+            known.push(error_name(&operation.name));
+        }
+    }
+    (aliases, known)
+}

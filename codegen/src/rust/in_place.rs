@@ -1,0 +1,222 @@
+//! Names and types of Rust for structures in shared memory.
+
+use super::names;
+use super::operation_names::bare;
+use super::{library, types};
+use crate::view::checks::Check;
+use crate::view::in_place::{Item, Part, Structure};
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// A structure, as `templates/rust/in_place.rs.tera` prints it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Place<'a> {
+    name: String,
+    /// The type that owns its values.
+    value: String,
+    number: bool,
+    /// The named type; empty for a sequence or a text without a name.
+    literal: String,
+    fields: Vec<Field>,
+    parts: Vec<PartView<'a>>,
+    /// Whether a reader checks something.
+    checked: bool,
+    /// Whether a check needs a reader, which names what is wrong.
+    ranged: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Field {
+    name: String,
+    ty: String,
+    /// The documentation, of a member that everybody may reach.
+    doc: Vec<String>,
+    public: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct PartView<'a> {
+    /// `number`, `value`, `text` or `sequence`.
+    kind: &'static str,
+    /// The type and the member, as messages name them.
+    what: String,
+    name: String,
+    /// The name as a part of the names of functions.
+    bare: String,
+    /// The field with the length; empty where there is none.
+    length: String,
+    /// The type of an element.
+    item: String,
+    /// Whether there is a length, and functions that know it.
+    counted: bool,
+    is_number: bool,
+    optional: bool,
+    has_lengths: bool,
+    has_ranges: bool,
+    default: String,
+    doc: Vec<String>,
+    checks: &'a [Check],
+}
+
+/// The name of a structure from the name of its type in Rust.
+pub(crate) fn path(ty: &str) -> String {
+    format!("{}InPlace", bare(ty))
+}
+
+/// The structures of a type of the module `home`.
+pub(super) fn of<'a>(home: &str, structures: &'a [Structure]) -> Vec<Place<'a>> {
+    structures.iter().map(|s| place(home, s)).collect()
+}
+
+/// The name of a structure.
+pub(super) fn structure_name(steps: &[String]) -> String {
+    let nested = steps.iter().skip(1);
+    let nested = nested.map(|member| format!("{}Item", names::camel(&names::snake(member))));
+    let own = steps.first().map_or(String::new(), |name| names::ty(name));
+    path(&(bare(&own).to_owned() + &nested.collect::<String>()))
+}
+
+fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
+    let named = of.path.len() == 1;
+    let owner = of
+        .path
+        .first()
+        .map_or(String::new(), |name| names::ty(name));
+    let mut taken: BTreeSet<String> = of.parts.iter().map(part_name).collect();
+    let mut free = |wanted: String| {
+        let mut name = wanted;
+        while !taken.insert(name.clone()) {
+            name.push('_');
+        }
+        name
+    };
+    let (mut fields, mut parts, mut gaps) = (Vec::new(), Vec::new(), 0);
+    let mut gap = |bytes: u64, fields: &mut Vec<Field>, free: &mut dyn FnMut(String) -> String| {
+        if bytes > 0 {
+            let name = free(format!("_gap{gaps}"));
+            gaps += 1;
+            fields.push(Field {
+                name,
+                ty: format!("[u8; {bytes}]"),
+                public: false,
+                doc: Vec::new(),
+            });
+        }
+    };
+    for part in &of.parts {
+        let name = part_name(part);
+        let item = item(home, &part.item);
+        let mut length = String::new();
+        gap(part.gap, &mut fields, &mut free);
+        if let Some(room) = &part.room {
+            length = free(format!("{}_length", bare(&name)));
+            fields.push(Field {
+                name: length.clone(),
+                ty: "u32".to_owned(),
+                public: false,
+                doc: Vec::new(),
+            });
+            gap(room.gap, &mut fields, &mut free);
+            fields.push(Field {
+                name: name.clone(),
+                ty: format!("[{item}; {}]", room.bound),
+                public: false,
+                doc: Vec::new(),
+            });
+        } else {
+            fields.push(Field {
+                name: name.clone(),
+                ty: item.clone(),
+                public: true,
+                doc: part
+                    .member
+                    .as_ref()
+                    .map_or_else(Vec::new, library::documentation),
+            });
+        }
+        parts.push(part_view(home, &owner, &of.path, part, name, length, item));
+    }
+    gap(of.gap, &mut fields, &mut free);
+    Place {
+        name: structure_name(&of.path),
+        value: types::owned(&of.value, &types::in_module(home)),
+        number: of.number,
+        literal: if named { owner } else { String::new() },
+        checked: of
+            .parts
+            .iter()
+            .any(|p| p.has_ranges || !p.checks.is_empty()),
+        ranged: of.parts.iter().any(|p| !p.checks.is_empty()),
+        fields,
+        parts,
+    }
+}
+
+fn part_name(part: &Part) -> String {
+    match &part.member {
+        Some(member) => names::snake(&member.name),
+        None => "items".to_owned(),
+    }
+}
+
+fn part_view<'a>(
+    home: &str,
+    owner: &str,
+    steps: &[String],
+    part: &'a Part,
+    name: String,
+    length: String,
+    item: String,
+) -> PartView<'a> {
+    let is_number = matches!(part.item, Item::Number { .. });
+    let member = part.member.as_ref();
+    // A structure without a name is told by the member that it is in.
+    let step = member.map(|m| m.name.as_str());
+    let step = step
+        .or(steps.get(1).map(String::as_str))
+        .unwrap_or_default();
+    let default = member.and_then(|m| m.default.as_ref());
+    PartView {
+        kind: match (&part.item, &part.room) {
+            (Item::Bytes, _) => "text",
+            (_, Some(_)) => "sequence",
+            (Item::Number { .. }, None) => "number",
+            (_, None) => "value",
+        },
+        what: format!("{owner}.{step}"),
+        bare: bare(&name).to_owned(),
+        name,
+        length,
+        counted: part.room.is_some(),
+        is_number,
+        optional: member.is_some_and(|m| m.optional),
+        has_lengths: part.has_lengths,
+        has_ranges: part.has_ranges,
+        default: match (default, &part.item) {
+            (Some(value), Item::Bytes) => format!("{:?}", value.text),
+            (Some(value), _) => types::value(value, &types::in_module(home)),
+            (
+                None,
+                Item::Number {
+                    name: "float32" | "float64",
+                },
+            ) => "0.0".to_owned(),
+            (None, Item::Number { .. }) => "0".to_owned(),
+            (None, _) => String::new(),
+        },
+        item,
+        doc: member.map_or_else(|| vec!["The elements.".to_owned()], library::documentation),
+        checks: &part.checks,
+    }
+}
+
+fn item(home: &str, of: &Item) -> String {
+    match of {
+        Item::Number { name } => types::primitive(name).to_owned(),
+        Item::Bool => "rc_middleware::in_place::Bool".to_owned(),
+        Item::Bytes => "u8".to_owned(),
+        Item::Array { element, length } => format!("[{}; {length}]", item(home, element)),
+        Item::Named { module, name } => path(&types::in_module(home)(module, name)),
+        Item::Unnamed { path } => structure_name(path),
+    }
+}

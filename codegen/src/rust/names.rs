@@ -1,0 +1,153 @@
+//! How names of the description languages become names of Rust.
+//!
+//! Types, traits and enumerators are `UpperCamelCase`, everything else is `snake_case`. Keywords of Rust and names that
+//! generated code uses itself get a `_` at the end. The wire keeps the names of the IDSL.
+
+use heck::{ToSnakeCase, ToUpperCamelCase};
+
+const WORDS: [&str; 53] = [
+    "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
+    "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl",
+    "in", "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref",
+    "return", "self", "static", "struct", "super", "trait", "true", "try", "type", "typeof",
+    "union", "unsafe", "unsized", "use", "virtual", "where", "while", "yield", "Self",
+];
+
+/// Names that generated functions use for themselves.
+const LOCALS: [&str; 9] = [
+    "ctx", "worker", "request", "reader", "writer", "result", "case", "answer", "error",
+];
+
+/// A field, a function or a module.
+pub fn snake(name: &str) -> String {
+    let snake = name.to_snake_case();
+    let snake = if snake.is_empty() {
+        "_".to_owned() + name
+    } else if snake.starts_with(|c: char| c.is_ascii_digit()) {
+        "_".to_owned() + &snake
+    } else {
+        snake
+    };
+    if WORDS.contains(&snake.as_str()) {
+        snake + "_"
+    } else {
+        snake
+    }
+}
+
+/// Functions that every client or publisher has.
+const METHODS: [&str; 4] = ["is_connected", "new", "set_timeout", "subscribers"];
+
+/// An operation.
+pub fn method(name: &str) -> String {
+    let snake = snake(name);
+    if METHODS.contains(&snake.as_str()) {
+        snake + "_"
+    } else {
+        snake
+    }
+}
+
+/// A module of an interface or of types. Generated code has others of these names.
+pub fn module(name: &str) -> String {
+    let snake = snake(name);
+    if ["cdr", "std"].contains(&snake.as_str()) {
+        snake + "_"
+    } else {
+        snake
+    }
+}
+
+/// A parameter or a variable of a generated function.
+pub fn local(name: &str) -> String {
+    let snake = snake(name);
+    if LOCALS.contains(&snake.as_str()) {
+        snake + "_"
+    } else {
+        snake
+    }
+}
+
+/// A type, a trait or an enumerator. A name that could be one already stays as it is.
+pub fn camel(name: &str) -> String {
+    let is_camel = name.starts_with(|c: char| c.is_ascii_uppercase()) && !name.contains('_');
+    let shouts = name.len() > 1 && name.chars().all(|c| !c.is_ascii_lowercase());
+    let camel = if is_camel && !shouts {
+        name.to_owned()
+    } else {
+        name.to_upper_camel_case()
+    };
+    let camel = if camel.starts_with(|c: char| c.is_ascii_digit()) || camel.is_empty() {
+        format!("N{camel}")
+    } else {
+        camel
+    };
+    if WORDS.contains(&camel.as_str()) {
+        camel + "_"
+    } else {
+        camel
+    }
+}
+
+/// Types that generated code uses by their bare names.
+const TYPES: [&str; 16] = [
+    "Box",
+    "CallError",
+    "Cdr",
+    "DecodeError",
+    "Default",
+    "HandlerError",
+    "OpenError",
+    "Option",
+    "Reader",
+    "Request",
+    "Result",
+    "SendError",
+    "String",
+    "TypedClient",
+    "Vec",
+    "Writer",
+];
+
+/// A type or a trait of the generated crate.
+pub fn ty(name: &str) -> String {
+    let camel = camel(name);
+    if TYPES.contains(&camel.as_str()) {
+        camel + "_"
+    } else {
+        camel
+    }
+}
+
+/// A constant.
+pub fn shout(name: &str) -> String {
+    snake(name).trim_end_matches('_').to_uppercase()
+}
+
+/// The package of a component.
+pub fn package(component: &str) -> String {
+    component.to_snake_case()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_follow_rust() {
+        assert_eq!(snake("getLaserData"), "get_laser_data");
+        assert_eq!(snake("type"), "type_");
+        assert_eq!(snake("_1st"), "_1st");
+        assert_eq!(method("isConnected"), "is_connected_");
+        assert_eq!(local("request"), "request_");
+        assert_eq!(camel("datasayin"), "Datasayin");
+        assert_eq!(camel("TData"), "TData");
+        assert_eq!(camel("RGBDParams"), "RGBDParams");
+        assert_eq!(camel("IDLE_MODE"), "IdleMode");
+        assert_eq!(camel("None"), "None");
+        assert_eq!(camel("self"), "Self_");
+        assert_eq!(ty("result"), "Result_");
+        assert_eq!(ty("TResult"), "TResult");
+        assert_eq!(shout("sayHello"), "SAY_HELLO");
+    }
+}

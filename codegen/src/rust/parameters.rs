@@ -1,0 +1,140 @@
+//! Structures of Rust for the parameters of a component.
+
+use super::names;
+use crate::view;
+use heck::ToUpperCamelCase;
+use serde::Serialize;
+use std::collections::HashSet;
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Parameters {
+    /// What the checker of configurations reads, as the content of a raw string.
+    json: String,
+    /// The structures, the outermost last.
+    structs: Vec<Struct>,
+}
+
+#[derive(Debug, Serialize)]
+struct Struct {
+    name: String,
+    doc: Vec<String>,
+    fields: Vec<Field>,
+    /// Whether a field is shown to nobody.
+    hides: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Field {
+    /// The name in the `.pdsl`.
+    key: String,
+    name: String,
+    doc: Vec<String>,
+    ty: String,
+    /// The structure of a group, and of the elements of a list; else empty.
+    group: String,
+    list: bool,
+    array: bool,
+    /// The function that reads the value.
+    read: &'static str,
+    /// The type that the value is converted to; else empty.
+    cast: &'static str,
+    secret: bool,
+}
+
+pub(crate) fn of(parameters: &view::Parameters) -> Parameters {
+    let mut structs = Structs::default();
+    let doc = if parameters.doc.is_empty() {
+        vec![format!("The parameters `{}`.", parameters.name)]
+    } else {
+        parameters.doc.clone()
+    };
+    let name = structs.name("", "");
+    structs.add(name, doc, &parameters.members);
+    Parameters {
+        // `"#` could end a raw string. In JSON it is always part of a text, where a `#` may be written as an escape.
+        json: parameters.json.replace("\"#", "\"\\u0023"),
+        structs: structs.done,
+    }
+}
+
+#[derive(Default)]
+struct Structs {
+    done: Vec<Struct>,
+    /// The names of all of them, done or not.
+    names: HashSet<String>,
+}
+
+impl Structs {
+    /// `laser` becomes `LaserParams`, so that nobody takes it for the trait or the type `Laser`. The names of the
+    /// groups around it come first; where `a` in `b` and `b_a` would be one name, the second gets a number.
+    fn name(&mut self, owner: &str, parameter: &str) -> String {
+        let owner = owner.strip_suffix("Params").unwrap_or(owner);
+        let mut base = format!("{owner}{}", parameter.to_upper_camel_case());
+        if base.starts_with(|c: char| c.is_ascii_digit()) {
+            base.insert(0, 'N');
+        }
+        let numbered = (2..).map(|n| format!("{base}{n}Params"));
+        let mut all = std::iter::once(format!("{base}Params")).chain(numbered);
+        let name = all.find(|name| !self.names.contains(name));
+        let name = name.unwrap_or(base);
+        self.names.insert(name.clone());
+        name
+    }
+
+    fn add(&mut self, name: String, doc: Vec<String>, parameters: &[view::Parameter]) {
+        let fields = parameters.iter().map(|p| self.field(&name, p)).collect();
+        self.done.push(Struct {
+            name,
+            doc,
+            fields,
+            hides: parameters.iter().any(|p| p.secret),
+        });
+    }
+
+    fn field(&mut self, owner: &str, parameter: &view::Parameter) -> Field {
+        let key = &parameter.name;
+        let mut group = String::new();
+        if !parameter.members.is_empty() || matches!(parameter.kind, "group" | "list") {
+            group = self.name(owner, key);
+            let doc = match parameter.kind {
+                "list" => format!("One element of `{key}`."),
+                _ => format!("The group `{key}`."),
+            };
+            self.add(group.clone(), vec![doc], &parameter.members);
+        }
+        let (ty, read, cast) = match parameter.kind {
+            "bool" => ("bool", "bool", ""),
+            "int" => ("i32", "int", "i32"),
+            "long" => ("i64", "int", ""),
+            "float" => ("f32", "float", "f32"),
+            "double" => ("f64", "float", ""),
+            "string" => ("String", "text", ""),
+            "duration" => ("std::time::Duration", "duration", ""),
+            "path" => ("std::path::PathBuf", "path", ""),
+            _ => (group.as_str(), "", ""),
+        };
+        let list = parameter.kind == "list";
+        let ty = if parameter.array || list {
+            format!("Vec<{ty}>")
+        } else {
+            ty.to_owned()
+        };
+        let mut doc = parameter.doc.clone();
+        if !doc.is_empty() {
+            doc.push(String::new());
+        }
+        doc.push(format!("Allowed: {}.", parameter.allowed));
+        Field {
+            key: key.clone(),
+            name: names::snake(key),
+            doc,
+            ty,
+            group,
+            list,
+            array: parameter.array,
+            read,
+            cast,
+            secret: parameter.secret,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Types and values as Rust writes them.
+
+use super::names;
+use crate::view::library::{Member, Type, Value};
+
+/// How the path of a named type is written, from its module and its name in the IDSL.
+pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
+
+/// A type in the file of the module `home`: its own types by their bare names.
+pub(crate) fn in_module(home: &str) -> impl Fn(&str, &str) -> String {
+    move |module, name| {
+        let name = names::ty(name);
+        if module == home {
+            name
+        } else {
+            format!("crate::{}::{name}", names::module(module))
+        }
+    }
+}
+
+/// A type in the module of an interface, which lies in the one of its types.
+pub(crate) fn in_interface(home: &str) -> impl Fn(&str, &str) -> String {
+    move |module, name| {
+        let name = names::ty(name);
+        if module == home {
+            format!("super::{name}")
+        } else {
+            format!("crate::{}::{name}", names::module(module))
+        }
+    }
+}
+
+/// A type that owns its value.
+pub(crate) fn owned(ty: &Type, path: Path) -> String {
+    match ty {
+        Type::Primitive { name } => primitive(name).to_owned(),
+        Type::Text { .. } => "String".to_owned(),
+        Type::Sequence { element, .. } => format!("Vec<{}>", owned(element, path)),
+        Type::Array { element, length } => format!("[{}; {length}]", owned(element, path)),
+        Type::Dictionary { key, value } => format!(
+            "std::collections::BTreeMap<{}, {}>",
+            owned(key, path),
+            owned(value, path)
+        ),
+        Type::Named { module, name, .. } => path(module, name),
+    }
+}
+
+/// The same of a member, which may be optional.
+pub(crate) fn member(member: &Member, path: Path) -> String {
+    let ty = owned(&member.ty, path);
+    if member.optional {
+        format!("Option<{ty}>")
+    } else {
+        ty
+    }
+}
+
+/// How a client or a publisher takes a parameter: small values as they are, the rest by reference.
+pub(crate) fn borrowed(parameter: &Member, path: Path) -> String {
+    if parameter.optional {
+        return format!("&{}", member(parameter, path));
+    }
+    match parameter.ty.resolved() {
+        Type::Text { .. } => "&str".to_owned(),
+        Type::Sequence { element, .. } => format!("&[{}]", owned(element, path)),
+        ty if is_small(ty) => owned(&parameter.ty, path),
+        _ => format!("&{}", owned(&parameter.ty, path)),
+    }
+}
+
+/// Whether values are copied instead of borrowed.
+pub(crate) fn is_small(ty: &Type) -> bool {
+    matches!(
+        ty.resolved(),
+        Type::Primitive { .. } | Type::Named { of: "enum", .. }
+    )
+}
+
+/// The type of Rust for a primitive one.
+pub(crate) fn primitive(name: &str) -> &'static str {
+    match name {
+        "bool" => "bool",
+        "int8" => "i8",
+        "uint8" => "u8",
+        "int16" => "i16",
+        "uint16" => "u16",
+        "int32" => "i32",
+        "uint32" => "u32",
+        "int64" => "i64",
+        "uint64" => "u64",
+        "float32" => "f32",
+        _ => "f64",
+    }
+}
+
+/// A value that owns itself; a text is a `String`.
+pub(crate) fn value(value: &Value, path: Path) -> String {
+    match value.ty.resolved() {
+        Type::Text { .. } => format!("{:?}.to_owned()", value.text),
+        Type::Named { module, name, .. } => {
+            format!("{}::{}", path(module, name), names::camel(&value.text))
+        }
+        _ => value.text.clone(),
+    }
+}

@@ -1,0 +1,260 @@
+//! One component: its slots, its middlewares, what it is built from.
+
+use super::library::{self, Module};
+use super::{Parameters, parameters};
+use crate::note::Note;
+use crate::project::Project;
+use crate::ros;
+use rc_cdsl::model::{self, Backend, Role};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_idsl::Library;
+use rc_idsl::model::Operation;
+use serde::Serialize;
+use std::time::Duration;
+
+/// A component.
+#[derive(Debug, Serialize)]
+pub struct Component {
+    /// The name after `Component`.
+    pub name: String,
+    /// The name of the `.cdsl` file.
+    pub file: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// The hash of all description files, sixteen hexadecimal digits.
+    pub hash: String,
+    /// The middleware of every slot that does not choose one.
+    pub middleware: String,
+    /// All middlewares of the component, this one first.
+    pub middlewares: Vec<String>,
+    /// What tools find in the executable, as the content of a string of bytes.
+    pub note: String,
+    /// The default period.
+    pub period: Time,
+    /// The slots, in the order of the text.
+    pub slots: Vec<Slot>,
+    /// The modules that the imports reach, each after those that it imports.
+    pub modules: Vec<Module>,
+    /// The parameters, if the component has some.
+    pub parameters: Option<Parameters>,
+    /// The JSON Schema of a configuration.
+    #[serde(skip)]
+    pub schema: String,
+    /// The packages of other people that the component uses.
+    pub dependencies: Vec<Dependency>,
+}
+
+/// A package of somebody else.
+#[derive(Debug, Serialize)]
+pub struct Dependency {
+    /// Its name.
+    pub package: String,
+    /// Its version, or its path from the folder of the `.cdsl`.
+    pub version: String,
+}
+
+/// A length of time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Time {
+    /// Whole seconds.
+    pub seconds: u64,
+    /// The rest, below one second.
+    pub nanoseconds: u32,
+}
+
+impl From<Duration> for Time {
+    fn from(time: Duration) -> Self {
+        Self {
+            seconds: time.as_secs(),
+            nanoseconds: time.subsec_nanos(),
+        }
+    }
+}
+
+/// One end of a connection.
+#[derive(Debug, Serialize)]
+pub struct Slot {
+    /// The name, unique in the component.
+    pub name: String,
+    /// `implements`, `requires`, `publishes` or `subscribesTo`.
+    pub role: &'static str,
+    /// Whether handlers of the worker serve it.
+    pub receives: bool,
+    /// Whether the worker calls or publishes through it.
+    pub sends: bool,
+    /// The name of the interface.
+    pub interface: String,
+    /// The module of the interface.
+    pub module: String,
+    /// The hash of the whole interface, sixteen hexadecimal digits.
+    pub type_hash: String,
+    /// The middleware, if it differs from the component's.
+    pub middleware: Option<&'static str>,
+    /// Where the quality of service differs from the role's default.
+    pub qos: Qos,
+    /// Whether samples or replies travel in place.
+    pub in_place: bool,
+    /// The names that the middleware has for the types of the operations, if it has its own.
+    pub external_types: Vec<String>,
+}
+
+/// Deviations from a role's default quality of service.
+#[derive(Debug, Serialize)]
+pub struct Qos {
+    /// `reliable` or `best_effort`.
+    pub reliability: Option<&'static str>,
+    /// `transient_local` or `volatile`.
+    pub durability: Option<&'static str>,
+    /// The number of samples that a queue holds.
+    pub depth: Option<u32>,
+    /// The longest time between two samples.
+    pub deadline: Option<Time>,
+    /// How long a sample is of use.
+    pub lifespan: Option<Time>,
+    /// The longest time without a sign of life.
+    pub liveliness: Option<Time>,
+    /// The longest time of a call.
+    pub timeout: Option<Time>,
+    /// How long a waiting end stays awake before it sleeps.
+    pub spin: Option<Time>,
+}
+
+/// The view of a project that has no errors, for a middleware.
+pub fn of(project: &Project, middleware: Backend) -> (Component, Diagnostics) {
+    let mut found = Diagnostics::new();
+    let component = &project.component;
+    let library = &component.library;
+    check_language(project, &mut found);
+    // Slots that choose ROS 2 were checked when the component was read.
+    if middleware == Backend::Ros2 {
+        found.extend(ros::refused(library));
+    }
+    let mut middlewares = vec![middleware.word().to_owned()];
+    for backend in component.slots.iter().filter_map(|slot| slot.backend) {
+        if !middlewares.iter().any(|word| word == backend.word()) {
+            middlewares.push(backend.word().to_owned());
+        }
+    }
+    let note = Note {
+        component: component.name.text.clone(),
+        model: format!("{:016x}", project.hash),
+        middleware: middleware.word().to_owned(),
+    };
+    let slots = component.slots.iter();
+    let dependencies = component.dependencies.iter();
+    let file = project.path.file_name().unwrap_or_default();
+    let view = Component {
+        name: component.name.text.clone(),
+        file: file.to_string_lossy().into_owned(),
+        doc: component.doc.clone(),
+        hash: note.model.clone(),
+        middleware: note.middleware.clone(),
+        middlewares,
+        note: note.to_byte_string(),
+        period: component.period.into(),
+        slots: slots.map(|slot| one(library, slot, middleware)).collect(),
+        modules: library::of(library),
+        parameters: project.parameters.as_ref().map(parameters::of),
+        schema: schema(project),
+        dependencies: dependencies
+            .map(|(package, version)| Dependency {
+                package: package.text.clone(),
+                version: version.text.clone(),
+            })
+            .collect(),
+    };
+    (view, found)
+}
+
+impl Component {
+    /// The interface of a slot.
+    pub fn interface(&self, slot: &Slot) -> Option<&library::Interface> {
+        let module = self.modules.iter().find(|m| m.name == slot.module)?;
+        module.interfaces.iter().find(|i| i.name == slot.interface)
+    }
+}
+
+fn one(library: &Library, slot: &model::Slot, middleware: Backend) -> Slot {
+    let interface = library.interface(slot.interface);
+    // An interface without operations is a connection, but nobody can handle or publish anything.
+    let any = !interface.operations.is_empty();
+    let backend = slot.backend.unwrap_or(middleware);
+    Slot {
+        name: slot.name.clone(),
+        role: slot.role.word(),
+        receives: any && matches!(slot.role, Role::Implements | Role::SubscribesTo),
+        sends: slot.role == Role::Requires || (any && slot.role == Role::Publishes),
+        interface: interface.name.text.clone(),
+        module: library.module(interface.module).name.text.clone(),
+        type_hash: format!(
+            "{:016x}",
+            rc_idsl::canonical::interface_hash(library, slot.interface)
+        ),
+        middleware: (backend != middleware).then(|| backend.word()),
+        qos: qos(&slot.qos),
+        in_place: slot.qos.in_place,
+        external_types: match backend {
+            Backend::Ros2 => external_types(library, slot),
+            _ => Vec::new(),
+        },
+    }
+}
+
+fn qos(qos: &model::Qos) -> Qos {
+    let word = |choice: Option<bool>, yes: &'static str, no: &'static str| {
+        choice.map(|choice| if choice { yes } else { no })
+    };
+    Qos {
+        reliability: word(qos.reliable, "reliable", "best_effort"),
+        durability: word(qos.transient_local, "transient_local", "volatile"),
+        depth: qos.depth,
+        deadline: qos.deadline.map(Time::from),
+        lifespan: qos.lifespan.map(Time::from),
+        liveliness: qos.liveliness.map(Time::from),
+        timeout: qos.timeout.map(Time::from),
+        spin: qos.spin.map(Time::from),
+    }
+}
+
+/// The types of the operations of a slot in ROS 2.
+fn external_types(library: &Library, slot: &model::Slot) -> Vec<String> {
+    let name = |operation: &Operation| {
+        if slot.role.is_topic() {
+            ros::names::topic_type(library, slot.interface, operation)
+        } else {
+            ros::names::service_type(library, slot.interface, operation)
+        }
+    };
+    let operations = &library.interface(slot.interface).operations;
+    operations.iter().map(|o| name(o).to_string()).collect()
+}
+
+fn schema(project: &Project) -> String {
+    let component = &project.component;
+    let library = &component.library;
+    let slots = component.slots.iter().map(|slot| {
+        let interface = library.interface(slot.interface);
+        let module = &library.module(interface.module).name.text;
+        let word = slot.role.word();
+        let what = format!("{word} `{module}::{}`", interface.name.text);
+        rc_configuration::Slot {
+            name: &slot.name,
+            what,
+        }
+    });
+    rc_configuration::schema(
+        &component.name.text,
+        component.period,
+        &slots.collect::<Vec<_>>(),
+        project.parameters.as_ref(),
+    )
+}
+
+fn check_language(project: &Project, found: &mut Diagnostics) {
+    let language = &project.component.language;
+    if language.text != "rust" {
+        let message = format!("there are no templates for `{}` yet", language.text);
+        let help = "generate Rust with `--language rust`; the file stays as it is";
+        found.push(Diagnostic::error("no-templates", language.span, message).help(help));
+    }
+}

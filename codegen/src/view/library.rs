@@ -1,0 +1,458 @@
+//! The types and interfaces of IDSL modules, neutral of the language that they are printed in.
+
+use super::checks::{self, Check};
+use super::in_place::{self, Structure};
+use rc_idsl::Library;
+use rc_idsl::model::{self, InterfaceId, ModuleId, Pattern, Primitive, TypeDeclKind, TypeId};
+use rc_syntax::{Literal, LiteralKind};
+use serde::Serialize;
+
+/// One IDSL module.
+#[derive(Debug, Serialize)]
+pub struct Module {
+    /// The name after `module`.
+    pub name: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// The constants, in the order of the text.
+    pub constants: Vec<Constant>,
+    /// The types, in the order of the text.
+    pub types: Vec<TypeDecl>,
+    /// The interfaces, in the order of the text.
+    pub interfaces: Vec<Interface>,
+}
+
+/// A constant.
+#[derive(Debug, Serialize)]
+pub struct Constant {
+    /// The name in the IDSL.
+    pub name: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// A primitive type or a text.
+    #[serde(rename = "type")]
+    pub ty: Type,
+    /// The value.
+    pub value: Value,
+}
+
+/// The value of a constant, or a default.
+#[derive(Debug, Serialize)]
+pub struct Value {
+    /// The type behind aliases.
+    #[serde(rename = "type")]
+    pub ty: Type,
+    /// A number or a `bool` in decimal notation, a text without quotes, or the name of an enumerator.
+    pub text: String,
+}
+
+/// A type with a name.
+#[derive(Debug, Serialize)]
+pub struct TypeDecl {
+    /// The name in the IDSL.
+    pub name: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// What the type is.
+    #[serde(flatten)]
+    pub kind: Kind,
+    /// The structures that hold values of this type in shared memory, each after those that it contains. Empty for
+    /// a type whose size depends on its value.
+    pub in_place: Vec<Structure>,
+}
+
+/// The kinds of named types.
+#[derive(Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Kind {
+    /// Numbers with names; an int32 on the wire.
+    Enum {
+        /// The enumerators.
+        values: Vec<Enumerator>,
+    },
+    /// Members in order.
+    Struct {
+        /// The members.
+        members: Vec<Member>,
+    },
+    /// An error that an operation may answer with.
+    Exception {
+        /// The members, those of the base first.
+        members: Vec<Member>,
+    },
+    /// Another name for a type.
+    Alias {
+        /// This type.
+        target: Type,
+    },
+}
+
+/// An enumerator.
+#[derive(Debug, Serialize)]
+pub struct Enumerator {
+    /// The name in the IDSL.
+    pub name: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// The number on the wire.
+    pub number: i32,
+}
+
+/// A member of a type, or a parameter of an operation.
+#[derive(Debug, Serialize)]
+pub struct Member {
+    /// The name in the IDSL.
+    pub name: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// The type of the value, if there is one.
+    #[serde(rename = "type")]
+    pub ty: Type,
+    /// Whether the value may be missing.
+    pub optional: bool,
+    /// The unit of the number.
+    pub unit: Option<String>,
+    /// The allowed values, as a reader is told them: "0 to 100".
+    pub range: Option<String>,
+    /// The value where nobody gives one.
+    pub default: Option<Value>,
+    /// What a writer and a reader check.
+    pub checks: Vec<Check>,
+}
+
+/// A type where it is used.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Type {
+    /// A number or a `bool`: `bool`, `int8`, `uint8` … `uint64`, `float32`, `float64`.
+    Primitive {
+        /// One of these words.
+        name: &'static str,
+    },
+    /// Text in UTF-8.
+    Text {
+        /// The largest number of bytes.
+        bound: Option<u32>,
+    },
+    /// Any number of elements.
+    Sequence {
+        /// Their type.
+        element: Box<Type>,
+        /// The largest number of elements.
+        bound: Option<u32>,
+    },
+    /// A fixed number of elements.
+    Array {
+        /// Their type.
+        element: Box<Type>,
+        /// The number of elements.
+        length: u32,
+    },
+    /// Pairs of key and value.
+    Dictionary {
+        /// The type of keys.
+        key: Box<Type>,
+        /// The type of values.
+        value: Box<Type>,
+    },
+    /// A type with a name.
+    Named {
+        /// Its module.
+        module: String,
+        /// Its name in the IDSL.
+        name: String,
+        /// `enum`, `struct`, `exception` or `alias`.
+        of: &'static str,
+        /// The type behind an alias.
+        target: Option<Box<Type>>,
+    },
+}
+
+/// An interface.
+#[derive(Debug, Serialize)]
+pub struct Interface {
+    /// The name in the IDSL.
+    pub name: String,
+    /// Its module.
+    pub module: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// Whether components may implement and require it.
+    pub calls: bool,
+    /// Whether components may publish it and subscribe to it.
+    pub topics: bool,
+    /// The operations, in the order of the text.
+    pub operations: Vec<Operation>,
+}
+
+/// An operation.
+#[derive(Debug, Serialize)]
+pub struct Operation {
+    /// The name in the IDSL.
+    pub name: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// The hash of the name, which is the discriminator in the envelope of a call.
+    pub id: i32,
+    /// The hash of the types, sixteen hexadecimal digits.
+    pub type_hash: String,
+    /// Whether a call waits for a reply.
+    pub two_way: bool,
+    /// The parameters that go in.
+    pub inputs: Vec<Member>,
+    /// The parameters that come out.
+    pub outputs: Vec<Member>,
+    /// The type of the returned value.
+    pub result: Option<Type>,
+    /// What a writer and a reader of this value check.
+    pub result_checks: Vec<Check>,
+    /// The exceptions that a reply may hold.
+    pub throws: Vec<Exception>,
+    /// The type of the only parameter, where a sample of the topic can travel in place.
+    pub sample_in_place: Option<Type>,
+    /// The type of the only result, where it can travel in place.
+    pub result_in_place: Option<Type>,
+}
+
+/// An exception of an operation.
+#[derive(Debug, Serialize)]
+pub struct Exception {
+    /// Its type.
+    #[serde(rename = "type")]
+    pub ty: Type,
+    /// The hash of its name, which is the discriminator in the envelope of a reply.
+    pub id: i32,
+}
+
+/// The view of all modules of a library.
+pub fn of(library: &Library) -> Vec<Module> {
+    let mut known = in_place::Known::new();
+    (0..library.modules.len())
+        .map(|at| module(library, ModuleId(at), &mut known))
+        .collect()
+}
+
+fn module(library: &Library, id: ModuleId, known: &mut in_place::Known) -> Module {
+    let module = library.module(id);
+    let constants = module.consts.iter().map(|constant| Constant {
+        name: constant.name.text.clone(),
+        doc: constant.doc.clone(),
+        ty: of_type(library, &constant.ty),
+        value: value(library, &constant.ty, &constant.value),
+    });
+    Module {
+        name: module.name.text.clone(),
+        doc: module.doc.clone(),
+        constants: constants.collect(),
+        types: module
+            .types
+            .iter()
+            .map(|id| decl(library, *id, known))
+            .collect(),
+        interfaces: module
+            .interfaces
+            .iter()
+            .map(|id| interface(library, *id))
+            .collect(),
+    }
+}
+
+fn decl(library: &Library, id: TypeId, known: &mut in_place::Known) -> TypeDecl {
+    let decl = library.ty(id);
+    let members = |members: &[model::Member]| members.iter().map(|m| member(library, m)).collect();
+    TypeDecl {
+        name: decl.name.text.clone(),
+        doc: decl.doc.clone(),
+        kind: match &decl.kind {
+            TypeDeclKind::Enum(values) => Kind::Enum {
+                values: values
+                    .iter()
+                    .map(|value| Enumerator {
+                        name: value.name.text.clone(),
+                        doc: value.doc.clone(),
+                        number: value.value,
+                    })
+                    .collect(),
+            },
+            TypeDeclKind::Struct(all) => Kind::Struct {
+                members: members(all),
+            },
+            TypeDeclKind::Exception(all) => Kind::Exception {
+                members: members(all),
+            },
+            TypeDeclKind::Alias(target) => Kind::Alias {
+                target: of_type(library, target),
+            },
+        },
+        in_place: in_place::of(library, id, known),
+    }
+}
+
+/// A member or a parameter.
+pub(super) fn member(library: &Library, member: &model::Member) -> Member {
+    Member {
+        name: member.name.text.clone(),
+        doc: member.doc.clone(),
+        ty: of_type(library, &member.ty),
+        optional: member.optional,
+        unit: member.unit.clone(),
+        range: checks::range_text(member),
+        default: member
+            .default
+            .as_ref()
+            .map(|literal| value(library, &member.ty, literal)),
+        checks: checks::of(library, member),
+    }
+}
+
+/// A type where it is used.
+pub(super) fn of_type(library: &Library, ty: &model::Type) -> Type {
+    let boxed = |ty: &model::Type| Box::new(of_type(library, ty));
+    match ty {
+        model::Type::Primitive(primitive) => Type::Primitive {
+            name: primitive_word(*primitive),
+        },
+        model::Type::String(bound) => Type::Text { bound: *bound },
+        model::Type::Sequence(element, bound) => Type::Sequence {
+            element: boxed(element),
+            bound: *bound,
+        },
+        model::Type::Array(element, length) => Type::Array {
+            element: boxed(element),
+            length: *length,
+        },
+        model::Type::Dictionary(key, value) => Type::Dictionary {
+            key: boxed(key),
+            value: boxed(value),
+        },
+        model::Type::Named(id) => named(library, *id),
+    }
+}
+
+fn named(library: &Library, id: TypeId) -> Type {
+    let decl = library.ty(id);
+    let (of, target) = match &decl.kind {
+        TypeDeclKind::Enum(_) => ("enum", None),
+        TypeDeclKind::Struct(_) => ("struct", None),
+        TypeDeclKind::Exception(_) => ("exception", None),
+        TypeDeclKind::Alias(target) => ("alias", Some(Box::new(of_type(library, target)))),
+    };
+    Type::Named {
+        module: library.module(decl.module).name.text.clone(),
+        name: decl.name.text.clone(),
+        of,
+        target,
+    }
+}
+
+/// The word of a primitive type.
+pub(super) fn primitive_word(primitive: Primitive) -> &'static str {
+    match primitive {
+        Primitive::Bool => "bool",
+        Primitive::I8 => "int8",
+        Primitive::U8 => "uint8",
+        Primitive::I16 => "int16",
+        Primitive::U16 => "uint16",
+        Primitive::I32 => "int32",
+        Primitive::U32 => "uint32",
+        Primitive::I64 => "int64",
+        Primitive::U64 => "uint64",
+        Primitive::F32 => "float32",
+        Primitive::F64 => "float64",
+    }
+}
+
+fn value(library: &Library, ty: &model::Type, literal: &Literal) -> Value {
+    let ty = library.resolved(ty);
+    let float = matches!(ty, model::Type::Primitive(p) if p.is_float());
+    Value {
+        ty: of_type(library, ty),
+        text: match &literal.kind {
+            LiteralKind::Int(value) if float => format!("{value}.0"),
+            LiteralKind::Int(value) => value.to_string(),
+            LiteralKind::Float(value) => format!("{value:?}"),
+            LiteralKind::Bool(value) => value.to_string(),
+            LiteralKind::String(value) | LiteralKind::Name(value) => value.clone(),
+            LiteralKind::Duration(value) => value.to_string(),
+        },
+    }
+}
+
+fn interface(library: &Library, id: InterfaceId) -> Interface {
+    let interface = library.interface(id);
+    let mut operations = interface.operations.iter();
+    let calls = operations.all(|o| o.explicit_pattern != Some(Pattern::Publish));
+    let mut operations = interface.operations.iter();
+    let is_topic = |o: &model::Operation| match o.explicit_pattern {
+        Some(pattern) => pattern == Pattern::Publish,
+        None => !o.has_result(),
+    };
+    let topics = !interface.operations.is_empty() && operations.all(is_topic);
+    Interface {
+        name: interface.name.text.clone(),
+        module: library.module(interface.module).name.text.clone(),
+        doc: interface.doc.clone(),
+        calls,
+        topics,
+        operations: interface
+            .operations
+            .iter()
+            .map(|o| operation(library, id, o))
+            .collect(),
+    }
+}
+
+fn operation(library: &Library, id: InterfaceId, operation: &model::Operation) -> Operation {
+    let two_way = operation.call_pattern() == Pattern::Query;
+    let members = |all: &[model::Member]| all.iter().map(|m| member(library, m)).collect();
+    let exception = |id: &TypeId| Exception {
+        ty: named(library, *id),
+        id: super::rpc_hash(&library.ty(*id).name.text),
+    };
+    let sample = operation.topic_in_place(library).filter(|_| !two_way);
+    let result = operation.result_in_place(library).filter(|_| two_way);
+    Operation {
+        name: operation.name.text.clone(),
+        doc: operation.doc.clone(),
+        id: super::rpc_hash(&operation.name.text),
+        type_hash: format!(
+            "{:016x}",
+            rc_idsl::canonical::operation_hash(library, id, operation)
+        ),
+        two_way,
+        inputs: members(&operation.inputs),
+        outputs: members(&operation.outputs),
+        result: operation.result.as_ref().map(|ty| of_type(library, ty)),
+        result_checks: operation
+            .result
+            .as_ref()
+            .map(|ty| checks::bounds(library, ty))
+            .unwrap_or_default(),
+        throws: operation.throws.iter().map(exception).collect(),
+        sample_in_place: sample.map(|id| named(library, id)),
+        result_in_place: result.map(|id| named(library, id)),
+    }
+}
+
+impl Type {
+    /// The type behind aliases.
+    pub fn resolved(&self) -> &Self {
+        match self {
+            Self::Named {
+                target: Some(target),
+                ..
+            } => target.resolved(),
+            other => other,
+        }
+    }
+
+    /// The modules and names of the named types that stand in it.
+    pub fn named(&self) -> Vec<(&str, &str)> {
+        match self {
+            Self::Named { module, name, .. } => vec![(module, name)],
+            Self::Sequence { element, .. } | Self::Array { element, .. } => element.named(),
+            Self::Dictionary { key, value } => [key.named(), value.named()].concat(),
+            Self::Primitive { .. } | Self::Text { .. } => Vec::new(),
+        }
+    }
+}
