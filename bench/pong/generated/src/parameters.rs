@@ -11,24 +11,24 @@ pub(crate) const SCHEMA: &str = r###"{"name":"pong","parameters":[{"name":"sent"
 pub struct Params {
     /// When the change was sent; 0 asks for what was measured.
     ///
-    /// Allowed: a whole number of 64 bits, at least 0, in ns.
+    /// Allowed: an integer of 64 bits, at least 0, in ns.
     pub sent: i64,
     /// Some more, as a component has them.
     ///
-    /// Allowed: a text in quotes.
+    /// Allowed: a string.
     pub name: String,
     /// Allowed: a number of 64 bits, from 0 to 10.
     pub gain: f64,
     /// Allowed: a number of 64 bits, from 0 to 10.
     pub limit: f64,
-    /// Allowed: a text in quotes, one of "slow", "fast".
+    /// Allowed: a string, one of "slow", "fast".
     pub mode: String,
     /// Allowed: an array, 1 to 8 elements, each a number of 64 bits, from 0 to 1.
     pub weights: Vec<f64>,
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             sent: values.int("sent"),

@@ -25,7 +25,7 @@ pub struct Params {
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             safe_distance: values.float("safe_distance") as f32,

@@ -4,23 +4,25 @@
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::slots;
-use rc_runtime::middleware::Reader;
-use rc_runtime::middleware::typed::{HandlerError, Request};
-use rc_runtime::{Component, Core, Embedded, ParamChange, Ports, StartError, Values, WorkerError};
+use rc_runtime::middleware::typed::HandlerError;
+use rc_runtime::middleware::typed::Request;
+use rc_runtime::{
+    Component, Core, Embedded, ParamChange, Ports, StartError, Values, WorkerError,
+};
 use std::process::ExitCode;
 
-/// What every worker does. `compute` runs on its period; an error of it is logged and counted, and the next
-/// period comes.
+/// The worker of the component. The runtime calls all functions on one thread. It logs and counts an error of
+/// `compute` and continues with the next period.
 pub trait Worker: Sized {
-    /// Makes the worker when its connections are open.
+    /// Creates the worker when its clients and publishers are open.
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError>;
 
     /// Runs once a period.
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError>;
 
-    /// Parameters were changed while the component runs; `ctx.params` has the new values already. An error refuses the
-    /// change: it is the answer to who asked, `ctx.params` has the old values again, and nothing has changed. Called
-    /// between two computes or handlers, with all changes that were made at once.
+    /// Runs after parameters of the running component changed, with all changes of one request. `ctx.params` holds the
+    /// new values. Return an error to reject the request: the requester receives it, and `ctx.params` gets the
+    /// old values back.
     fn params_changed(
         &mut self,
         ctx: &mut Context,
@@ -40,8 +42,8 @@ pub trait Worker: Sized {
         let _ = ctx;
     }
 
-    /// Runs once before the component ends. What it commands and publishes still goes out: motors are stopped here. Queries
-    /// end with `CallError::Stopping` where somebody stops the component; nobody executes them.
+    /// Runs once before the component ends. It can still send commands and publish, for example to stop motors. A query
+    /// returns `CallError::Stopping` while the component stops.
     fn finalize(&mut self, ctx: &mut Context) {
         let _ = ctx;
     }
@@ -52,35 +54,29 @@ struct Adapter<W> {
     ctx: Context,
 }
 
-/// Runs the component with the command line of this process, until it ends.
-pub fn run<W>() -> ExitCode
-where
-    W: Worker,
-    W: slots::Camera,
-{
+/// Runs the component with the command line of this process until it ends.
+pub fn run<W: Worker + slots::Camera>() -> ExitCode {
     rc_runtime::run(&DESCRIPTION, start::<W>)
 }
 
 /// Runs the component on a thread of this process, with a command line as for its binary: for tests.
-pub fn embed<W>(args: &[&str]) -> Result<Embedded, StartError>
-where
-    W: Worker + 'static,
-    W: slots::Camera,
-{
+pub fn embed<W: Worker + slots::Camera + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker>(core: Core, ports: &Ports, values: &Values) -> Result<Adapter<W>, StartError> {
+fn start<W: Worker>(
+    core: Core,
+    ports: &Ports,
+    values: &Values,
+) -> Result<Adapter<W>, StartError> {
     let mut ctx = Context::new(core, ports, values)?;
     let worker = W::initialize(&mut ctx)?;
     Ok(Adapter { worker, ctx })
 }
 
-impl<W> Component for Adapter<W>
-where
-    W: Worker,
-    W: slots::Camera,
-{
+impl<W: Worker + slots::Camera> Component for Adapter<W> {
     fn core(&mut self) -> &mut Core {
         self.ctx.core()
     }
@@ -93,7 +89,10 @@ where
         self.ctx.set_parameters(values);
     }
 
-    fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
+    fn parameters_changed(
+        &mut self,
+        changes: &[ParamChange],
+    ) -> Result<(), WorkerError> {
         Worker::params_changed(&mut self.worker, &mut self.ctx, changes)
     }
 
@@ -113,20 +112,14 @@ where
         self.ctx.sending_peers(peers);
     }
 
-    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        slot: usize,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         match slot {
             0 => slots::camera::serve(&mut self.worker, &mut self.ctx, request),
             _ => request.unknown(),
         }
-    }
-
-    fn receive(
-        &mut self,
-        slot: usize,
-        operation: usize,
-        reader: &mut Reader<'_>,
-    ) -> Result<(), HandlerError> {
-        let _ = (slot, operation, reader);
-        Err(HandlerError("nothing is subscribed to".to_owned()))
     }
 }

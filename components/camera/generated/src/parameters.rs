@@ -9,18 +9,18 @@ pub(crate) const SCHEMA: &str = r###"{"name":"camera","parameters":[{"name":"wid
 /// The parameters `camera`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// Allowed: a whole number of 32 bits, from 1 to 4096, in px.
+    /// Allowed: an integer of 32 bits, from 1 to 4096, in px.
     pub width: i32,
-    /// Allowed: a whole number of 32 bits, from 1 to 4096, in px.
+    /// Allowed: an integer of 32 bits, from 1 to 4096, in px.
     pub height: i32,
     /// Points in a cloud.
     ///
-    /// Allowed: a whole number of 32 bits, from 0 to 100000.
+    /// Allowed: an integer of 32 bits, from 0 to 100000.
     pub points: i32,
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             width: values.int("width") as i32,

@@ -18,7 +18,7 @@ pub struct SineParams {
 }
 
 impl SineParams {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             amplitude: values.float("amplitude") as f32,
@@ -32,11 +32,11 @@ impl SineParams {
 pub struct Params {
     /// The motor of the joint, as the bus calls it.
     ///
-    /// Allowed: a text in quotes.
+    /// Allowed: a string.
     pub motor: String,
     /// What the joint does: a sine about the middle of its range, or one way point after the other.
     ///
-    /// Allowed: a text in quotes, one of "sine", "way_points".
+    /// Allowed: a string, one of "sine", "way_points".
     pub motion: String,
     /// How fast it may move, as a part of what its motor can.
     ///
@@ -55,18 +55,14 @@ pub struct Params {
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             motor: values.text("motor"),
             motion: values.text("motion"),
             speed: values.float("speed") as f32,
             sine: SineParams::from_values(values.group("sine")),
-            way_points: values
-                .floats("way_points")
-                .iter()
-                .map(|v| *v as f32)
-                .collect(),
+            way_points: values.floats("way_points").iter().map(|v| *v as f32).collect(),
             tolerance: values.float("tolerance") as f32,
         }
     }

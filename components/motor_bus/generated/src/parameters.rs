@@ -11,11 +11,11 @@ pub(crate) const SCHEMA: &str = r###"{"name":"motor_bus","parameters":[{"name":"
 pub struct MotorsParams {
     /// What others call it.
     ///
-    /// Allowed: a text in quotes.
+    /// Allowed: a string.
     pub name: String,
     /// Its number on the bus.
     ///
-    /// Allowed: a whole number of 32 bits, from 0 to 127.
+    /// Allowed: an integer of 32 bits, from 0 to 127.
     pub id: i32,
     /// How far it turns back. Neither limit can be put where the motor would have to move to keep it.
     ///
@@ -41,12 +41,12 @@ pub struct MotorsParams {
     pub inverted: bool,
     /// What the motor counts in one revolution.
     ///
-    /// Allowed: a whole number of 32 bits, from 1 to 1000000.
+    /// Allowed: an integer of 32 bits, from 1 to 1000000.
     pub steps: i32,
 }
 
 impl MotorsParams {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             name: values.text("name"),
@@ -67,9 +67,9 @@ impl MotorsParams {
 pub struct Params {
     /// Where the bus is connected; the simulated one is connected nowhere.
     ///
-    /// Allowed: a text in quotes.
+    /// Allowed: a string.
     pub device: String,
-    /// Allowed: a whole number of 32 bits, one of 9600, 57600, 115200, 1000000, in Bd.
+    /// Allowed: an integer of 32 bits, one of 9600, 57600, 115200, 1000000, in Bd.
     pub baud_rate: i32,
     /// The motors on the bus.
     ///
@@ -78,16 +78,12 @@ pub struct Params {
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             device: values.text("device"),
             baud_rate: values.int("baud_rate") as i32,
-            motors: values
-                .list("motors")
-                .iter()
-                .map(MotorsParams::from_values)
-                .collect(),
+            motors: values.list("motors").iter().map(MotorsParams::from_values).collect(),
         }
     }
 }

@@ -11,24 +11,24 @@ pub(crate) const SCHEMA: &str = r###"{"name":"pose_monitor","parameters":[{"name
 pub struct Params {
     /// The floor on which the robot moves. A relative path starts at the working directory.
     ///
-    /// Allowed: a path in quotes.
+    /// Allowed: a path as a string.
     pub map: std::path::PathBuf,
     /// Where the picture goes at the end; empty for none.
     ///
-    /// Allowed: a path in quotes.
+    /// Allowed: a path as a string.
     pub svg: std::path::PathBuf,
     /// Where every pose goes as a line `n,x,y,heading`; empty for none.
     ///
-    /// Allowed: a path in quotes.
+    /// Allowed: a path as a string.
     pub trace: std::path::PathBuf,
     /// After so many poses the component asks to stop; 0 for never.
     ///
-    /// Allowed: a whole number of 32 bits, at least 0.
+    /// Allowed: an integer of 32 bits, at least 0.
     pub samples: i32,
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             map: values.path("map"),

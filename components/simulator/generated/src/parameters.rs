@@ -18,7 +18,7 @@ pub struct RobotParams {
 }
 
 impl RobotParams {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             radius: values.float("radius"),
@@ -31,7 +31,7 @@ impl RobotParams {
 /// The group `laser`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaserParams {
-    /// Allowed: a whole number of 32 bits, from 2 to 4000.
+    /// Allowed: an integer of 32 bits, from 2 to 4000.
     pub beams: i32,
     /// Allowed: a number of 64 bits, from 0.1 to 6.283185307179586, in rad.
     pub field_of_view: f64,
@@ -44,7 +44,7 @@ pub struct LaserParams {
 }
 
 impl LaserParams {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             beams: values.int("beams") as i32,
@@ -60,11 +60,11 @@ impl LaserParams {
 pub struct Params {
     /// The floor: see maps/house.map. A relative path starts at the working directory.
     ///
-    /// Allowed: a path in quotes.
+    /// Allowed: a path as a string.
     pub map: std::path::PathBuf,
     /// Simulated time that passes in one step.
     ///
-    /// Allowed: a time like "50ms", or a number of milliseconds.
+    /// Allowed: a duration such as "50ms", or a number of milliseconds.
     pub step: std::time::Duration,
     /// One step for each setSpeedBase instead of one for each compute. With the avoider's lockstep a run is then the
     /// same on every machine.
@@ -73,7 +73,7 @@ pub struct Params {
     pub lockstep: bool,
     /// What the noise begins with; the same seed gives the same noise.
     ///
-    /// Allowed: a whole number of 64 bits.
+    /// Allowed: an integer of 64 bits.
     pub seed: i64,
     /// Allowed: a table.
     pub robot: RobotParams,
@@ -82,7 +82,7 @@ pub struct Params {
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             map: values.path("map"),

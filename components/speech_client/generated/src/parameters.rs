@@ -11,7 +11,7 @@ pub(crate) const SCHEMA: &str = r###"{"name":"speech_client","parameters":[{"nam
 pub struct Params {
     /// What is said, in this order.
     ///
-    /// Allowed: an array, 1 to 100 elements, each a text in quotes.
+    /// Allowed: an array, 1 to 100 elements, each a string.
     pub sentences: Vec<String>,
     /// Whether the voice announces every word when it speaks it.
     ///
@@ -24,7 +24,7 @@ pub struct Params {
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             sentences: values.texts("sentences"),

@@ -11,16 +11,16 @@ pub(crate) const SCHEMA: &str = r###"{"name":"speech_server","parameters":[{"nam
 pub struct Params {
     /// How long one character takes.
     ///
-    /// Allowed: a time like "50ms", or a number of milliseconds.
+    /// Allowed: a duration such as "50ms", or a number of milliseconds.
     pub per_character: std::time::Duration,
     /// How many texts may wait; one more is refused.
     ///
-    /// Allowed: a whole number of 32 bits, from 1 to 1000.
+    /// Allowed: an integer of 32 bits, from 1 to 1000.
     pub queue: i32,
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             per_character: values.duration("per_character"),

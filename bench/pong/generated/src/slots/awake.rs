@@ -29,8 +29,5 @@ fn answer_echo<W: Awake>(
 ) -> Result<(), HandlerError> {
     let data = request.arguments(&echo::ECHO, echo::read_echo)?;
     let answer = worker.echo(ctx, data);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    echo::reply_echo(request, answer)
 }

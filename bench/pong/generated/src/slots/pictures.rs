@@ -11,7 +11,7 @@ pub trait Pictures {
     fn picture(&mut self, ctx: &mut Context, picture: &rc_bench::PictureInPlace);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Pictures>(
     worker: &mut W,
     ctx: &mut Context,
@@ -24,6 +24,6 @@ pub(crate) fn receive<W: Pictures>(
             worker.picture(ctx, &picture);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

@@ -12,7 +12,7 @@ pub trait Sample {
     fn sample(&mut self, ctx: &mut Context, sent: i64, data: Vec<u8>);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Sample>(
     worker: &mut W,
     ctx: &mut Context,
@@ -25,6 +25,6 @@ pub(crate) fn receive<W: Sample>(
             worker.sample(ctx, sent, data);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

@@ -12,7 +12,7 @@ pub trait Images {
     fn image(&mut self, ctx: &mut Context, image: &rc_soak::ImageInPlace);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Images>(
     worker: &mut W,
     ctx: &mut Context,
@@ -25,6 +25,6 @@ pub(crate) fn receive<W: Images>(
             worker.image(ctx, &image);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

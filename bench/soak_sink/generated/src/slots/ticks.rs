@@ -12,7 +12,7 @@ pub trait Ticks {
     fn tick(&mut self, ctx: &mut Context, number: i64);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Ticks>(
     worker: &mut W,
     ctx: &mut Context,
@@ -25,6 +25,6 @@ pub(crate) fn receive<W: Ticks>(
             worker.tick(ctx, number);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

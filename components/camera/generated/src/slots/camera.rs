@@ -8,7 +8,11 @@ use rc_runtime::middleware::typed::{HandlerError, Request};
 
 /// A camera that can be asked for its last picture.
 pub trait Camera {
-    fn get_image(&mut self, ctx: &mut Context, result: &mut robo_comp_camera::ImageInPlace);
+    fn get_image(
+        &mut self,
+        ctx: &mut Context,
+        result: &mut robo_comp_camera::ImageInPlace,
+    );
 }
 
 /// Answers one request.
@@ -29,9 +33,9 @@ fn answer_get_image<W: Camera>(
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
     request.arguments(&camera::GET_IMAGE, camera::read_get_image)?;
-    request.in_place(|result| {
-        let result: &mut robo_comp_camera::ImageInPlace = result;
-        worker.get_image(ctx, result);
-    })?;
+    request
+        .in_place(|result: &mut robo_comp_camera::ImageInPlace| {
+            worker.get_image(ctx, result)
+        })?;
     request.finish_in_place()
 }

@@ -13,7 +13,7 @@ pub trait CameraPub {
     fn new_cloud(&mut self, ctx: &mut Context, cloud: &robo_comp_camera::CloudInPlace);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: CameraPub>(
     worker: &mut W,
     ctx: &mut Context,
@@ -31,6 +31,6 @@ pub(crate) fn receive<W: CameraPub>(
             worker.new_cloud(ctx, &cloud);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

@@ -67,16 +67,24 @@ pub trait JointMotor {
         &mut self,
         ctx: &mut Context,
         m_list: robo_comp_joint_motor::MotorList,
-    ) -> Result<robo_comp_joint_motor::MotorStateMap, joint_motor::GetMotorStateMapError>;
+    ) -> Result<
+        robo_comp_joint_motor::MotorStateMap,
+        joint_motor::GetMotorStateMapError,
+    >;
 
     /// The states of all motors, all of one moment.
     fn get_all_motor_state(
         &mut self,
         ctx: &mut Context,
-    ) -> Result<robo_comp_joint_motor::MotorStateMap, joint_motor::GetAllMotorStateError>;
+    ) -> Result<
+        robo_comp_joint_motor::MotorStateMap,
+        joint_motor::GetAllMotorStateError,
+    >;
 
-    fn get_all_motor_params(&mut self, ctx: &mut Context)
-    -> robo_comp_joint_motor::MotorParamsList;
+    fn get_all_motor_params(
+        &mut self,
+        ctx: &mut Context,
+    ) -> robo_comp_joint_motor::MotorParamsList;
 
     fn get_bus_params(&mut self, ctx: &mut Context) -> robo_comp_joint_motor::BusParams;
 }
@@ -131,25 +139,12 @@ fn answer_set_position<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let goal = request.arguments(&joint_motor::SET_POSITION, joint_motor::read_set_position)?;
-    let answer = worker.set_position(ctx, goal);
-    match answer {
-        Ok(()) => {}
-        Err(joint_motor::SetPositionError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetPositionError::HardwareFailedException(error)) => {
-            let writer = request.begin(joint_motor::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetPositionError::Call(error)) => return request.fail(&error),
+    let goal = request
+        .arguments(&joint_motor::SET_POSITION, joint_motor::read_set_position)?;
+    match worker.set_position(ctx, goal) {
+        Ok(()) => joint_motor::reply_set_position(request),
+        Err(error) => joint_motor::refuse_set_position(request, error),
     }
-    let writer = request.begin(0);
-    writer.put(&0_u8);
-    request.finish()
 }
 
 fn answer_set_velocity<W: JointMotor>(
@@ -157,25 +152,12 @@ fn answer_set_velocity<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let goal = request.arguments(&joint_motor::SET_VELOCITY, joint_motor::read_set_velocity)?;
-    let answer = worker.set_velocity(ctx, goal);
-    match answer {
-        Ok(()) => {}
-        Err(joint_motor::SetVelocityError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetVelocityError::HardwareFailedException(error)) => {
-            let writer = request.begin(joint_motor::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetVelocityError::Call(error)) => return request.fail(&error),
+    let goal = request
+        .arguments(&joint_motor::SET_VELOCITY, joint_motor::read_set_velocity)?;
+    match worker.set_velocity(ctx, goal) {
+        Ok(()) => joint_motor::reply_set_velocity(request),
+        Err(error) => joint_motor::refuse_set_velocity(request, error),
     }
-    let writer = request.begin(0);
-    writer.put(&0_u8);
-    request.finish()
 }
 
 fn answer_set_zero_pos<W: JointMotor>(
@@ -183,25 +165,12 @@ fn answer_set_zero_pos<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let name = request.arguments(&joint_motor::SET_ZERO_POS, joint_motor::read_set_zero_pos)?;
-    let answer = worker.set_zero_pos(ctx, name);
-    match answer {
-        Ok(()) => {}
-        Err(joint_motor::SetZeroPosError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetZeroPosError::HardwareFailedException(error)) => {
-            let writer = request.begin(joint_motor::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetZeroPosError::Call(error)) => return request.fail(&error),
+    let name = request
+        .arguments(&joint_motor::SET_ZERO_POS, joint_motor::read_set_zero_pos)?;
+    match worker.set_zero_pos(ctx, name) {
+        Ok(()) => joint_motor::reply_set_zero_pos(request),
+        Err(error) => joint_motor::refuse_set_zero_pos(request, error),
     }
-    let writer = request.begin(0);
-    writer.put(&0_u8);
-    request.finish()
 }
 
 fn answer_set_sync_position<W: JointMotor>(
@@ -209,28 +178,15 @@ fn answer_set_sync_position<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let list_goals = request.arguments(
-        &joint_motor::SET_SYNC_POSITION,
-        joint_motor::read_set_sync_position,
-    )?;
-    let answer = worker.set_sync_position(ctx, list_goals);
-    match answer {
-        Ok(()) => {}
-        Err(joint_motor::SetSyncPositionError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetSyncPositionError::HardwareFailedException(error)) => {
-            let writer = request.begin(joint_motor::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetSyncPositionError::Call(error)) => return request.fail(&error),
+    let list_goals = request
+        .arguments(
+            &joint_motor::SET_SYNC_POSITION,
+            joint_motor::read_set_sync_position,
+        )?;
+    match worker.set_sync_position(ctx, list_goals) {
+        Ok(()) => joint_motor::reply_set_sync_position(request),
+        Err(error) => joint_motor::refuse_set_sync_position(request, error),
     }
-    let writer = request.begin(0);
-    writer.put(&0_u8);
-    request.finish()
 }
 
 fn answer_set_sync_velocity<W: JointMotor>(
@@ -238,28 +194,15 @@ fn answer_set_sync_velocity<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let list_goals = request.arguments(
-        &joint_motor::SET_SYNC_VELOCITY,
-        joint_motor::read_set_sync_velocity,
-    )?;
-    let answer = worker.set_sync_velocity(ctx, list_goals);
-    match answer {
-        Ok(()) => {}
-        Err(joint_motor::SetSyncVelocityError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetSyncVelocityError::HardwareFailedException(error)) => {
-            let writer = request.begin(joint_motor::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetSyncVelocityError::Call(error)) => return request.fail(&error),
+    let list_goals = request
+        .arguments(
+            &joint_motor::SET_SYNC_VELOCITY,
+            joint_motor::read_set_sync_velocity,
+        )?;
+    match worker.set_sync_velocity(ctx, list_goals) {
+        Ok(()) => joint_motor::reply_set_sync_velocity(request),
+        Err(error) => joint_motor::refuse_set_sync_velocity(request, error),
     }
-    let writer = request.begin(0);
-    writer.put(&0_u8);
-    request.finish()
 }
 
 fn answer_set_sync_zero_pos<W: JointMotor>(
@@ -267,28 +210,15 @@ fn answer_set_sync_zero_pos<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &joint_motor::SET_SYNC_ZERO_POS,
-        joint_motor::read_set_sync_zero_pos,
-    )?;
-    let answer = worker.set_sync_zero_pos(ctx);
-    match answer {
-        Ok(()) => {}
-        Err(joint_motor::SetSyncZeroPosError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetSyncZeroPosError::HardwareFailedException(error)) => {
-            let writer = request.begin(joint_motor::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::SetSyncZeroPosError::Call(error)) => return request.fail(&error),
+    request
+        .arguments(
+            &joint_motor::SET_SYNC_ZERO_POS,
+            joint_motor::read_set_sync_zero_pos,
+        )?;
+    match worker.set_sync_zero_pos(ctx) {
+        Ok(()) => joint_motor::reply_set_sync_zero_pos(request),
+        Err(error) => joint_motor::refuse_set_sync_zero_pos(request, error),
     }
-    let writer = request.begin(0);
-    writer.put(&0_u8);
-    request.finish()
 }
 
 fn answer_get_motor_params<W: JointMotor>(
@@ -296,24 +226,12 @@ fn answer_get_motor_params<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let motor = request.arguments(
-        &joint_motor::GET_MOTOR_PARAMS,
-        joint_motor::read_get_motor_params,
-    )?;
-    let answer = worker.get_motor_params(ctx, motor);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(joint_motor::GetMotorParamsError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::GetMotorParamsError::Call(error)) => return request.fail(&error),
-    };
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    let motor = request
+        .arguments(&joint_motor::GET_MOTOR_PARAMS, joint_motor::read_get_motor_params)?;
+    match worker.get_motor_params(ctx, motor) {
+        Ok(answer) => joint_motor::reply_get_motor_params(request, answer),
+        Err(error) => joint_motor::refuse_get_motor_params(request, error),
+    }
 }
 
 fn answer_get_motor_state<W: JointMotor>(
@@ -321,24 +239,12 @@ fn answer_get_motor_state<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let motor = request.arguments(
-        &joint_motor::GET_MOTOR_STATE,
-        joint_motor::read_get_motor_state,
-    )?;
-    let answer = worker.get_motor_state(ctx, motor);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(joint_motor::GetMotorStateError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::GetMotorStateError::Call(error)) => return request.fail(&error),
-    };
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    let motor = request
+        .arguments(&joint_motor::GET_MOTOR_STATE, joint_motor::read_get_motor_state)?;
+    match worker.get_motor_state(ctx, motor) {
+        Ok(answer) => joint_motor::reply_get_motor_state(request, answer),
+        Err(error) => joint_motor::refuse_get_motor_state(request, error),
+    }
 }
 
 fn answer_get_motor_state_map<W: JointMotor>(
@@ -346,24 +252,15 @@ fn answer_get_motor_state_map<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let m_list = request.arguments(
-        &joint_motor::GET_MOTOR_STATE_MAP,
-        joint_motor::read_get_motor_state_map,
-    )?;
-    let answer = worker.get_motor_state_map(ctx, m_list);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(joint_motor::GetMotorStateMapError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::GetMotorStateMapError::Call(error)) => return request.fail(&error),
-    };
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    let m_list = request
+        .arguments(
+            &joint_motor::GET_MOTOR_STATE_MAP,
+            joint_motor::read_get_motor_state_map,
+        )?;
+    match worker.get_motor_state_map(ctx, m_list) {
+        Ok(answer) => joint_motor::reply_get_motor_state_map(request, answer),
+        Err(error) => joint_motor::refuse_get_motor_state_map(request, error),
+    }
 }
 
 fn answer_get_all_motor_state<W: JointMotor>(
@@ -371,24 +268,15 @@ fn answer_get_all_motor_state<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &joint_motor::GET_ALL_MOTOR_STATE,
-        joint_motor::read_get_all_motor_state,
-    )?;
-    let answer = worker.get_all_motor_state(ctx);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(joint_motor::GetAllMotorStateError::UnknownMotorException(error)) => {
-            let writer = request.begin(joint_motor::UNKNOWN_MOTOR_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(joint_motor::GetAllMotorStateError::Call(error)) => return request.fail(&error),
-    };
-    let mstate_map = answer;
-    let writer = request.begin(0);
-    writer.put(&mstate_map);
-    request.finish()
+    request
+        .arguments(
+            &joint_motor::GET_ALL_MOTOR_STATE,
+            joint_motor::read_get_all_motor_state,
+        )?;
+    match worker.get_all_motor_state(ctx) {
+        Ok(answer) => joint_motor::reply_get_all_motor_state(request, answer),
+        Err(error) => joint_motor::refuse_get_all_motor_state(request, error),
+    }
 }
 
 fn answer_get_all_motor_params<W: JointMotor>(
@@ -396,15 +284,13 @@ fn answer_get_all_motor_params<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &joint_motor::GET_ALL_MOTOR_PARAMS,
-        joint_motor::read_get_all_motor_params,
-    )?;
+    request
+        .arguments(
+            &joint_motor::GET_ALL_MOTOR_PARAMS,
+            joint_motor::read_get_all_motor_params,
+        )?;
     let answer = worker.get_all_motor_params(ctx);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    joint_motor::reply_get_all_motor_params(request, answer)
 }
 
 fn answer_get_bus_params<W: JointMotor>(
@@ -412,13 +298,7 @@ fn answer_get_bus_params<W: JointMotor>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &joint_motor::GET_BUS_PARAMS,
-        joint_motor::read_get_bus_params,
-    )?;
+    request.arguments(&joint_motor::GET_BUS_PARAMS, joint_motor::read_get_bus_params)?;
     let answer = worker.get_bus_params(ctx);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    joint_motor::reply_get_bus_params(request, answer)
 }

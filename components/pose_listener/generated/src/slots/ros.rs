@@ -16,7 +16,7 @@ pub trait Ros {
     );
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Ros>(
     worker: &mut W,
     ctx: &mut Context,
@@ -29,6 +29,6 @@ pub(crate) fn receive<W: Ros>(
             worker.new_full_pose(ctx, pose);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

@@ -14,7 +14,10 @@ pub trait DifferentialRobot {
     fn get_base_state(
         &mut self,
         ctx: &mut Context,
-    ) -> Result<robo_comp_generic_base::TBaseState, differential_robot::GetBaseStateError>;
+    ) -> Result<
+        robo_comp_generic_base::TBaseState,
+        differential_robot::GetBaseStateError,
+    >;
 
     /// The position and heading by the wheels alone, rounded to whole millimetres.
     ///
@@ -24,10 +27,16 @@ pub trait DifferentialRobot {
     fn get_base_pose(
         &mut self,
         ctx: &mut Context,
-    ) -> Result<differential_robot::GetBasePoseAnswer, differential_robot::GetBasePoseError>;
+    ) -> Result<
+        differential_robot::GetBasePoseAnswer,
+        differential_robot::GetBasePoseError,
+    >;
 
     /// How the base is built.
-    fn get_mech_params(&mut self, ctx: &mut Context) -> robo_comp_differential_robot::TMechParams;
+    fn get_mech_params(
+        &mut self,
+        ctx: &mut Context,
+    ) -> robo_comp_differential_robot::TMechParams;
 
     /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until told otherwise.
     ///
@@ -42,7 +51,11 @@ pub trait DifferentialRobot {
     fn reset_odometer(&mut self, ctx: &mut Context);
 
     /// Takes positions and headings, the corrected ones too, from a state.
-    fn set_odometer(&mut self, ctx: &mut Context, state: robo_comp_generic_base::TBaseState);
+    fn set_odometer(
+        &mut self,
+        ctx: &mut Context,
+        state: robo_comp_generic_base::TBaseState,
+    );
 
     /// Says where the base stands, by the wheels.
     ///
@@ -100,24 +113,15 @@ fn answer_get_base_state<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &differential_robot::GET_BASE_STATE,
-        differential_robot::read_get_base_state,
-    )?;
-    let answer = worker.get_base_state(ctx);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(differential_robot::GetBaseStateError::HardwareFailedException(error)) => {
-            let writer = request.begin(differential_robot::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(differential_robot::GetBaseStateError::Call(error)) => return request.fail(&error),
-    };
-    let state = answer;
-    let writer = request.begin(0);
-    writer.put(&state);
-    request.finish()
+    request
+        .arguments(
+            &differential_robot::GET_BASE_STATE,
+            differential_robot::read_get_base_state,
+        )?;
+    match worker.get_base_state(ctx) {
+        Ok(answer) => differential_robot::reply_get_base_state(request, answer),
+        Err(error) => differential_robot::refuse_get_base_state(request, error),
+    }
 }
 
 fn answer_get_base_pose<W: DifferentialRobot>(
@@ -125,26 +129,15 @@ fn answer_get_base_pose<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &differential_robot::GET_BASE_POSE,
-        differential_robot::read_get_base_pose,
-    )?;
-    let answer = worker.get_base_pose(ctx);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(differential_robot::GetBasePoseError::HardwareFailedException(error)) => {
-            let writer = request.begin(differential_robot::HARDWARE_FAILED_EXCEPTION);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(differential_robot::GetBasePoseError::Call(error)) => return request.fail(&error),
-    };
-    let (x, z, alpha) = answer;
-    let writer = request.begin(0);
-    writer.put(&x);
-    writer.put(&z);
-    writer.put(&alpha);
-    request.finish()
+    request
+        .arguments(
+            &differential_robot::GET_BASE_POSE,
+            differential_robot::read_get_base_pose,
+        )?;
+    match worker.get_base_pose(ctx) {
+        Ok(answer) => differential_robot::reply_get_base_pose(request, answer),
+        Err(error) => differential_robot::refuse_get_base_pose(request, error),
+    }
 }
 
 fn answer_get_mech_params<W: DifferentialRobot>(
@@ -152,15 +145,13 @@ fn answer_get_mech_params<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &differential_robot::GET_MECH_PARAMS,
-        differential_robot::read_get_mech_params,
-    )?;
+    request
+        .arguments(
+            &differential_robot::GET_MECH_PARAMS,
+            differential_robot::read_get_mech_params,
+        )?;
     let answer = worker.get_mech_params(ctx);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    differential_robot::reply_get_mech_params(request, answer)
 }
 
 fn answer_set_speed_base<W: DifferentialRobot>(
@@ -168,10 +159,11 @@ fn answer_set_speed_base<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let (adv, rot) = request.arguments(
-        &differential_robot::SET_SPEED_BASE,
-        differential_robot::read_set_speed_base,
-    )?;
+    let (adv, rot) = request
+        .arguments(
+            &differential_robot::SET_SPEED_BASE,
+            differential_robot::read_set_speed_base,
+        )?;
     worker.set_speed_base(ctx, adv, rot);
     Ok(())
 }
@@ -181,10 +173,8 @@ fn answer_stop_base<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &differential_robot::STOP_BASE,
-        differential_robot::read_stop_base,
-    )?;
+    request
+        .arguments(&differential_robot::STOP_BASE, differential_robot::read_stop_base)?;
     worker.stop_base(ctx);
     Ok(())
 }
@@ -194,10 +184,11 @@ fn answer_reset_odometer<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &differential_robot::RESET_ODOMETER,
-        differential_robot::read_reset_odometer,
-    )?;
+    request
+        .arguments(
+            &differential_robot::RESET_ODOMETER,
+            differential_robot::read_reset_odometer,
+        )?;
     worker.reset_odometer(ctx);
     Ok(())
 }
@@ -207,10 +198,11 @@ fn answer_set_odometer<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let state = request.arguments(
-        &differential_robot::SET_ODOMETER,
-        differential_robot::read_set_odometer,
-    )?;
+    let state = request
+        .arguments(
+            &differential_robot::SET_ODOMETER,
+            differential_robot::read_set_odometer,
+        )?;
     worker.set_odometer(ctx, state);
     Ok(())
 }
@@ -220,10 +212,11 @@ fn answer_set_odometer_pose<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let (x, z, alpha) = request.arguments(
-        &differential_robot::SET_ODOMETER_POSE,
-        differential_robot::read_set_odometer_pose,
-    )?;
+    let (x, z, alpha) = request
+        .arguments(
+            &differential_robot::SET_ODOMETER_POSE,
+            differential_robot::read_set_odometer_pose,
+        )?;
     worker.set_odometer_pose(ctx, x, z, alpha);
     Ok(())
 }
@@ -233,10 +226,11 @@ fn answer_correct_odometer<W: DifferentialRobot>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let (x, z, alpha) = request.arguments(
-        &differential_robot::CORRECT_ODOMETER,
-        differential_robot::read_correct_odometer,
-    )?;
+    let (x, z, alpha) = request
+        .arguments(
+            &differential_robot::CORRECT_ODOMETER,
+            differential_robot::read_correct_odometer,
+        )?;
     worker.correct_odometer(ctx, x, z, alpha);
     Ok(())
 }

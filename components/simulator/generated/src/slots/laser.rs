@@ -16,7 +16,10 @@ pub trait Laser {
         ctx: &mut Context,
     ) -> laser::GetLaserAndBStateDataAnswer;
 
-    fn get_laser_conf_data(&mut self, ctx: &mut Context) -> robo_comp_laser::LaserConfData;
+    fn get_laser_conf_data(
+        &mut self,
+        ctx: &mut Context,
+    ) -> robo_comp_laser::LaserConfData;
 }
 
 /// Answers one request.
@@ -44,10 +47,7 @@ fn answer_get_laser_data<W: Laser>(
 ) -> Result<(), HandlerError> {
     request.arguments(&laser::GET_LASER_DATA, laser::read_get_laser_data)?;
     let answer = worker.get_laser_data(ctx);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    laser::reply_get_laser_data(request, answer)
 }
 
 fn answer_get_laser_and_b_state_data<W: Laser>(
@@ -55,16 +55,13 @@ fn answer_get_laser_and_b_state_data<W: Laser>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    request.arguments(
-        &laser::GET_LASER_AND_B_STATE_DATA,
-        laser::read_get_laser_and_b_state_data,
-    )?;
+    request
+        .arguments(
+            &laser::GET_LASER_AND_B_STATE_DATA,
+            laser::read_get_laser_and_b_state_data,
+        )?;
     let answer = worker.get_laser_and_b_state_data(ctx);
-    let (result, b_state) = answer;
-    let writer = request.begin(0);
-    writer.put(&b_state);
-    writer.put(&result);
-    request.finish()
+    laser::reply_get_laser_and_b_state_data(request, answer)
 }
 
 fn answer_get_laser_conf_data<W: Laser>(
@@ -74,8 +71,5 @@ fn answer_get_laser_conf_data<W: Laser>(
 ) -> Result<(), HandlerError> {
     request.arguments(&laser::GET_LASER_CONF_DATA, laser::read_get_laser_conf_data)?;
     let answer = worker.get_laser_conf_data(ctx);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    laser::reply_get_laser_conf_data(request, answer)
 }

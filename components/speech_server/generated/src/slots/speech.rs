@@ -51,10 +51,7 @@ fn answer_say<W: Speech>(
 ) -> Result<(), HandlerError> {
     let request_ = request.arguments(&speech::SAY, speech::read_say)?;
     let answer = worker.say(ctx, request_);
-    let response = answer;
-    let writer = request.begin(0);
-    writer.put(&response);
-    request.finish()
+    speech::reply_say(request, answer)
 }
 
 fn answer_is_busy<W: Speech>(
@@ -64,10 +61,7 @@ fn answer_is_busy<W: Speech>(
 ) -> Result<(), HandlerError> {
     request.arguments(&speech::IS_BUSY, speech::read_is_busy)?;
     let answer = worker.is_busy(ctx);
-    let response = answer;
-    let writer = request.begin(0);
-    writer.put(&response);
-    request.finish()
+    speech::reply_is_busy(request, answer)
 }
 
 fn answer_enable_synchronization<W: Speech>(
@@ -75,10 +69,11 @@ fn answer_enable_synchronization<W: Speech>(
     ctx: &mut Context,
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
-    let request_ = request.arguments(
-        &speech::ENABLE_SYNCHRONIZATION,
-        speech::read_enable_synchronization,
-    )?;
+    let request_ = request
+        .arguments(
+            &speech::ENABLE_SYNCHRONIZATION,
+            speech::read_enable_synchronization,
+        )?;
     worker.enable_synchronization(ctx, request_);
     Ok(())
 }

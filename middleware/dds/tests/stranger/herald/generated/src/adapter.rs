@@ -9,10 +9,10 @@ use rc_runtime::middleware::typed::{HandlerError, Request};
 use rc_runtime::{Component, Core, Embedded, Ports, StartError, Values, WorkerError};
 use std::process::ExitCode;
 
-/// What every worker does. `compute` runs on its period; an error of it is logged and counted, and the next
-/// period comes.
+/// The worker of the component. The runtime calls all functions on one thread. It logs and counts an error of
+/// `compute` and continues with the next period.
 pub trait Worker: Sized {
-    /// Makes the worker when its connections are open.
+    /// Creates the worker when its clients and publishers are open.
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError>;
 
     /// Runs once a period.
@@ -28,8 +28,8 @@ pub trait Worker: Sized {
         let _ = ctx;
     }
 
-    /// Runs once before the component ends. What it commands and publishes still goes out: motors are stopped here. Queries
-    /// end with `CallError::Stopping` where somebody stops the component; nobody executes them.
+    /// Runs once before the component ends. It can still send commands and publish, for example to stop motors. A query
+    /// returns `CallError::Stopping` while the component stops.
     fn finalize(&mut self, ctx: &mut Context) {
         let _ = ctx;
     }
@@ -40,41 +40,30 @@ struct Adapter<W> {
     ctx: Context,
 }
 
-/// Runs the component with the command line of this process, until it ends.
-pub fn run<W>() -> ExitCode
-where
-    W: Worker,
-    W: slots::Herald,
-    W: slots::Orders,
-    W: slots::Reports,
-{
+/// Runs the component with the command line of this process until it ends.
+pub fn run<W: Worker + slots::Herald + slots::Orders + slots::Reports>() -> ExitCode {
     rc_runtime::run(&DESCRIPTION, start::<W>)
 }
 
 /// Runs the component on a thread of this process, with a command line as for its binary: for tests.
-pub fn embed<W>(args: &[&str]) -> Result<Embedded, StartError>
-where
-    W: Worker + 'static,
-    W: slots::Herald,
-    W: slots::Orders,
-    W: slots::Reports,
-{
+pub fn embed<W: Worker + slots::Herald + slots::Orders + slots::Reports + 'static>(
+    args: &[&str],
+) -> Result<Embedded, StartError> {
     rc_runtime::embed(&DESCRIPTION, start::<W>, args)
 }
 
-fn start<W: Worker>(core: Core, ports: &Ports, values: &Values) -> Result<Adapter<W>, StartError> {
+fn start<W: Worker>(
+    core: Core,
+    ports: &Ports,
+    values: &Values,
+) -> Result<Adapter<W>, StartError> {
     let mut ctx = Context::new(core, ports, values)?;
     let worker = W::initialize(&mut ctx)?;
     Ok(Adapter { worker, ctx })
 }
 
-impl<W> Component for Adapter<W>
-where
-    W: Worker,
-    W: slots::Herald,
-    W: slots::Orders,
-    W: slots::Reports,
-{
+impl<W: Worker + slots::Herald + slots::Orders + slots::Reports> Component
+for Adapter<W> {
     fn core(&mut self) -> &mut Core {
         self.ctx.core()
     }
@@ -99,7 +88,11 @@ where
         self.ctx.sending_peers(peers);
     }
 
-    fn serve(&mut self, slot: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+    fn serve(
+        &mut self,
+        slot: usize,
+        request: &mut Request<'_>,
+    ) -> Result<(), HandlerError> {
         match slot {
             0 => slots::herald::serve(&mut self.worker, &mut self.ctx, request),
             _ => request.unknown(),
@@ -113,9 +106,23 @@ where
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
         match slot {
-            2 => slots::reports::receive(&mut self.worker, &mut self.ctx, operation, reader),
-            3 => slots::orders::receive(&mut self.worker, &mut self.ctx, operation, reader),
-            _ => Err(HandlerError("there is no such slot here".to_owned())),
+            2 => {
+                slots::reports::receive(
+                    &mut self.worker,
+                    &mut self.ctx,
+                    operation,
+                    reader,
+                )
+            }
+            3 => {
+                slots::orders::receive(
+                    &mut self.worker,
+                    &mut self.ctx,
+                    operation,
+                    reader,
+                )
+            }
+            _ => Err(HandlerError("the component has no such slot".to_owned())),
         }
     }
 }

@@ -11,12 +11,12 @@ pub(crate) const SCHEMA: &str = r###"{"name":"envoy","parameters":[{"name":"spee
 pub struct ArmParams {
     /// From the shoulder on.
     ///
-    /// Allowed: an array, any number of elements, each a text in quotes.
+    /// Allowed: an array, any number of elements, each a string.
     pub joints: Vec<String>,
 }
 
 impl ArmParams {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             joints: values.texts("joints"),
@@ -33,18 +33,18 @@ pub struct Params {
     pub speed: f32,
     /// How many there are.
     ///
-    /// Allowed: a whole number of 32 bits, from 1 to 100.
+    /// Allowed: an integer of 32 bits, from 1 to 100.
     pub count: i32,
     /// Nobody hears of it.
     ///
-    /// Allowed: a text in quotes.
+    /// Allowed: a string.
     pub token: String,
     /// Allowed: a table.
     pub arm: ArmParams,
 }
 
 impl Params {
-    /// Takes them from a configuration that was checked.
+    /// Takes the values of a configuration that was checked.
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             speed: values.float("speed") as f32,
@@ -55,7 +55,7 @@ impl Params {
     }
 }
 
-/// What is secret is not shown.
+/// Shows `***` for a secret.
 impl std::fmt::Debug for Params {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Params")

@@ -52,21 +52,10 @@ fn answer_shift<W: Herald>(
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
     let (report, by) = request.arguments(&herald::SHIFT, herald::read_shift)?;
-    let answer = worker.shift(ctx, report, by);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(herald::ShiftError::Nonsense(error)) => {
-            let writer = request.begin(herald::NONSENSE);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(herald::ShiftError::Call(error)) => return request.fail(&error),
-    };
-    let (result, count) = answer;
-    let writer = request.begin(0);
-    writer.put(&count);
-    writer.put(&result);
-    request.finish()
+    match worker.shift(ctx, report, by) {
+        Ok(answer) => herald::reply_shift(request, answer),
+        Err(error) => herald::refuse_shift(request, error),
+    }
 }
 
 fn answer_note<W: Herald>(
@@ -86,10 +75,7 @@ fn answer_noted<W: Herald>(
 ) -> Result<(), HandlerError> {
     request.arguments(&herald::NOTED, herald::read_noted)?;
     let answer = worker.noted(ctx);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    herald::reply_noted(request, answer)
 }
 
 fn answer_consult<W: Herald>(
@@ -99,8 +85,5 @@ fn answer_consult<W: Herald>(
 ) -> Result<(), HandlerError> {
     let (question, limit) = request.arguments(&herald::CONSULT, herald::read_consult)?;
     let answer = worker.consult(ctx, question, limit);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    herald::reply_consult(request, answer)
 }

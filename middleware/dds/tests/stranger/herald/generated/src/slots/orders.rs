@@ -11,7 +11,7 @@ pub trait Orders {
     fn order(&mut self, ctx: &mut Context, text: String);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Orders>(
     worker: &mut W,
     ctx: &mut Context,
@@ -24,6 +24,6 @@ pub(crate) fn receive<W: Orders>(
             worker.order(ctx, text);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

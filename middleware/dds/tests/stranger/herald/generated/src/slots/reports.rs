@@ -12,7 +12,7 @@ pub trait Reports {
     fn report(&mut self, ctx: &mut Context, report: rc_herald::Report);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Reports>(
     worker: &mut W,
     ctx: &mut Context,
@@ -25,6 +25,6 @@ pub(crate) fn receive<W: Reports>(
             worker.report(ctx, report);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }

@@ -57,21 +57,10 @@ fn answer_shift<W: Envoy>(
     request: &mut Request<'_>,
 ) -> Result<(), HandlerError> {
     let (report, by) = request.arguments(&envoy::SHIFT, envoy::read_shift)?;
-    let answer = worker.shift(ctx, report, by);
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(envoy::ShiftError::Nonsense(error)) => {
-            let writer = request.begin(envoy::NONSENSE);
-            writer.put(&error);
-            return request.finish();
-        }
-        Err(envoy::ShiftError::Call(error)) => return request.fail(&error),
-    };
-    let (result, count) = answer;
-    let writer = request.begin(0);
-    writer.put(&count);
-    writer.put(&result);
-    request.finish()
+    match worker.shift(ctx, report, by) {
+        Ok(answer) => envoy::reply_shift(request, answer),
+        Err(error) => envoy::refuse_shift(request, error),
+    }
 }
 
 fn answer_note<W: Envoy>(
@@ -91,10 +80,7 @@ fn answer_noted<W: Envoy>(
 ) -> Result<(), HandlerError> {
     request.arguments(&envoy::NOTED, envoy::read_noted)?;
     let answer = worker.noted(ctx);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    envoy::reply_noted(request, answer)
 }
 
 fn answer_consult<W: Envoy>(
@@ -104,10 +90,7 @@ fn answer_consult<W: Envoy>(
 ) -> Result<(), HandlerError> {
     let (question, limit) = request.arguments(&envoy::CONSULT, envoy::read_consult)?;
     let answer = worker.consult(ctx, question, limit);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    envoy::reply_consult(request, answer)
 }
 
 fn answer_add<W: Envoy>(
@@ -117,8 +100,5 @@ fn answer_add<W: Envoy>(
 ) -> Result<(), HandlerError> {
     let (a, b) = request.arguments(&envoy::ADD, envoy::read_add)?;
     let answer = worker.add(ctx, a, b);
-    let result = answer;
-    let writer = request.begin(0);
-    writer.put(&result);
-    request.finish()
+    envoy::reply_add(request, answer)
 }

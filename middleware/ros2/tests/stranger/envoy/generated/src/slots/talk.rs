@@ -11,7 +11,7 @@ pub trait Talk {
     fn chatter(&mut self, ctx: &mut Context, data: String);
 }
 
-/// Takes one value of a topic.
+/// Takes one sample of a topic.
 pub(crate) fn receive<W: Talk>(
     worker: &mut W,
     ctx: &mut Context,
@@ -24,6 +24,6 @@ pub(crate) fn receive<W: Talk>(
             worker.chatter(ctx, data);
             Ok(())
         }
-        _ => Err(HandlerError("there is no such topic here".to_owned())),
+        _ => Err(HandlerError("the slot has no such topic".to_owned())),
     }
 }
