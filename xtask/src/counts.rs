@@ -29,11 +29,11 @@ const NOT_COUNTED: &str = "clock_nanosleep";
 
 /// What is counted: a row, and the number of its messages in one block.
 const ROWS: [(&str, &str, usize, usize); 7] = [
-    ("publish 64 B", "publish", 64, 2000),
-    ("publish 4 KiB", "publish", 4096, 2000),
+    ("publish 64 B", "publish", 64, 400),
+    ("publish 4 KiB", "publish", 4096, 400),
     ("publish 1 MiB copied", "publish", 1 << 20, 100),
     ("publish 1 MiB in place", "place", 1 << 20, 100),
-    ("query 64 B", "query", 64, 2000),
+    ("query 64 B", "query", 64, 1000),
     ("query 1 MiB", "query", 1 << 20, 100),
     ("full speed, 64 B", "flood", 64, 20_000),
 ];
@@ -78,7 +78,7 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Vec<E
     let mut counts = vec![Ends::default(); ROWS.len()];
     let folder = tempfile::tempdir()?;
     {
-        let mut pair = start(&[])?;
+        let mut pair = start(&slowly(&[]))?;
         for (at, ends) in counts.iter_mut().enumerate() {
             let (row, received) = row(at, share);
             // The first block warms up.
@@ -128,6 +128,13 @@ fn side(start: Start<'_>, share: f64, missing: &mut Vec<String>) -> Result<Vec<E
         }
     }
     Ok(counts)
+}
+
+/// The command line of a tool, with a pause between samples in which the receiver always falls asleep.
+/// Without it, a slow receiver finds several samples at each wake-up.
+fn slowly(tool: &[&str]) -> Vec<String> {
+    let words = ["env", "BENCH_PAUSE_MS=5"].iter().chain(tool);
+    words.map(|word| (*word).to_owned()).collect()
 }
 
 /// A row of the table, and how many messages the receiver handles: all, or those that arrived.
@@ -219,12 +226,12 @@ fn instructions(
     counts: &mut [Ends],
 ) -> Result<(), Failure> {
     let out = folder.join("callgrind.%p");
-    let tool = [
-        "valgrind".to_owned(),
-        "--tool=callgrind".to_owned(),
-        "--quiet".to_owned(),
-        format!("--callgrind-out-file={}", out.display()),
-    ];
+    let tool = slowly(&[
+        "valgrind",
+        "--tool=callgrind",
+        "--quiet",
+        &format!("--callgrind-out-file={}", out.display()),
+    ]);
     let mut pair = start(&tool)?;
     for (at, ends) in counts.iter_mut().enumerate() {
         let (row, received) = row(at, share);
@@ -267,13 +274,13 @@ fn copied(
     folder: &Path,
     ends: &mut Ends,
 ) -> Result<(), Failure> {
-    let tool = [
-        "valgrind".to_owned(),
-        "--tool=dhat".to_owned(),
-        "--mode=copy".to_owned(),
-        format!("--log-file={}", folder.join("dhat.%p").display()),
-        format!("--dhat-out-file={}", folder.join("dhat.out.%p").display()),
-    ];
+    let tool = slowly(&[
+        "valgrind",
+        "--tool=dhat",
+        "--mode=copy",
+        &format!("--log-file={}", folder.join("dhat.%p").display()),
+        &format!("--dhat-out-file={}", folder.join("dhat.out.%p").display()),
+    ]);
     let mut pair = start(&tool)?;
     let (row, received) = row(at, share);
     let messages = pair.counted_block(&row, BLOCK)?;

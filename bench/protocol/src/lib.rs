@@ -16,6 +16,7 @@ pub mod soak;
 use std::fmt::Write as _;
 use std::io::{self, BufRead as _, Write as _};
 use std::str::FromStr;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// Between two values: longer than a receiver needs to go to sleep again.
@@ -129,9 +130,16 @@ pub fn report(times: &[i64]) -> io::Result<()> {
     say(&line)
 }
 
-/// The pause before a value of so many bytes.
+/// Pauses before a sample of `size` bytes. `BENCH_PAUSE_MS` sets the pause for programs that a tool
+/// slows down, so that the receiver still sleeps before each sample.
 pub fn pause(size: usize) {
-    std::thread::sleep(if size < LARGE { PAUSE } else { LONG_PAUSE });
+    static SLOW: OnceLock<Option<Duration>> = OnceLock::new();
+    let slow = SLOW.get_or_init(|| {
+        let pause = std::env::var("BENCH_PAUSE_MS").ok()?.parse().ok()?;
+        Some(Duration::from_millis(pause))
+    });
+    let usual = if size < LARGE { PAUSE } else { LONG_PAUSE };
+    std::thread::sleep(slow.unwrap_or(usual));
 }
 
 /// Nanoseconds of the clock that all processes share.
