@@ -40,7 +40,6 @@ struct SlotPage<'a> {
     role: &'a str,
     interface: String,
     doc: &'a [String],
-    middleware: &'a str,
     operations: Vec<OperationRow<'a>>,
 }
 
@@ -55,15 +54,11 @@ fn slots(component: &Component) -> Vec<SlotPage<'_>> {
     let slots = component.slots.iter();
     let slots = slots.filter_map(|slot| Some((slot, component.interface(slot)?)));
     slots
-        .map(|(slot, interface)| slot_page(component, slot, interface))
+        .map(|(slot, interface)| slot_page(slot, interface))
         .collect()
 }
 
-fn slot_page<'a>(
-    component: &'a Component,
-    slot: &'a Slot,
-    interface: &'a Interface,
-) -> SlotPage<'a> {
+fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
     let operations = interface.operations.iter().map(|operation| OperationRow {
         signature: code(&signature(operation)),
         doc: &operation.doc,
@@ -74,7 +69,6 @@ fn slot_page<'a>(
         role: slot.role,
         interface: code(&format!("{}::{}", interface.module, interface.name)),
         doc: &interface.doc,
-        middleware: slot.middleware.unwrap_or(&component.middleware),
         operations: operations.collect(),
     }
 }

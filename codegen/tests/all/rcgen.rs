@@ -370,7 +370,7 @@ fn imported_parameters_are_part_of_the_component() {
             (
                 1,
                 String::new(),
-                "shared/base.pdsl:1:8: error[import-cycle]: these files import each other in a circle: c.pdsl → base.pdsl → c.pdsl\n"
+                "shared/base.pdsl:1:8: error[import-cycle]: cyclic import: c.pdsl → base.pdsl → c.pdsl\n"
                     .to_owned()
             )
         );
