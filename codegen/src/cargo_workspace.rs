@@ -6,10 +6,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, Decor, DocumentMut, Item, TableLike, Value};
 
-/// The folder of a workspace's interfaces, unless `[workspace.metadata.robocomp]` names another one.
+/// The folder of a workspace's interfaces, unless `[workspace.metadata.robocomp]` names another
+/// one.
 const INTERFACES: &str = "interfaces";
 
-/// The crate that the crate of interfaces stands on, and a crate of the same origin that workspaces of every age name.
+/// The crate that the crate of interfaces stands on, and a crate of the same origin that workspaces
+/// of every age name.
 const MIDDLEWARE: (&str, &str) = ("rc-middleware", "/middleware");
 const RUNTIME: (&str, &str) = ("rc-runtime", "/runtime");
 
@@ -21,7 +23,8 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// The workspace that a package in `folder` belongs to; none where there is none. `folder` need not exist yet.
+    /// The workspace that a package in `folder` belongs to; none where there is none. `folder` need
+    /// not exist yet.
     ///
     /// # Errors
     /// A manifest in `folder` or above it cannot be read, or is not TOML.
@@ -66,7 +69,8 @@ impl Workspace {
         load::normal(&self.root.join(named.unwrap_or(INTERFACES)))
     }
 
-    /// The `.cdsl` files below `folder` in packages of this workspace, also in those that have no manifest yet.
+    /// The `.cdsl` files below `folder` in packages of this workspace, also in those that have no
+    /// manifest yet.
     pub fn components(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         let is_component = |path: &Path| path.extension().is_some_and(|e| e == "cdsl");
         let files = languages::files(&[folder.to_path_buf()], &is_component)?;
@@ -82,8 +86,8 @@ impl Workspace {
         Ok(components)
     }
 
-    /// Its manifest with `rc-middleware` among its dependencies, from where `rc-runtime` comes, where it knows only the
-    /// latter.
+    /// Its manifest with `rc-middleware` among its dependencies, from where `rc-runtime` comes,
+    /// where it knows only the latter.
     pub(crate) fn with_middleware(&self) -> Option<String> {
         let mut manifest = self.manifest.clone();
         let dependencies = manifest.get_mut("workspace")?.get_mut("dependencies")?;

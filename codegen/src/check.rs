@@ -10,10 +10,12 @@ use rc_syntax::Loader;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The endings of the files that are checked. Components come first, since they read what they are made of.
+/// The endings of the files that are checked. Components come first, since they read what they are
+/// made of.
 const ENDINGS: [&str; 7] = ["cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "toml"];
 
-/// What a command line names: files as they are, and of folders what there is to check in them, components first.
+/// What a command line names: files as they are, and of folders what there is to check in them,
+/// components first.
 pub fn files(
     paths: &[PathBuf],
     sources: &mut SourceMap,

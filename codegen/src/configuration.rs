@@ -1,5 +1,5 @@
-//! The configuration of a component: which component it belongs to, what is wrong with it, and how it follows a
-//! `.pdsl` that has changed.
+//! The configuration of a component: which component it belongs to, what is wrong with it, and how
+//! it follows a `.pdsl` that has changed.
 
 use crate::load;
 use crate::project::Project;
@@ -43,8 +43,8 @@ fn owner(path: &Path) -> io::Result<Option<PathBuf>> {
         .min())
 }
 
-/// The text of a configuration that belongs to another file, which is the one that a command line names; a finding
-/// where it is no text.
+/// The text of a configuration that belongs to another file, which is the one that a command line
+/// names; a finding where it is no text.
 pub(crate) fn read(
     path: &Path,
     sources: &mut SourceMap,
@@ -61,8 +61,8 @@ pub(crate) fn read(
     }
 }
 
-/// All that is wrong with a configuration, and what it leaves to defaults. Without a project its description has
-/// errors.
+/// All that is wrong with a configuration, and what it leaves to defaults. Without a project its
+/// description has errors.
 pub(crate) fn check(
     sources: &SourceMap,
     source: SourceId,
@@ -116,8 +116,8 @@ impl Updated {
     }
 }
 
-/// What has to become of the configuration that `path` is, or of that of the component that `path` is. Nothing where
-/// the findings say why. An error is a file that the system does not give.
+/// What has to become of the configuration that `path` is, or of that of the component that `path`
+/// is. Nothing where the findings say why. An error is a file that the system does not give.
 pub fn update(
     path: &Path,
     sources: &mut SourceMap,

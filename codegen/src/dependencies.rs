@@ -5,8 +5,8 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use semver::VersionReq;
 use std::path::Path;
 
-/// Reports names that cannot be packages, and versions that cargo does not understand. A requirement that begins with
-/// `.` or `/` is a path.
+/// Reports names that cannot be packages, and versions that cargo does not understand. A
+/// requirement that begins with `.` or `/` is a path.
 pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     for (package, requirement) in &component.dependencies {
         if let Some(reason) = bad_name(&package.text) {
@@ -47,8 +47,8 @@ fn is_path(requirement: &str) -> bool {
     requirement.starts_with(['.', '/'])
 }
 
-/// The value of a dependency in the manifest in `generated/`: a version, or a path, which leads from the folder of the
-/// `.cdsl` in the description.
+/// The value of a dependency in the manifest in `generated/`: a version, or a path, which leads
+/// from the folder of the `.cdsl` in the description.
 pub(crate) fn value(requirement: &str) -> String {
     let text = |text: &str| toml_edit::Value::from(text).to_string();
     if requirement.starts_with('.') {

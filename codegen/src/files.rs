@@ -95,7 +95,8 @@ impl Files {
             });
         }
         let mut there = Vec::new();
-        // Files that hold nothing generated (a new workspace) have no say over a folder of that name.
+        // Files that hold nothing generated (a new workspace) have no say over a folder of that
+        // name.
         if self.0.values().any(|(owner, _)| *owner == Owner::Generic) {
             list(folder, Path::new(GENERATED), &mut there)?;
         }
@@ -117,8 +118,9 @@ impl Files {
     }
 }
 
-/// Writes files into several folders, all or nothing; gives the steps of each folder. New contents are all on the disk,
-/// under other names, before the first file is replaced, so that a disk that is full changes nothing.
+/// Writes files into several folders, all or nothing; gives the steps of each folder. New contents
+/// are all on the disk, under other names, before the first file is replaced, so that a disk that
+/// is full changes nothing.
 pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
     let mut plans = Vec::new();
     for (folder, files) in folders {

@@ -1,5 +1,5 @@
-//! One generation: components of one workspace, and the crate of interfaces that they share, written together or not
-//! at all.
+//! One generation: components of one workspace, and the crate of interfaces that they share,
+//! written together or not at all.
 
 use crate::files::{self, Files, Step};
 use crate::generate;
@@ -49,8 +49,9 @@ pub struct Part {
     pub component: Option<usize>,
 }
 
-/// The files of components of one workspace, and of the crate that they share with `own`, the definitions in its folder.
-/// Other modules of the crate stay unless `exact`. None where a module has two definitions.
+/// The files of components of one workspace, and of the crate that they share with `own`, the
+/// definitions in its folder. Other modules of the crate stay unless `exact`. None where a module
+/// has two definitions.
 ///
 /// Hold [`InterfaceCrate::lock`] from before this until the files are written.
 pub fn parts(
@@ -102,7 +103,8 @@ pub fn write(parts: &[Part]) -> io::Result<Vec<Vec<Step>>> {
     files::write(&folders.collect::<Vec<_>>())
 }
 
-/// Adds what components use to the crate of interfaces, where something is missing, as generating them would.
+/// Adds what components use to the crate of interfaces, where something is missing, as generating
+/// them would.
 ///
 /// # Errors
 /// A library has errors, or a module has another definition in the workspace: rcgen reports where.
@@ -128,8 +130,8 @@ pub fn add_interfaces(interfaces: &InterfaceCrate, projects: &[&Project]) -> Res
     Ok(())
 }
 
-/// Generates one component into `folder`, with the interfaces that it uses. Nothing is written where one of the findings
-/// is an error.
+/// Generates one component into `folder`, with the interfaces that it uses. Nothing is written
+/// where one of the findings is an error.
 pub fn generate(
     project: &Project,
     folder: PathBuf,

@@ -1,9 +1,10 @@
-//! The crate `interfaces` of a workspace: one module for each module of the IDSL that its components use, so that a type
-//! of two components is one type.
+//! The crate `interfaces` of a workspace: one module for each module of the IDSL that its
+//! components use, so that a type of two components is one type.
 //!
-//! It lies in `interfaces/generated/` of the workspace, or of the component where there is no workspace. Each generation
-//! adds the modules of its components; generating the whole workspace also removes what no component uses. The manifest
-//! of the crate records the definition of each module: its file, and the hash of its text without comments.
+//! It lies in `interfaces/generated/` of the workspace, or of the component where there is no
+//! workspace. Each generation adds the modules of its components; generating the whole workspace
+//! also removes what no component uses. The manifest of the crate records the definition of each
+//! module: its file, and the hash of its text without comments.
 
 use crate::cargo_workspace::{self, Workspace};
 use crate::files::{Files, GENERATED, Owner};
@@ -155,7 +156,8 @@ impl InterfaceCrate {
         self.workspace.as_ref()
     }
 
-    /// The path from the `generated/` of the component in `folder` to the crate, as its manifest names it.
+    /// The path from the `generated/` of the component in `folder` to the crate, as its manifest
+    /// names it.
     pub fn dependency(&self, folder: &Path) -> io::Result<String> {
         let from = cargo_workspace::absolute(&folder.join(GENERATED))?;
         let path = cargo_workspace::relative(&from, &self.folder.join(GENERATED));
@@ -186,7 +188,8 @@ impl InterfaceCrate {
                     let message = format!("another program holds {}", self.root.display());
                     return Err(io::Error::new(io::ErrorKind::TimedOut, message));
                 }
-                // As cargo does on file systems that cannot lock: network file systems lock no folders.
+                // As cargo does on file systems that cannot lock: network file systems lock no
+                // folders.
                 Err(Errno::BADF | Errno::NOTSUP | Errno::NOSYS | Errno::NOLCK) | Ok(()) => {
                     return Ok(Lock { _folder: folder });
                 }
@@ -195,8 +198,9 @@ impl InterfaceCrate {
         }
     }
 
-    /// The definitions in the `.idsl` files of the folder of interfaces. Files with errors are left out; what is wrong
-    /// with them is in `found`, and the second value tells whether there are any.
+    /// The definitions in the `.idsl` files of the folder of interfaces. Files with errors are left
+    /// out; what is wrong with them is in `found`, and the second value tells whether there are
+    /// any.
     pub fn own(
         &self,
         sources: &mut SourceMap,
@@ -237,8 +241,8 @@ impl InterfaceCrate {
         Ok((all, faulty))
     }
 
-    /// The definitions, with their files as the crate records them. The folder of interfaces comes first, so that
-    /// its comments are those that are printed.
+    /// The definitions, with their files as the crate records them. The folder of interfaces comes
+    /// first, so that its comments are those that are printed.
     pub fn definitions(&self, all: Vec<Definitions>) -> Vec<Definition> {
         let all = all.into_iter().flat_map(|definitions| definitions.0);
         let mut all: Vec<Definition> = all
@@ -258,8 +262,9 @@ impl InterfaceCrate {
         all
     }
 
-    /// The files of the crate with these modules, relative to [`InterfaceCrate::folder`]; those that it has already stay
-    /// unless `exact`. None where a module has two definitions, which `found` shows.
+    /// The files of the crate with these modules, relative to [`InterfaceCrate::folder`]; those
+    /// that it has already stay unless `exact`. None where a module has two definitions, which
+    /// `found` shows.
     pub fn files(
         &self,
         definitions: Vec<Definition>,
@@ -279,7 +284,8 @@ impl InterfaceCrate {
             let other = match (entries.get(&stem), new.get(&stem)) {
                 (None, _) => None,
                 (Some(entry), place) if definition.is(entry) => {
-                    // The first one of this generation is printed; before it, what an older one printed is renewed.
+                    // The first one of this generation is printed; before it, what an older one
+                    // printed is renewed.
                     if place.is_some() {
                         continue;
                     }
@@ -352,7 +358,8 @@ impl InterfaceCrate {
         Ok(entries.filter_map(entry).collect())
     }
 
-    /// Where another definition of the same module stands that the crate holds, if it is still there.
+    /// Where another definition of the same module stands that the crate holds, if it is still
+    /// there.
     fn elsewhere(
         &self,
         entry: &Entry,

@@ -1,5 +1,6 @@
-//! Finds description files on the disk, in this order: the importing file's folder, every `-I`, the folder
-//! `interfaces` of the workspace, `RC_IDSL_PATH`, and the interfaces that come with this program.
+//! Finds description files on the disk, in this order: the importing file's folder, every `-I`, the
+//! folder `interfaces` of the workspace, `RC_IDSL_PATH`, and the interfaces that come with this
+//! program.
 
 use crate::cargo_workspace::{self, Workspace};
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
@@ -66,8 +67,8 @@ pub struct FileLoader {
 }
 
 impl FileLoader {
-    /// Looks into `include`, into the folder `interfaces` of the importing file's workspace, and into the folders of
-    /// `RC_IDSL_PATH`.
+    /// Looks into `include`, into the folder `interfaces` of the importing file's workspace, and
+    /// into the folders of `RC_IDSL_PATH`.
     pub fn new(include: &[PathBuf]) -> Self {
         let path = std::env::var_os("RC_IDSL_PATH").unwrap_or_default();
         let there = |dir: &PathBuf| !dir.as_os_str().is_empty();
@@ -78,8 +79,9 @@ impl FileLoader {
         }
     }
 
-    /// The folder of interfaces of the workspace of a file in `folder`; relative where `folder` is, so that one file
-    /// has one path. A manifest that cannot be read is reported where code is generated.
+    /// The folder of interfaces of the workspace of a file in `folder`; relative where `folder` is,
+    /// so that one file has one path. A manifest that cannot be read is reported where code is
+    /// generated.
     fn interfaces(&self, folder: &Path) -> Option<PathBuf> {
         let mut last = self.workspace.borrow_mut();
         // Files that come with this program are imported by the file that was asked about last.

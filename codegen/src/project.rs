@@ -25,13 +25,14 @@ pub struct Project {
     pub state_machine: Option<StateMachine>,
     /// The files of the modules that its imports reach, in the order of the library.
     pub origins: Vec<Origin>,
-    /// Hash of all the description files that its generated code comes from, comments and white space aside.
+    /// Hash of all the description files that its generated code comes from, comments and white
+    /// space aside.
     pub hash: u64,
 }
 
 impl Project {
-    /// Reads a component. There is one unless a file could not be read at all; it may be used only where no
-    /// diagnostic is an error. An error is a `.cdsl` that the system does not give.
+    /// Reads a component. There is one unless a file could not be read at all; it may be used only
+    /// where no diagnostic is an error. An error is a `.cdsl` that the system does not give.
     pub fn load(
         path: &Path,
         sources: &mut SourceMap,
@@ -89,7 +90,8 @@ impl Project {
         ))
     }
 
-    /// Whether the code that was generated for it last is that of a node of ROS 2, also where no slot of it says so.
+    /// Whether the code that was generated for it last is that of a node of ROS 2, also where no
+    /// slot of it says so.
     pub(crate) fn is_node(&self) -> bool {
         let note = Note::of_generated(self.folder());
         note.is_ok_and(|note| note.is_some_and(|note| note.middleware == Backend::Ros2.word()))
@@ -125,7 +127,8 @@ fn state_machine(
     machine
 }
 
-/// The text of a file that a `.cdsl` names, or a finding with the nearest file of these endings beside it.
+/// The text of a file that a `.cdsl` names, or a finding with the nearest file of these endings
+/// beside it.
 fn read(
     path: &Path,
     file: &Name,

@@ -15,7 +15,8 @@ pub enum Framework {
 }
 
 impl Framework {
-    /// A git address has a scheme or ends in `.git`; everything else is a folder, which must hold this project.
+    /// A git address has a scheme or ends in `.git`; everything else is a folder, which must hold
+    /// this project.
     pub fn parse(text: &str) -> Result<Self, String> {
         let is_git = Path::new(text).extension().is_some_and(|e| e == "git");
         if text.contains("://") || text.starts_with("git@") || is_git {

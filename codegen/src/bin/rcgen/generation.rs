@@ -155,7 +155,8 @@ impl Group {
         let dry = args.dry_run || args.check;
         let lock = (!dry).then(|| self.interfaces.lock());
         let _lock = lock.transpose().map_err(system)?;
-        // What a component with errors used before stays. A component in no workspace shares its crate with none.
+        // What a component with errors used before stays. A component in no workspace shares its
+        // crate with none.
         let whole = self.whole || self.interfaces.workspace().is_none();
         let exact = whole && !faulty;
         let parts = generation::parts(

@@ -1,7 +1,7 @@
 //! `rcgen`: from description files to a component.
 //!
-//! Exit codes: 0 done; 1 the input is wrong, or generated code is not up to date; 2 wrong usage; 3 the system
-//! refused.
+//! Exit codes: 0 done; 1 the input is wrong, or generated code is not up to date; 2 wrong usage; 3
+//! the system refused.
 
 mod generation;
 
@@ -18,7 +18,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Generates components from their .cdsl files: a generic layer that is rewritten, and a worker that is yours.
+/// Generates components from their .cdsl files: a generic layer that is rewritten, and a worker
+/// that is yours.
 #[derive(Parser)]
 #[command(
     name = "rcgen",
@@ -51,21 +52,21 @@ enum Command {
         /// Its name.
         name: String,
     },
-    /// Checks description files and configurations; says everything that is wrong at once.
+    /// Checks description files and configurations; reports all findings at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl files, .toml files that lie in a component's etc/, and
-        /// folders with any of them.
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl files, .toml files that lie in a component's
+        /// etc/, and folders with any of them.
         #[arg(required = true)]
         files: Vec<PathBuf>,
         #[command(flatten)]
         common: Common,
     },
-    /// Puts description files into their layout. Comments stay; a file with a syntax error stays as it is.
+    /// Formats description files. Comments stay; a file with a syntax error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).
         #[arg(required = true)]
         files: Vec<PathBuf>,
-        /// Lists the files that are not in their layout, fails with 1 if there is one, and writes nothing.
+        /// Lists the files that are not formatted, fails with 1 if there is one, and writes nothing.
         #[arg(long)]
         check: bool,
         /// How findings are printed: human, short or json (one object a line).
@@ -74,8 +75,8 @@ enum Command {
     },
     /// Brings the configuration of a component to what its .pdsl declares now.
     Config {
-        /// Writes what is new with its comment and default, makes comments of what is gone, and gives a value its new
-        /// name where that is certain. All else stays as it is.
+        /// Adds new parameters with comment and default, turns removed ones into comments, and
+        /// renames a value if the rename is certain. All else stays as it is.
         #[arg(long, required = true)]
         update: bool,
         /// The component, whose etc/config.toml is meant, or a .toml file in a component's etc/.
@@ -90,15 +91,15 @@ enum Command {
         #[arg(long)]
         check: bool,
     },
-    /// Explains the code of a finding, with a wrong and a right example; lists all codes where none is given.
+    /// Explains a diagnostic code with a wrong and a right example. Lists all codes without one.
     Explain {
         /// The code, such as unknown-type.
         code: Option<String>,
     },
-    /// Writes interfaces, with all that they import, in the language of another middleware, for programs that are
-    /// not made with this project.
+    /// Writes interfaces, with all that they import, in the language of another middleware.
     Export {
-        /// The interfaces: a file, or the name of one in an -I folder or of those that come with rcgen.
+        /// The interfaces: a file, or the name of one in an -I folder or of those that come with
+        /// rcgen.
         #[arg(value_name = "FILE.idsl")]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (interface packages).
@@ -139,8 +140,9 @@ enum Command {
 
 #[derive(Args)]
 struct Generate {
-    /// Components, and folders with components of a workspace. The folder of the workspace itself stands for all of
-    /// it: then the crate `interfaces` holds exactly what components use and what the folder of interfaces holds.
+    /// Components, and folders with components of a workspace. For the folder of the workspace
+    /// itself, the crate `interfaces` then holds exactly what components use and what the folder of
+    /// interfaces holds.
     #[arg(value_name = "FILE.cdsl|FOLDER")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -148,8 +150,8 @@ struct Generate {
     /// The component's folder [default: the folder of FILE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests [default: iceoryx2;
-    /// in a FOLDER, the middleware that a component was generated for before].
+    /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
+    /// [default: iceoryx2; in a FOLDER, the middleware that a component was generated for before].
     #[arg(long, value_parser = middleware)]
     middleware: Option<Backend>,
     /// Generates this language, whatever the file says.
