@@ -64,6 +64,8 @@ fn in_one_process(trace: &Path) {
     let site = Site::new("swap_local");
     let configs = configure(&site, trace);
     let workspace = site.path("workspace");
+    // The components share the crate of interfaces of this workspace.
+    write(&workspace.join("Cargo.toml"), "[workspace]\n");
     let mut dependencies = String::new();
     let mut starts = String::new();
     for ((component, instance), config) in COMPONENTS.iter().zip(&configs) {
