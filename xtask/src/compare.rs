@@ -16,13 +16,14 @@ pub(crate) struct Peer {
 /// One row of a table of ratios.
 pub(crate) struct Ratio {
     pub(crate) what: String,
-    pub(crate) ratio: f64,
+    /// The time of the generated components over that of the others.
+    pub(crate) value: f64,
     pub(crate) goal: f64,
 }
 
 /// Whether all goals are met.
 pub(crate) fn met(ratios: &[Ratio]) -> bool {
-    ratios.iter().all(|row| row.ratio <= row.goal)
+    ratios.iter().all(|row| row.value <= row.goal)
 }
 
 /// What one side took for a row.
@@ -124,7 +125,7 @@ impl Peer {
             let ratio = a.times.quantile(0.5) / b.times.quantile(0.5);
             ratios_found.push(Ratio {
                 what: row.name.to_string(),
-                ratio,
+                value: ratio,
                 goal,
             });
             println!(
@@ -184,7 +185,7 @@ impl Peer {
             let ratio = quantile(&mut ratios, 0.5);
             ratios_found.push(Ratio {
                 what: format!("{what}, full speed"),
-                ratio,
+                value: ratio,
                 goal,
             });
             println!(

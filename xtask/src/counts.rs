@@ -21,9 +21,9 @@ const INSTRUCTIONS_GOAL: f64 = 1.30;
 /// Rounding of a count that is almost an integer: polls of an idle loop belong to no message.
 const TOLERANCE: f64 = 0.02;
 /// A tool may take this long to attach, to write its result, or to start a program.
-const TOOL: Duration = Duration::from_secs(60);
+const TOOL: Duration = Duration::from_mins(1);
 /// A block may take this long under a tool.
-const BLOCK: Duration = Duration::from_secs(300);
+const BLOCK: Duration = Duration::from_mins(5);
 /// Kernel calls that belong to the benchmark and not to the message: the pause between two samples.
 const NOT_COUNTED: &str = "clock_nanosleep";
 
@@ -244,10 +244,13 @@ fn instructions(
             control("--dump", pid)?;
             let dump = folder.join(format!("callgrind.{pid}.{}", at + 1));
             let text = std::fs::read_to_string(&dump)?;
-            let total = text
+            let mut total = text
                 .lines()
                 .filter_map(|line| line.strip_prefix("totals: "));
-            let total: f64 = total.last().ok_or("callgrind wrote no total")?.parse()?;
+            let total: f64 = total
+                .next_back()
+                .ok_or("callgrind wrote no total")?
+                .parse()?;
             let of = if end == 0 {
                 row.count
             } else {

@@ -23,7 +23,7 @@ const ROUNDS: usize = 7;
 /// The goal for so many components on two cores.
 const GOAL: (usize, Duration) = (100, Duration::from_secs(3));
 /// No start and no end of a network takes longer.
-const LIMIT: Duration = Duration::from_secs(60);
+const LIMIT: Duration = Duration::from_mins(1);
 /// The package of supervisord on `PyPI`.
 const PACKAGE: &str = "supervisor==4.3.0";
 

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// Runs of each program.
 const RUNS: usize = 20;
 /// The limit of a run.
-pub(crate) const LIMIT: Duration = Duration::from_secs(60);
+pub(crate) const LIMIT: Duration = Duration::from_mins(1);
 /// The size of a large text, in bytes.
 const LARGE: usize = 1 << 20;
 

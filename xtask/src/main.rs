@@ -55,7 +55,7 @@ fn main() -> ExitCode {
         ["bench", "--repeat", runs, "--every", minutes]
             if let (Ok(runs @ 1..), Ok(minutes)) = (runs.parse(), minutes.parse::<u64>()) =>
         {
-            let pause = std::time::Duration::from_secs(60 * minutes);
+            let pause = std::time::Duration::from_mins(minutes);
             bench::repeated(runs, pause).map_err(|e| e.to_string())
         }
         ["bench", "counts"] => counts::run(false).map_err(|e| e.to_string()),

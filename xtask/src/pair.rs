@@ -11,7 +11,7 @@ use std::time::Duration;
 /// How long a pair may take to start.
 const START: Duration = Duration::from_secs(10);
 /// The same under a tool that slows it down.
-const TOOL_START: Duration = Duration::from_secs(120);
+const TOOL_START: Duration = Duration::from_mins(2);
 /// How long one block may take.
 const BLOCK: Duration = Duration::from_secs(10);
 

@@ -105,7 +105,7 @@ pub(crate) fn run(middleware: Middleware, seconds: &str) -> Result<(), Failure> 
         length: Duration::from_secs(seconds.parse()?),
         programs: middleware.programs(Profile::Release)?,
         middleware,
-        line: Duration::from_secs(60),
+        line: Duration::from_mins(1),
     })
 }
 

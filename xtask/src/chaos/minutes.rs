@@ -61,7 +61,7 @@ pub(super) fn run(minutes: u32, seed: u64) -> Result<(), Failure> {
     describe(&ground)?;
     let mut seen = Seen::default();
     let pause = pauses();
-    let end = Instant::now() + Duration::from_secs(60) * minutes;
+    let end = Instant::now() + Duration::from_mins(1) * minutes;
     let outcome = storm(&ground, &mut Dice(seed), end, &mut seen);
     if let Err(error) = outcome.and_then(|()| ground.nothing_is_left()) {
         let folder = ground.keep();

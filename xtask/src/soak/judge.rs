@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// may differ within the end.
 const FLAT: f64 = 1.0;
 /// The end is that long, or the second half of a run that is not twice as long.
-const END: Duration = Duration::from_secs(300);
+const END: Duration = Duration::from_mins(5);
 /// The end is divided into so many parts to see whether it is flat: a single measurement may hit a
 /// moment of more use.
 const PARTS: usize = 5;
