@@ -9,8 +9,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
 /// The limit for a line and for the end; before the first line, variants are built.
-const LIMIT: Duration = Duration::from_secs(60);
-const BUILD: Duration = Duration::from_secs(900);
+const LIMIT: Duration = Duration::from_mins(1);
+const BUILD: Duration = Duration::from_mins(15);
 
 /// A running soak. A failing test kills it; its components then end, because nobody reads their
 /// output.
