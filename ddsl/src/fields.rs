@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// The maximum duration of a field: one day.
-const MAX_DURATION: Duration = Duration::from_secs(24 * 60 * 60);
+const MAX_DURATION: Duration = Duration::from_hours(24);
 /// The processor numbers of a Linux CPU set.
 const PROCESSORS: RangeInclusive<i64> = 0..=1023;
 /// The real-time priorities of Linux.
@@ -100,7 +100,7 @@ pub(crate) fn instance(
             Field::After(names) => references.after.clone_from(names),
             Field::Restart(tree) => instance.restart = restart(tree, found),
             Field::Ready(literal) => {
-                instance.ready = duration(literal, word, found).unwrap_or(READY)
+                instance.ready = duration(literal, word, found).unwrap_or(READY);
             }
             Field::Stop(literal) => instance.stop = duration(literal, word, found).unwrap_or(STOP),
             Field::Env(variables) => {

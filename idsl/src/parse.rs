@@ -89,7 +89,7 @@ fn decl(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Decl> {
             Rule::enumerator => enumerators.extend(enumerator(r, part)),
             Rule::operation => operations.extend(operation(r, part)),
             Rule::skipped if rule == Rule::interface_decl => {
-                r.report_skipped(&part, Rule::operation)
+                r.report_skipped(&part, Rule::operation);
             }
             Rule::skipped => r.report_skipped(&part, Rule::member),
             Rule::type_ref => types.push(type_ref(r, part)),
