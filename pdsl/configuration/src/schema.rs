@@ -11,6 +11,8 @@ use rc_settings::{Key, Kind as Takes, MIDDLEWARES, Value as Setting, qos};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
+/// The longest line of a schema, in bytes, unless a single value is longer.
+const LINE: usize = 120;
 /// The format of a duration, as `rc_settings::duration::parse` reads it.
 const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
 /// The format of the address of a slot: names with `/` between them.
@@ -98,8 +100,50 @@ pub fn schema(
     if let Some(required) = required {
         set(&mut root, "required", json!(required));
     }
-    // Only maps whose keys are not strings can fail, and there are none.
-    serde_json::to_string_pretty(&root).unwrap_or_default() + "\n"
+    let mut text = String::new();
+    print(&root, 0, &mut text);
+    text + "\n"
+}
+
+/// Prints a value with two spaces of indentation. A value that fits into a line stands on one line.
+fn print(value: &Json, indent: usize, out: &mut String) {
+    let line = value.to_string();
+    if indent + line.len() <= LINE {
+        out.push_str(&line);
+        return;
+    }
+    let inside = indent + 2;
+    let begin = |first: bool, out: &mut String| {
+        out.push_str(if first { "\n" } else { ",\n" });
+        out.push_str(&" ".repeat(inside));
+    };
+    let end = match value {
+        Json::Object(entries) if !entries.is_empty() => {
+            out.push('{');
+            for (at, (key, value)) in entries.iter().enumerate() {
+                begin(at == 0, out);
+                out.push_str(&Json::from(key.as_str()).to_string());
+                out.push_str(": ");
+                print(value, inside, out);
+            }
+            '}'
+        }
+        Json::Array(items) if !items.is_empty() => {
+            out.push('[');
+            for (at, item) in items.iter().enumerate() {
+                begin(at == 0, out);
+                print(item, inside, out);
+            }
+            ']'
+        }
+        _ => {
+            out.push_str(&line);
+            return;
+        }
+    };
+    out.push('\n');
+    out.push_str(&" ".repeat(indent));
+    out.push(end);
 }
 
 /// The settings of a middleware.
