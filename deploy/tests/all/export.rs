@@ -61,7 +61,7 @@ fn the_files_are_as_recorded() {
         for (word, engine) in Engine::WORDS {
             let (export, target) = exported(network, engine);
             let name = Path::new(network).file_stem().expect("a name");
-            let file = format!("export/{}.{word}.txt", name.display());
+            let file = format!("../export/{}.{word}.txt", name.display());
             expect_file![file].assert_eq(&text(&export, &target));
         }
     }

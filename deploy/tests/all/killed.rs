@@ -135,7 +135,7 @@ fn the_next_up_recovers_when_supervisor_and_guard_are_killed() {
 
     let mut up = bench.start(vec![self::well("new")]);
     let message = up.await_event("recovered", None);
-    assert!(message.contains("3 processes were killed"), "{message}");
+    assert!(message.contains("killed 3 orphaned processes"), "{message}");
     up.await_event("up", None);
     await_end(&deaf);
     await_end(&children);

@@ -185,7 +185,7 @@ fn a_component_that_hangs_is_told_once() {
         component("silent", "silent 2500", &[]),
     ]);
     let message = up.await_event("hung", Some("stuck"));
-    assert!(message.contains("has not turned for 5000 ms"), "{message}");
+    assert!(message.contains("has not run for 5000 ms"), "{message}");
     let message = up.await_event("hung", Some("silent"));
     assert!(message.contains("has not sent a heartbeat"), "{message}");
     assert_eq!(bench.status().components[0].state, ComponentState::Hung);

@@ -165,7 +165,7 @@ fn what_is_private_or_elsewhere_is_refused_at_its_place() {
     assert_eq!(apart.code, 1, "{apart:?}");
     assert!(
         apart.stderr.contains("error[shared-memory-across-hosts]")
-            && apart.stderr.contains("pi and localhost"),
+            && apart.stderr.contains("`pi` and `localhost`"),
         "{apart:?}"
     );
     let dds = check(&["--middleware", "dds"]);

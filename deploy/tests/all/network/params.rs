@@ -181,7 +181,7 @@ fn what_is_wrong_changes_nothing_and_says_so() {
     let conflict = params(&site, &["save", net, "avoider"]);
     assert_eq!(conflict.code, 1, "{conflict:?}");
     assert!(
-        conflict.stderr.contains("is 550.0 in it now"),
+        conflict.stderr.contains("is 550.0 in the file now"),
         "{conflict:?}"
     );
     assert_eq!(fs::read_to_string(&file).expect("the file"), edited);

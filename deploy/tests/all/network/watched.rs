@@ -68,7 +68,7 @@ fn overruns_silence_and_peers_that_vanish_are_told_once_and_when_they_are_over()
             &site,
             "avoider",
             "peer-vanished",
-            &format!("of {slot} any more"),
+            &format!("slot {slot} has no peer any more"),
         );
         site.await_component("avoider", |c| has_trouble(c, "peer-vanished", slot));
     }
