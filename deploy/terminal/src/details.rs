@@ -1,8 +1,8 @@
 //! The pages of one component: its log, its parameters, its connections.
 
 use super::model::{Component, Model, Page, Rate};
-use super::render::{fit, offset, opt, put, times};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
+use super::text::{fit, offset, opt, put, times};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -24,6 +24,7 @@ mod session;
 mod style;
 #[cfg(test)]
 mod tests;
+mod text;
 mod usage;
 
 pub use screen::usable;

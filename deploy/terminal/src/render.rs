@@ -4,12 +4,12 @@ use super::details;
 use super::keys::{HELP, leaving};
 use super::model::{Component, Figures, Host, Model, Page, Prompt};
 use super::rows::{Kind, Row};
-use super::style::{bytes, chosen, faint, percent, plain, rate, strong, time, uptime};
+use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
+use super::text::{fit, offset, opt, put, times};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use ratatui::text::{Line, Span};
-use rc_management::component::Timing;
+use ratatui::text::Span;
 use rc_management::event::{Event, time_text};
 use rc_management::supervisor::ComponentState;
 
@@ -89,14 +89,6 @@ const COLUMNS: [Column; 10] = [
     },
 ];
 
-pub(super) fn opt<T>(value: Option<T>, show: impl FnOnce(T) -> String) -> String {
-    value.map_or_else(|| "-".to_owned(), show)
-}
-
-pub(super) fn times(work: Timing) -> String {
-    format!("{}/{}", time(work.p50_us), time(work.p99_us))
-}
-
 /// Draws the whole screen.
 pub(crate) fn draw(model: &Model, area: Rect, buf: &mut Buffer) {
     let lines = split(area);
@@ -122,16 +114,6 @@ fn split(area: Rect) -> Vec<Rect> {
     }
     let line = |y| Rect::new(area.x, y, area.width, 1);
     (area.top()..area.bottom()).map(line).collect()
-}
-
-pub(super) fn put<'t>(buf: &mut Buffer, at: Rect, spans: impl IntoIterator<Item = Span<'t>>) {
-    let line = Line::from_iter(spans);
-    buf.set_line(at.x, at.y, &line, at.width);
-}
-
-/// A list of which `at` is to be seen: the first line that is shown.
-pub(super) fn offset(at: usize, count: usize, room: usize) -> usize {
-    at.saturating_sub(room / 2).min(count.saturating_sub(room))
 }
 
 fn header(model: &Model, at: Rect, buf: &mut Buffer) {
@@ -395,17 +377,6 @@ fn state(model: &Model, row: &Row<'_>, members: &[&Component]) -> (String, Style
         model.care()
     };
     (format!("{running}/{}", members.len()), style)
-}
-
-/// A text of just this width.
-pub(super) fn fit(text: &str, width: usize) -> String {
-    let count = text.chars().count();
-    if count > width {
-        let cut: String = text.chars().take(width.saturating_sub(1)).collect();
-        format!("{cut}…")
-    } else {
-        format!("{text}{}", " ".repeat(width - count))
-    }
 }
 
 fn rule(at: Rect, title: &str, buf: &mut Buffer) {
