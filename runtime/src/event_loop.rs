@@ -28,6 +28,8 @@ const HANDLERS_A_TURN: usize = 64;
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
 /// The shortest time between two log messages about the same port, or about `compute()`.
 const LOG_PAUSE: Duration = Duration::from_secs(1);
+/// The longest time for which the status does not count a message that was handled without any trouble.
+const COUNT_INTERVAL: Duration = Duration::from_millis(100);
 /// The interval at which the loop counts peers.
 const PEERS_INTERVAL: Duration = Duration::from_secs(1);
 
@@ -47,6 +49,8 @@ pub(crate) struct EventLoop<'a> {
     first_port: usize,
     /// The messages of this turn, which the status does not count yet.
     handled: Vec<Handled>,
+    /// When the handler of the first one of them began.
+    handled_since: Instant,
     peers_at: Option<Instant>,
     swept: Instant,
     fatal: Option<String>,
@@ -170,6 +174,7 @@ impl<'a> EventLoop<'a> {
             period,
             first_port: 0,
             handled: Vec::with_capacity(HANDLERS_A_TURN),
+            handled_since: Instant::now(),
             peers_at: None,
             swept: Instant::now(),
             fatal: None,
@@ -373,7 +378,7 @@ impl<'a> EventLoop<'a> {
                 if !spin.is_zero() {
                     self.ports[at].spin_until = Some(now + spin);
                 }
-                self.handled(at, now.saturating_duration_since(start), lost, result);
+                self.handled(at, start, now, lost, result);
                 return now;
             }
             Err(error) => {
@@ -387,20 +392,37 @@ impl<'a> EventLoop<'a> {
                 }
                 let now = Instant::now();
                 let error = HandlerError(error.to_string());
-                self.handled(at, now.saturating_duration_since(start), lost, Err(error));
+                self.handled(at, start, now, lost, Err(error));
                 return now;
             }
         }
         start
     }
 
-    fn handled(&mut self, at: usize, took: Duration, lost: u64, result: Result<(), HandlerError>) {
+    /// Notes a message that was handled from `start` until `now`. The status counts an overrun, a loss and an error at
+    /// once, for the turn may go on for long, or never end.
+    fn handled(
+        &mut self,
+        at: usize,
+        start: Instant,
+        now: Instant,
+        lost: u64,
+        result: Result<(), HandlerError>,
+    ) {
+        let took = now.saturating_duration_since(start);
+        if self.handled.is_empty() {
+            self.handled_since = start;
+        }
         self.handled.push(Handled {
             slot: self.ports[at].slot,
             took,
             lost,
             ok: result.is_ok(),
         });
+        let waited = now.saturating_duration_since(self.handled_since);
+        if took > self.period || lost > 0 || result.is_err() || waited >= COUNT_INTERVAL {
+            self.count_handled();
+        }
         if took > self.period {
             let message = format!(
                 "a handler took {took:?}, longer than the period of {:?}",
@@ -413,7 +435,7 @@ impl<'a> EventLoop<'a> {
         }
     }
 
-    /// Adds the messages of this turn to the status: one lock a turn, not one a message.
+    /// Adds the handled messages to the status: one lock for many messages, not one a message.
     fn count_handled(&mut self) {
         if self.handled.is_empty() {
             return;
