@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::io;
+use std::net::Shutdown;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -19,6 +20,8 @@ use std::time::{Duration, Instant};
 
 /// The longest message, in bytes: the status of a network has many times the length of a component's line.
 const LONGEST: usize = 64 * lines::LIMIT;
+/// The most bytes of messages that wait for [`Client::next`] and [`Client::receive`].
+const MOST_WAITING: usize = 2 * LONGEST;
 
 /// A connection to the management socket of a component or a supervisor.
 ///
@@ -42,8 +45,17 @@ pub struct Client {
     lines: Lines,
     output: Output,
     requests: u64,
-    received: VecDeque<Incoming>,
+    received: VecDeque<Received>,
+    /// The sum of their sizes.
+    waiting: usize,
     closed: bool,
+}
+
+/// A message that waits, and about how many bytes it takes.
+#[derive(Debug)]
+struct Received {
+    incoming: Incoming,
+    size: usize,
 }
 
 /// A received message.
@@ -107,6 +119,7 @@ impl Client {
             output: Output::default(),
             requests: 0,
             received: VecDeque::new(),
+            waiting: 0,
             closed: false,
         })
     }
@@ -128,11 +141,14 @@ impl Client {
     /// Writes and reads what is possible at once. Returns what has arrived, and whether the connection is still open.
     pub fn receive(&mut self) -> (Vec<Incoming>, bool) {
         self.turn();
-        (self.received.drain(..).collect(), !self.closed)
+        self.waiting = 0;
+        let received = self.received.drain(..).map(|received| received.incoming);
+        (received.collect(), !self.closed)
     }
 
     /// Sends a request and waits for its answer, at most for `limit`. Notifications that arrive meanwhile are kept for
-    /// [`Client::next`] and [`Client::receive`].
+    /// [`Client::next`] and [`Client::receive`]. Answers to earlier requests are dropped. Where more than 8 MiB are
+    /// kept, the connection closes with an error.
     pub fn call<T: DeserializeOwned>(
         &mut self,
         request: &impl Serialize,
@@ -145,31 +161,62 @@ impl Client {
             Incoming::Notification(..) => false,
             Incoming::Unknown(_) => true,
         };
-        let end = Instant::now() + limit;
-        let answer = loop {
-            if let Some(at) = self.received.iter().position(is_answer) {
-                break self.received.remove(at);
-            }
-            self.wait(end, limit)?;
-        };
-        match answer {
-            Some(Incoming::Answer(_, result)) => {
+        let answer = self.until(limit, |client| {
+            client.drop_answers_before(number);
+            let mut received = client.received.iter();
+            let at = received.position(|received| is_answer(&received.incoming))?;
+            client.take(at)
+        });
+        match answer? {
+            Incoming::Answer(_, result) => {
                 let result = result?;
                 T::deserialize(&result).map_err(|_| CallError::Unexpected(result.to_string()))
             }
-            Some(Incoming::Unknown(text)) => Err(CallError::Unexpected(text)),
-            Some(Incoming::Notification(..)) | None => Err(CallError::Closed),
+            Incoming::Unknown(text) => Err(CallError::Unexpected(text)),
+            Incoming::Notification(..) => Err(CallError::Closed),
         }
     }
 
     /// Waits for the next message, at most for `limit`.
     pub fn next(&mut self, limit: Duration) -> Result<Incoming, CallError> {
+        self.until(limit, |client| client.take(0))
+    }
+
+    /// Takes the message at this place of those that wait.
+    fn take(&mut self, at: usize) -> Option<Incoming> {
+        let Received { incoming, size } = self.received.remove(at)?;
+        self.waiting -= size;
+        Some(incoming)
+    }
+
+    /// Drops late answers to requests before this one, whose calls have ended.
+    fn drop_answers_before(&mut self, number: u64) {
+        self.received.retain(|Received { incoming, size }| {
+            let is_late = matches!(incoming, Incoming::Answer(Some(n), _) if *n < number);
+            if is_late {
+                self.waiting -= size;
+            }
+            !is_late
+        });
+    }
+
+    /// Reads until `find` finds something, at most for `limit`, even while messages go on arriving.
+    fn until<T>(
+        &mut self,
+        limit: Duration,
+        mut find: impl FnMut(&mut Self) -> Option<T>,
+    ) -> Result<T, CallError> {
         let end = Instant::now() + limit;
+        let mut is_over = false;
         loop {
-            if let Some(incoming) = self.received.pop_front() {
-                return Ok(incoming);
+            if let Some(found) = find(self) {
+                return Ok(found);
+            }
+            if is_over {
+                return Err(CallError::TimedOut(limit));
             }
             self.wait(end, limit)?;
+            is_over = Instant::now() >= end;
         }
     }
 
@@ -192,6 +239,10 @@ impl Client {
             Err(error) => return Err(CallError::Io(error.into())),
         }
         self.turn();
+        if self.waiting > MOST_WAITING {
+            let reason = format!("more than {MOST_WAITING} bytes of other messages came");
+            return Err(CallError::Io(io::Error::other(reason)));
+        }
         Ok(())
     }
 
@@ -202,7 +253,16 @@ impl Client {
         }
         let (lines, ended) = self.lines.read(&self.stream);
         self.closed |= ended;
-        self.received.extend(lines.into_iter().map(incoming));
+        for line in lines {
+            let size = size_of::<Received>() + line.bytes().map_or(0, <[u8]>::len);
+            let incoming = incoming(line);
+            self.received.push_back(Received { incoming, size });
+            self.waiting += size;
+        }
+        if self.waiting > MOST_WAITING {
+            self.closed = true;
+            let _ = self.stream.shutdown(Shutdown::Both);
+        }
     }
 }
 
@@ -292,6 +352,41 @@ mod tests {
             Err(CallError::Unexpected(_))
         ));
         assert!(matches!(call(b""), Err(CallError::Closed)));
+    }
+
+    /// A client, and a server that writes `line` until the connection closes.
+    fn flooded(line: &'static [u8]) -> (Client, std::thread::JoinHandle<()>) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        let listener = UnixListener::bind(&path).expect("a socket");
+        let client = Client::connect(&path, LIMIT).expect("a connection");
+        let server = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().expect("a client");
+            while stream.write_all(line).is_ok() {}
+        });
+        (client, server)
+    }
+
+    #[test]
+    fn a_peer_that_sends_without_end_does_not_hold_a_call() {
+        // The call drops these, so that only its limit ends it.
+        let (mut client, server) = flooded(b"{\"id\":0,\"result\":{}}\n");
+        let begin = Instant::now();
+        let answer = client.call::<Done>(&Request::Stop, SHORT);
+        assert!(matches!(answer, Err(CallError::TimedOut(SHORT))));
+        assert!(begin.elapsed() < LIMIT);
+        assert_eq!(client.waiting, 0);
+        drop(client);
+        server.join().expect("the server");
+
+        let (mut client, server) = flooded(b"{\"method\":\"event\",\"params\":7}\n");
+        let answer = client.call::<Done>(&Request::Stop, Duration::from_mins(1));
+        assert!(matches!(answer, Err(CallError::Io(_))), "{answer:?}");
+        // The other side learns that the connection is closed.
+        server.join().expect("the server");
+        while client.next(Duration::ZERO).is_ok() {}
+        assert_eq!(client.waiting, 0);
+        assert!(matches!(client.next(SHORT), Err(CallError::Closed)));
     }
 
     #[test]
