@@ -183,7 +183,10 @@ fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {
 }
 
 /// The path of a folder without links, also where its last parts do not exist yet.
-pub(crate) fn absolute(folder: &Path) -> io::Result<PathBuf> {
+///
+/// # Errors
+/// There is no current folder.
+pub fn absolute(folder: &Path) -> io::Result<PathBuf> {
     // The folder of a file without one is the current folder.
     let folder = std::env::current_dir()?.join(folder);
     let folder = load::normal(&folder);

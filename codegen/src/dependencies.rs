@@ -38,6 +38,8 @@ fn bad_name(name: &str) -> Option<&'static str> {
         Some("it must consist of letters, digits, `-` and `_`")
     } else if name.len() > 64 {
         Some("it is longer than 64 characters")
+    } else if name == "interfaces" {
+        Some("it is the crate of the interfaces")
     } else {
         None
     }

@@ -65,6 +65,11 @@ impl Files {
         self.0.insert(path.into(), (owner, text));
     }
 
+    /// Removes a file.
+    pub(crate) fn remove(&mut self, path: &Path) {
+        self.0.remove(path);
+    }
+
     /// The content of a file.
     pub fn text(&self, path: &Path) -> Option<&str> {
         self.0.get(path).map(|(_, text)| text.as_str())
@@ -136,7 +141,12 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
             continue;
         }
         let target = folder.join(&step.path);
-        if let Err(error) = stage(&target, files.text(&step.path).unwrap_or_default()) {
+        let result = if staged.iter().any(|(_, other)| *other == target) {
+            Err(io::Error::other("two parts of one generation write it"))
+        } else {
+            stage(&target, files.text(&step.path).unwrap_or_default())
+        };
+        if let Err(error) = result {
             for (temporary, _) in &staged {
                 let _ = std::fs::remove_file(temporary);
             }

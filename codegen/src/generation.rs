@@ -8,14 +8,24 @@ use crate::project::Project;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The files of a component, and what it takes from the crate of interfaces.
 pub struct Component {
     /// The folder that it is generated into.
     pub folder: PathBuf,
+    /// Whether it has a `src/lib.rs`, or gets one.
+    pub is_library: bool,
     files: Files,
     definitions: Definitions,
+}
+
+const LIBRARY: &str = "src/lib.rs";
+
+/// Whether a component has a `src/main.rs` only. This file declares its modules; `rcgen stubs`
+/// prints how they become a library.
+fn lacks_library(folder: &Path) -> bool {
+    folder.join("src/main.rs").exists() && !folder.join(LIBRARY).exists()
 }
 
 impl Component {
@@ -27,11 +37,16 @@ impl Component {
         interfaces: &InterfaceCrate,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
         let dependency = interfaces.dependency(&folder)?;
-        let (files, mut found) = generate::component(project, middleware, &dependency)?;
+        let (mut files, mut found) = generate::component(project, middleware, &dependency)?;
+        let is_library = !lacks_library(&folder);
+        if !is_library {
+            files.remove(Path::new(LIBRARY));
+        }
         let (definitions, more) = Definitions::of(&project.component.library, &project.origins)?;
         found.extend(more);
         let component = Self {
             folder,
+            is_library,
             files,
             definitions,
         };

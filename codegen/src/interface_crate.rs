@@ -297,7 +297,11 @@ impl InterfaceCrate {
             };
             if let Some(other) = other {
                 conflict = true;
-                found.push(two_definitions(&definition, &other.0, other.1));
+                let name = entries.get(&stem).map(|entry| &entry.name);
+                found.push(match name.filter(|name| **name != definition.code.name) {
+                    Some(name) => collision(name, &definition, other.1),
+                    None => two_definitions(&definition, &other.0, other.1),
+                });
                 continue;
             }
             // An equal definition in another file keeps its place as long as it is there.
@@ -336,14 +340,18 @@ impl InterfaceCrate {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
             Err(error) => return Err(load::named(&path, &error).into()),
         };
-        // What cannot be read, or is gone, is generated anew with the components that use it.
-        let manifest: DocumentMut = text.parse().unwrap_or_default();
+        let manifest: DocumentMut = text.parse().map_err(|_| {
+            let path = path.display();
+            let message = format!("{path} is not TOML; generate the whole workspace: rcgen .");
+            io::Error::new(io::ErrorKind::InvalidInput, message)
+        })?;
         let mut modules = Some(manifest.as_item());
         for key in MODULES {
             modules = modules.and_then(|item| item.get(key));
         }
         let modules = modules.and_then(Item::as_table_like).into_iter();
         let entries = modules.flat_map(|modules| modules.iter());
+        // A module without its file is generated anew with the components that use it.
         let entry = |(stem, item): (&str, &Item)| {
             let word = |key| item.get(key).and_then(Item::as_str).map(str::to_owned);
             let text = load::read(&folder.join("src").join(format!("{stem}.rs"))).ok()?;
@@ -463,6 +471,13 @@ fn print(entries: &BTreeMap<String, Entry>) -> Result<Files, Error> {
 fn hash(text: &str) -> String {
     let text = Trivia::new(text).significant();
     format!("{:016x}", rc_idsl::canonical::hash(&text))
+}
+
+/// Two modules whose names differ, but not in Rust.
+fn collision(first: &str, definition: &Definition, other: Span) -> Diagnostic {
+    let InterfaceModule { name, stem, .. } = &definition.code;
+    let message = format!("modules `{first}` and `{name}` are both `{stem}` in Rust");
+    Diagnostic::error("name-collision", definition.span, message).label(other, "the other one")
 }
 
 fn two_definitions(definition: &Definition, path: &Path, other: Span) -> Diagnostic {

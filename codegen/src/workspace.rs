@@ -102,7 +102,10 @@ pub fn init(framework: &Framework) -> Result<Files, interface_crate::Error> {
 pub fn new_component(name: &str) -> Result<Files, String> {
     let fits = name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if !fits || names::snake(name).ends_with('_') || ["generated", "interfaces"].contains(&name) {
+    if !fits
+        || names::snake(name).ends_with('_')
+        || ["generated", "interfaces"].contains(&names::package(name).as_str())
+    {
         return Err(format!(
             "`{name}` cannot be the name of a component: letters, digits and `_`, not a word of Rust"
         ));

@@ -204,6 +204,14 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
 /// Slots whose names become one name of Rust, or one that generated code uses itself.
 pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
     const OWN: [&str; 3] = ["core", "params", "deref"];
+    let name = &component.name;
+    if names::package(&name.text) == "interfaces" {
+        let message = format!(
+            "a component cannot be called `{}`: it is the crate of the interfaces",
+            name.text
+        );
+        found.push(Diagnostic::error("name-collision", name.span, message));
+    }
     let mut seen: Vec<(&str, String)> = Vec::new();
     for slot in &component.slots {
         let field = names::snake(&slot.name);

@@ -8,7 +8,7 @@ use crate::view::in_place::{Item, Part, Structure};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// A structure, as `templates/rust/in_place.rs.tera` prints it.
+/// A structure, as `templates/rust/in_place.tera` prints it.
 #[derive(Debug, Serialize)]
 pub(crate) struct Place<'a> {
     name: String,

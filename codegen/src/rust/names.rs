@@ -51,7 +51,8 @@ pub fn method(name: &str) -> String {
 /// A module of an interface or of types. Generated code has others of these names.
 pub fn module(name: &str) -> String {
     let snake = snake(name);
-    if ["cdr", "std"].contains(&snake.as_str()) {
+    // `lib` and `main` are the roots of a crate.
+    if ["cdr", "lib", "main", "std"].contains(&snake.as_str()) {
         snake + "_"
     } else {
         snake
@@ -139,6 +140,8 @@ mod tests {
         assert_eq!(snake("type"), "type_");
         assert_eq!(snake("_1st"), "_1st");
         assert_eq!(method("isConnected"), "is_connected_");
+        assert_eq!(module("Lib"), "lib_");
+        assert_eq!(module("Main"), "main_");
         assert_eq!(local("request"), "request_");
         assert_eq!(camel("datasayin"), "Datasayin");
         assert_eq!(camel("TData"), "TData");

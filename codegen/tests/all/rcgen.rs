@@ -518,3 +518,56 @@ fn a_configuration_is_not_blamed_for_its_component() {
         assert!(!err.contains("unknown-parameter"), "{err}");
     }
 }
+
+#[test]
+fn an_older_component_without_a_library_gets_none() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    std::fs::create_dir(folder.join("src")).expect("a folder");
+    for (file, text) in [("main.rs", "mod other;\n"), ("other.rs", "")] {
+        std::fs::write(folder.join("src").join(file), text).expect("a file");
+    }
+    let (code, _, err) = rcgen(folder, &["c.cdsl"]);
+    let hint = "c.cdsl: the component has no src/lib.rs; `rcgen stubs c.cdsl` prints it\n";
+    assert!(code == 0 && err.ends_with(hint), "{code} {err}");
+    assert!(!folder.join("src/lib.rs").exists());
+    std::fs::remove_file(folder.join("src/main.rs")).expect("it was there");
+    succeeds(folder, &["c.cdsl"]);
+    assert!(folder.join("src/main.rs").exists() && folder.join("src/lib.rs").exists());
+}
+
+#[test]
+fn one_folder_holds_one_component() {
+    let folder = folder(CDSL);
+    let folder = folder.path();
+    let out = succeeds(folder, &["c.cdsl", "./c.cdsl", "--dry-run"]);
+    assert_eq!(out.matches("src/main.rs\n").count(), 1, "{out}");
+    let other = CDSL.replace("Component c", "Component d");
+    std::fs::write(folder.join("d.cdsl"), other).expect("a file");
+    std::fs::create_dir(folder.join("interfaces")).expect("a folder");
+    let before = files(folder);
+    let (code, _, err) = rcgen(folder, &["."]);
+    let wanted = "./c.cdsl and ./d.cdsl are in one folder; a folder holds one component\n";
+    assert!(code == 2 && err.contains(wanted), "{code} {err}");
+    assert_eq!(changed(&before, &files(folder)), [""; 0]);
+}
+
+#[test]
+fn nothing_of_the_user_is_called_interfaces() {
+    let named = folder(&CDSL.replace("Component c", "Component Interfaces"));
+    let depending =
+        folder(&CDSL.replace("language", "dependencies { interfaces \"1\"; }; language"));
+    for (folder, wanted) in [
+        (
+            named,
+            "error[name-collision]: a component cannot be called `Interfaces`",
+        ),
+        (
+            depending,
+            "error[bad-dependency]: `interfaces` cannot be the name of a package",
+        ),
+    ] {
+        let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+        assert!(code == 1 && err.contains(wanted), "{code} {err}");
+    }
+}

@@ -348,3 +348,56 @@ fn a_disk_that_refuses_leaves_both_crates_as_they_were() {
     assert_eq!(code, 3, "{err}");
     assert_eq!(changed(&before, &files(&robot)), [""; 0]);
 }
+
+#[test]
+fn an_unreadable_index_removes_no_module() {
+    let (_folder, robot) = workspace();
+    let a = component(&robot, "a", "Scan.idsl", "publishes Scans;");
+    let b = component(&robot, "b", "Grip.idsl", "implements Gripper;");
+    succeeds(&robot, &[&a, &b]);
+    write(
+        &robot.join("interfaces/generated/Cargo.toml"),
+        "<<<<<<< mine\n",
+    );
+    let before = files(&robot);
+    let (code, out, err) = rcgen(&robot, &[&b]);
+    let wanted =
+        "interfaces/generated/Cargo.toml is not TOML; generate the whole workspace: rcgen .\n";
+    assert!(
+        code == 1 && out.is_empty() && err.ends_with(wanted),
+        "{code} {err}"
+    );
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+    succeeds(&robot, &["."]);
+    assert_eq!(modules(&robot), ["base", "grip", "scan"]);
+}
+
+#[test]
+fn a_component_is_not_in_the_folder_of_the_interfaces() {
+    let (_folder, robot) = workspace();
+    let text = "Component c { Communications { }; language rust; };";
+    write(&robot.join("interfaces/c.cdsl"), text);
+    let before = files(&robot);
+    let (code, _, err) = rcgen(&robot, &["interfaces/c.cdsl"]);
+    let wanted = "interfaces/c.cdsl: a component cannot be in the folder of the interfaces";
+    assert!(code == 2 && err.contains(wanted), "{code} {err}");
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+}
+
+#[test]
+fn two_modules_with_one_name_in_rust_collide() {
+    let (_folder, robot) = workspace();
+    let idsl = |name: &str| {
+        let text = format!("module {name} {{ interface I{name} {{ void f(); }}; }};\n");
+        write(&robot.join(format!("interfaces/{name}.idsl")), &text);
+    };
+    idsl("FooBar");
+    idsl("Foo_Bar");
+    idsl("Lib");
+    let (code, _, err) = rcgen(&robot, &[".", "--format", "short"]);
+    let wanted = "interfaces/Foo_Bar.idsl:1:8: error[name-collision]: modules `FooBar` and `Foo_Bar` are both `foo_bar` in Rust";
+    assert!(code == 1 && err.contains(wanted), "{code} {err}");
+    std::fs::remove_file(robot.join("interfaces/Foo_Bar.idsl")).expect("it was there");
+    succeeds(&robot, &["."]);
+    assert_eq!(modules(&robot), ["base", "foo_bar", "grip", "lib_", "scan"]);
+}

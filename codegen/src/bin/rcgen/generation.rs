@@ -2,7 +2,7 @@
 
 use crate::{Failure, Generate, print_line, report, tell, try_load};
 use rc_cdsl::model::Backend;
-use rc_codegen::cargo_workspace::Workspace;
+use rc_codegen::cargo_workspace::{self, Workspace};
 use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
@@ -110,6 +110,9 @@ fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failure> {
             }
         }
     }
+    for group in groups.values_mut() {
+        group.one_component_a_folder(args)?;
+    }
     Ok(groups)
 }
 
@@ -123,6 +126,42 @@ fn folder_of(file: &Path, args: &Generate) -> PathBuf {
 }
 
 impl Group {
+    /// Drops files that are named twice.
+    ///
+    /// # Errors
+    /// Two components, or a component and the interfaces, would be generated into one folder.
+    fn one_component_a_folder(&mut self, args: &Generate) -> Result<(), Failure> {
+        let absolute = |path: &Path| cargo_workspace::absolute(path).map_err(system);
+        let interfaces = absolute(self.interfaces.folder())?;
+        let mut kept: BTreeMap<PathBuf, (PathBuf, PathBuf)> = BTreeMap::new();
+        let mut files = Vec::new();
+        for file in std::mem::take(&mut self.files) {
+            let (real, folder) = (absolute(&file)?, absolute(&folder_of(&file, args))?);
+            if folder == interfaces {
+                let (file, folder) = (file.display(), folder.display());
+                let message = format!(
+                    "{file}: a component cannot be in the folder of the interfaces, {folder}"
+                );
+                return Err(Failure::Usage(message));
+            }
+            match kept.get(&folder) {
+                Some((other, _)) if *other == real => continue,
+                Some((_, other)) => {
+                    let (other, file) = (other.display(), file.display());
+                    let message = format!(
+                        "{other} and {file} are in one folder; a folder holds one component"
+                    );
+                    return Err(Failure::Usage(message));
+                }
+                None => {}
+            }
+            kept.insert(folder, (real, file.clone()));
+            files.push(file);
+        }
+        self.files = files;
+        Ok(())
+    }
+
     fn generate(self, args: &Generate, alone: bool) -> Result<(), Failure> {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
@@ -130,12 +169,16 @@ impl Group {
         let (mut projects, mut components) = (Vec::new(), Vec::new());
         let mut skipped = Vec::new();
         for file in &self.files {
-            match self.component(file, args, alone, &loader, &mut sources, &mut found)? {
-                Some((project, component)) => {
+            match self.component(file, args, alone, &loader, &mut sources, &mut found) {
+                Ok(Some((project, component))) => {
                     projects.push(project);
                     components.push(component);
                 }
-                None => skipped.push(file),
+                Ok(None) => skipped.push(file),
+                Err(error) => {
+                    let _ = report(&sources, &found, args.common.format);
+                    return Err(error);
+                }
             }
         }
         let mut own = Vec::new();
@@ -167,7 +210,16 @@ impl Group {
             &mut sources,
             &mut found,
         );
-        let parts = parts.map_err(|error: interface_crate::Error| system(error))?;
+        let parts = match parts {
+            Ok(parts) => parts,
+            Err(error) => {
+                let _ = report(&sources, &found, args.common.format);
+                return Err(match error {
+                    interface_crate::Error::Io(error) => manifest(error),
+                    error => system(error),
+                });
+            }
+        };
         let reported = report(&sources, &found, args.common.format);
         for file in skipped {
             let file = file.display();
@@ -200,6 +252,14 @@ impl Group {
             {
                 let (project, folder) = (&projects[at], &part.folder);
                 say_what_is_missing(project, folder, &mut sources, args.common.format);
+            }
+            if let Some(at) = part.component
+                && !components[at].is_library
+            {
+                let file = projects[at].path.display();
+                tell(format_args!(
+                    "{file}: the component has no src/lib.rs; `rcgen stubs {file}` prints it\n"
+                ));
             }
         }
         reported

@@ -2,8 +2,8 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_differential_robot::differential_robot;
-pub use differential_robot::{
+pub use self::differential_robot::{
     DifferentialRobotClient, GetBaseStateError, GetBasePoseError, GetBasePoseAnswer,
 };
 pub use ::interfaces::robo_comp_laser::laser;
-pub use laser::{LaserClient, GetLaserAndBStateDataAnswer};
+pub use self::laser::{LaserClient, GetLaserAndBStateDataAnswer};

@@ -2,4 +2,4 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_pub;
-pub use full_pose_estimation_pub::FullPoseEstimationPubPublisher;
+pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;

@@ -2,8 +2,10 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::robo_comp_differential_robot::differential_robot;
-pub use differential_robot::{GetBaseStateError, GetBasePoseError, GetBasePoseAnswer};
+pub use self::differential_robot::{
+    GetBaseStateError, GetBasePoseError, GetBasePoseAnswer,
+};
 pub use ::interfaces::robo_comp_full_pose_estimation_pub::full_pose_estimation_pub;
-pub use full_pose_estimation_pub::FullPoseEstimationPubPublisher;
+pub use self::full_pose_estimation_pub::FullPoseEstimationPubPublisher;
 pub use ::interfaces::robo_comp_laser::laser;
-pub use laser::GetLaserAndBStateDataAnswer;
+pub use self::laser::GetLaserAndBStateDataAnswer;

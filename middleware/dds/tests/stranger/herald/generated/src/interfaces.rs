@@ -2,12 +2,12 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_herald::archive;
-pub use archive::ArchivePublisher;
+pub use self::archive::ArchivePublisher;
 pub use ::interfaces::rc_herald::echoes;
-pub use echoes::EchoesPublisher;
+pub use self::echoes::EchoesPublisher;
 pub use ::interfaces::rc_herald::herald;
-pub use herald::{ShiftError, ShiftAnswer};
+pub use self::herald::{ShiftError, ShiftAnswer};
 pub use ::interfaces::rc_herald::oracle;
-pub use oracle::{OracleClient, AskError, AskAnswer};
+pub use self::oracle::{OracleClient, AskError, AskAnswer};
 pub use ::interfaces::rc_herald::orders;
 pub use ::interfaces::rc_herald::reports;

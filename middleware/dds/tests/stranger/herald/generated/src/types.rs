@@ -2,4 +2,6 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_herald;
-pub use rc_herald::{Kind, KindInPlace, Point, PointInPlace, Mark, Report, Nonsense};
+pub use self::rc_herald::{
+    Kind, KindInPlace, Point, PointInPlace, Mark, Report, Nonsense,
+};

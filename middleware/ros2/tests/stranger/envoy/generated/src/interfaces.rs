@@ -2,15 +2,15 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_envoy::archive;
-pub use archive::ArchivePublisher;
+pub use self::archive::ArchivePublisher;
 pub use ::interfaces::rc_envoy::echoes;
-pub use echoes::EchoesPublisher;
+pub use self::echoes::EchoesPublisher;
 pub use ::interfaces::rc_envoy::envoy;
-pub use envoy::{ShiftError, ShiftAnswer};
+pub use self::envoy::{ShiftError, ShiftAnswer};
 pub use ::interfaces::rc_envoy::gossip;
-pub use gossip::GossipPublisher;
+pub use self::gossip::GossipPublisher;
 pub use ::interfaces::rc_envoy::oracle;
-pub use oracle::{OracleClient, AskError, AskAnswer};
+pub use self::oracle::{OracleClient, AskError, AskAnswer};
 pub use ::interfaces::rc_envoy::orders;
 pub use ::interfaces::rc_envoy::reports;
 pub use ::interfaces::rc_envoy::talk;

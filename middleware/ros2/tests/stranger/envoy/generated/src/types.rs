@@ -2,6 +2,6 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_envoy;
-pub use rc_envoy::{
+pub use self::rc_envoy::{
     Mood, MoodInPlace, Point, PointInPlace, Mark, Scores, Report, Nonsense,
 };
