@@ -534,7 +534,7 @@ fn what_was_changed_is_saved_and_everything_else_in_the_file_stays() {
     let conflict = ask("saves", "parameters_save", &json!({}));
     assert_eq!(conflict["error"]["code"], -32003, "{conflict}");
     let message = conflict["error"]["message"].as_str().expect("a text");
-    assert!(message.contains("is 2.0 in it now"), "{message}");
+    assert!(message.contains("is 2.0 in the file now"), "{message}");
     std::fs::write(&file, expected.replace("# Tuned", "# Fine-tuned")).expect("to write");
     let saved = ask("saves", "parameters_save", &json!({}));
     assert!(saved["result"].is_object(), "{saved}");
