@@ -44,7 +44,9 @@ impl WakeEvent {
     /// Requests a stop: every call that waits ends with `Stopping`.
     pub fn stop(&self) {
         self.0.stopping.store(true, Ordering::SeqCst);
-        self.wake();
+        self.0.awake.store(true, Ordering::SeqCst);
+        // Even where the descriptor is readable already: an edge-triggered wait sees only a write.
+        self.write();
     }
 
     /// Whether a stop was requested.
@@ -55,9 +57,13 @@ impl WakeEvent {
     /// Makes the descriptor readable.
     pub fn wake(&self) {
         if !self.0.awake.swap(true, Ordering::SeqCst) {
-            // It fails only where the counter is full, and then the descriptor is readable already.
-            let _ = rustix::io::write(&self.0.event, &1_u64.to_ne_bytes());
+            self.write();
         }
+    }
+
+    fn write(&self) {
+        // It fails only where the counter is full, and then the descriptor is readable already.
+        let _ = rustix::io::write(&self.0.event, &1_u64.to_ne_bytes());
     }
 
     /// Clears readiness, unless a stop was requested. Look for the reason of the wake-up
@@ -79,5 +85,35 @@ impl WakeEvent {
 impl AsFd for WakeEvent {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.0.event.as_fd()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::event::{Timespec, epoll};
+    use std::mem::MaybeUninit;
+
+    /// A client in a call sees only edges. A wake-up before the stop must not hide the stop.
+    #[test]
+    fn a_stop_after_a_wake_up_is_an_edge_of_its_own() {
+        let event = WakeEvent::new().expect("a descriptor");
+        let set = epoll::create(epoll::CreateFlags::CLOEXEC).expect("a set");
+        let edges = epoll::EventFlags::IN | epoll::EventFlags::ET;
+        epoll::add(&set, &event, epoll::EventData::new_u64(0), edges).expect("to add");
+        let edges = || {
+            let mut events = [MaybeUninit::uninit(); 1];
+            let (events, _) =
+                epoll::wait(&set, &mut events, Some(&Timespec::default())).expect("events");
+            events.len()
+        };
+        event.wake();
+        assert_eq!(edges(), 1);
+        event.wake();
+        assert_eq!(edges(), 0);
+        event.stop();
+        assert_eq!(edges(), 1);
+        event.clear();
+        assert_eq!(crate::wait(&[event.as_fd()], std::time::Duration::ZERO), 1);
     }
 }

@@ -16,5 +16,20 @@ pub(crate) fn service(endpoint: &Endpoint) -> [(String, String); 2] {
 
 /// The address of a server, for the topic of its requests.
 pub(crate) fn address_of_requests(topic: &str) -> &str {
-    topic.trim_end_matches("_Request")
+    topic.strip_suffix("_Request").unwrap_or(topic)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_address_of_requests_may_end_like_their_topic() {
+        assert_eq!(address_of_requests("a/Arm_Request"), "a/Arm");
+        assert_eq!(
+            address_of_requests("a/Arm_Request_Request"),
+            "a/Arm_Request"
+        );
+        assert_eq!(address_of_requests("a/Arm"), "a/Arm");
+    }
 }

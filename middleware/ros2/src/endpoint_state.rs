@@ -431,10 +431,14 @@ pub(crate) fn search(state: &CommonState, registry: &LocalRegistry) {
     let Identity {
         topic, kind, info, ..
     } = &state.identity;
+    // A peer that is found while the registrations are read may have registered after its file
+    // was looked for: the next search looks for it.
+    let present = state.peers(|peer| Some(peer.guid));
     let registrations = registry.registrations(topic, kind.opposite());
     state.update(|peer| {
-        let mut changes = !peer.details.is_searched;
-        peer.details.is_searched = true;
+        let was_present = present.contains(&peer.guid);
+        let mut changes = was_present && !peer.details.is_searched;
+        peer.details.is_searched |= was_present;
         let registered = registrations.iter().find(|one| one.guid == peer.guid);
         if let Some(registration) = registered {
             if peer.info.is_none() {

@@ -42,6 +42,12 @@ pub(crate) fn service(
     ])
 }
 
+/// The address of a service, for the topic of its requests.
+pub(crate) fn address_of_requests(topic: &str) -> &str {
+    let address = topic.strip_prefix("rq").unwrap_or(topic);
+    address.strip_suffix("Request").unwrap_or(address)
+}
+
 fn not_generated(endpoint: &Endpoint) -> OpenError {
     OpenError::Backend {
         address: endpoint.address.to_string(),
@@ -132,5 +138,11 @@ mod tests {
         assert_eq!(with("Laser:=/scan"), "/default/LaserPub/newScan");
         let wrong = endpoint("default/LaserPub/newScan", "LaserScan");
         assert!(topic(&wrong, &[]).is_err());
+    }
+
+    #[test]
+    fn the_address_of_requests_may_end_like_their_topic() {
+        assert_eq!(address_of_requests("rq/a/armRequest"), "/a/arm");
+        assert_eq!(address_of_requests("rq/a/RequestRequest"), "/a/Request");
     }
 }

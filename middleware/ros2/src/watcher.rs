@@ -4,6 +4,7 @@
 
 use crate::config::Config;
 use crate::endpoint_state::{EndpointState, Peer};
+use crate::names::address_of_requests;
 use crate::presence::{self, Told};
 use crate::qos;
 use crate::shared::{Early, Other, Shared};
@@ -350,7 +351,7 @@ impl Watcher {
             } = &state.identity;
             let serves = (own.role, *kind) == (Role::Server, EndpointKind::Reader);
             if serves && *topic == told.topic && state.should_report(guid) {
-                let service = topic.trim_start_matches("rq").trim_end_matches("Request");
+                let service = address_of_requests(topic);
                 self.shared.mismatches.second_server(service, info);
             }
         }
