@@ -70,20 +70,25 @@ impl Workspace {
     }
 
     /// The `.cdsl` files below `folder` in packages of this workspace, also in those that have no
-    /// manifest yet.
-    pub fn components(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+    /// manifest yet. The second list has those in new folders that no member names.
+    pub fn components(&self, folder: &Path) -> io::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         let is_component = |path: &Path| path.extension().is_some_and(|e| e == "cdsl");
         let files = languages::files(&[folder.to_path_buf()], &is_component)?;
-        let mut components = Vec::new();
+        let (mut components, mut strangers) = (Vec::new(), Vec::new());
         for file in files {
             let own = absolute(file.parent().unwrap_or(Path::new("")))?;
-            if (own.join("Cargo.toml").exists() || self.names(&own))
-                && Self::of(&own)?.is_some_and(|of| of.root == self.root)
-            {
+            if Self::of(&own)?.is_none_or(|of| of.root != self.root) {
+                continue;
+            }
+            let mut inside = own.ancestors().take_while(|above| **above != self.root);
+            if own.join("Cargo.toml").exists() || self.names(&own) {
                 components.push(file);
+            } else if !inside.any(|above| above.join("Cargo.toml").exists()) {
+                // A file inside another package belongs to its tests.
+                strangers.push(file);
             }
         }
-        Ok(components)
+        Ok((components, strangers))
     }
 
     /// Its manifest with `rc-middleware` among its dependencies, from where `rc-runtime` comes,
@@ -278,7 +283,7 @@ mod tests {
         }
         write(&root.join("components/own/Cargo.toml"), "[workspace]\n");
         let workspace = Workspace::of(&root).expect("manifests").expect("a root");
-        let components = workspace.components(&root).expect("folders");
+        let (components, strangers) = workspace.components(&root).expect("folders");
         let components = components.iter().map(|path| relative(&root, path));
         let components: Vec<String> = components.map(|p| p.display().to_string()).collect();
         assert_eq!(
@@ -289,6 +294,9 @@ mod tests {
                 "old/old.cdsl"
             ]
         );
+        let strangers = strangers.iter().map(|path| relative(&root, path));
+        let strangers: Vec<String> = strangers.map(|p| p.display().to_string()).collect();
+        assert_eq!(strangers, ["bench/other/other.cdsl", "tests/fixture.cdsl"]);
     }
 
     #[test]

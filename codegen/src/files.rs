@@ -133,7 +133,14 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
     }
     let all = || {
         let steps = folders.iter().zip(&plans);
-        steps.flat_map(|((folder, files), steps)| steps.iter().map(move |s| (*folder, *files, s)))
+        steps.flat_map(|((folder, files), steps)| {
+            // The manifest is last: it holds what the other files are. The next generation completes
+            // one that was killed.
+            let is_manifest = |step: &&Step| step.path == Path::new(GENERATED).join("Cargo.toml");
+            let (last, first): (Vec<&Step>, Vec<&Step>) = steps.iter().partition(is_manifest);
+            let steps = first.into_iter().chain(last);
+            steps.map(move |step| (*folder, *files, step))
+        })
     };
     let mut staged: Vec<(PathBuf, PathBuf)> = Vec::new();
     for (folder, files, step) in all() {

@@ -4,9 +4,11 @@
 use crate::files::{self, Files, Step};
 use crate::generate;
 use crate::interface_crate::{Definitions, Error, InterfaceCrate};
+use crate::load::FileLoader;
 use crate::project::Project;
 use rc_cdsl::model::Backend;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
+use rc_syntax::Loader;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -75,13 +77,14 @@ pub fn parts(
     own: Vec<Definitions>,
     exact: bool,
     sources: &mut SourceMap,
+    loader: &dyn Loader,
     found: &mut Diagnostics,
 ) -> Result<Option<Vec<Part>>, Error> {
     let of_components = components
         .iter()
         .map(|component| component.definitions.clone());
     let definitions = interfaces.definitions(own.into_iter().chain(of_components).collect());
-    let Some(shared) = interfaces.files(definitions, exact, sources, found)? else {
+    let Some(shared) = interfaces.files(definitions, exact, sources, loader, found)? else {
         return Ok(None);
     };
     let mut parts = vec![Part {
@@ -133,7 +136,13 @@ pub fn add_interfaces(interfaces: &InterfaceCrate, projects: &[&Project]) -> Res
     }
     let _lock = interfaces.lock()?;
     let definitions = interfaces.definitions(all);
-    let files = interfaces.files(definitions, false, &mut SourceMap::new(), &mut found)?;
+    let files = interfaces.files(
+        definitions,
+        false,
+        &mut SourceMap::new(),
+        &FileLoader::new(&[]),
+        &mut found,
+    )?;
     if let Some(error) = found.iter().find(|d| d.severity == Severity::Error) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, error.message.clone()).into());
     }
@@ -163,6 +172,7 @@ pub fn generate(
             Vec::new(),
             interfaces.workspace().is_none(),
             sources,
+            &FileLoader::new(&[]),
             &mut found,
         )? {
             write(&parts)?;

@@ -9,8 +9,9 @@
 use crate::cargo_workspace::{self, Workspace};
 use crate::files::{Files, GENERATED, Owner};
 use crate::generate::{self, InterfaceModule, TemplateError};
-use crate::load;
+use crate::{load, names};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use rc_idsl::model::ModuleId;
 use rc_idsl::{Library, Session};
 use rc_syntax::{Loader, Trivia};
 use rustix::fs::{FlockOperation, flock};
@@ -20,7 +21,7 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use toml_edit::{DocumentMut, InlineTable, Item, Table, value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, value};
 
 /// How long a generation waits for others of the same workspace; each takes milliseconds.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -62,6 +63,7 @@ pub struct Definition {
     /// Its file, from the root; `<shipped>/NAME.idsl` comes with rcgen.
     file: String,
     hash: String,
+    uses: Vec<String>,
 }
 
 /// What the crate holds of a module.
@@ -69,6 +71,8 @@ struct Entry {
     name: String,
     file: String,
     hash: String,
+    /// The modules that it imports, directly or indirectly, by their names in Rust.
+    uses: Vec<String>,
     text: String,
 }
 
@@ -102,7 +106,7 @@ impl Origin {
 
 /// The definitions of the modules of a library.
 #[derive(Clone, Debug)]
-pub struct Definitions(Vec<(InterfaceModule, Origin, Span)>);
+pub struct Definitions(Vec<(InterfaceModule, Origin, Span, Vec<String>)>);
 
 impl Definitions {
     /// Prints the modules of a library that has no errors; `origins` are their files.
@@ -111,7 +115,15 @@ impl Definitions {
         let definitions = modules.into_iter().filter_map(|code| {
             let mut declared = library.modules.iter().zip(origins);
             let (module, origin) = declared.find(|(module, _)| module.name.text == code.name)?;
-            Some((code, origin.clone(), module.span()))
+            let id = library
+                .modules
+                .iter()
+                .position(|m| std::ptr::eq(m, module))?;
+            let uses = library.reachable(ModuleId(id)).into_iter();
+            let uses = uses.map(|id| names::module(&library.modules[id.0].name.text));
+            let mut uses: Vec<String> = uses.filter(|stem| *stem != code.stem).collect();
+            uses.sort();
+            Some((code, origin.clone(), module.span(), uses))
         });
         Ok((Self(definitions.collect()), found))
     }
@@ -246,9 +258,10 @@ impl InterfaceCrate {
     pub fn definitions(&self, all: Vec<Definitions>) -> Vec<Definition> {
         let all = all.into_iter().flat_map(|definitions| definitions.0);
         let mut all: Vec<Definition> = all
-            .map(|(code, origin, span)| Definition {
+            .map(|(code, origin, span, uses)| Definition {
                 code,
                 span,
+                uses,
                 file: self.recorded(&origin.path),
                 path: origin.path,
                 hash: origin.hash,
@@ -270,6 +283,7 @@ impl InterfaceCrate {
         definitions: Vec<Definition>,
         exact: bool,
         sources: &mut SourceMap,
+        loader: &dyn Loader,
         found: &mut Diagnostics,
     ) -> Result<Option<Files>, Error> {
         let mut entries = if exact {
@@ -277,6 +291,10 @@ impl InterfaceCrate {
         } else {
             self.entries()?
         };
+        let hashes = entries.iter();
+        let hashes: BTreeMap<String, String> = hashes
+            .map(|(stem, entry)| (stem.clone(), entry.hash.clone()))
+            .collect();
         let mut new: BTreeMap<String, (PathBuf, Span)> = BTreeMap::new();
         let mut conflict = false;
         for definition in definitions {
@@ -313,6 +331,7 @@ impl InterfaceCrate {
                 name: definition.code.name,
                 file,
                 hash: definition.hash,
+                uses: definition.uses,
                 text: definition.code.text,
             };
             entries.insert(stem, entry);
@@ -320,7 +339,88 @@ impl InterfaceCrate {
         if conflict {
             return Ok(None);
         }
+        let changed = new.keys().filter(|stem| {
+            let now = entries.get(*stem).map(|entry| &entry.hash);
+            hashes.get(*stem) != now
+        });
+        let changed: Vec<&String> = changed.collect();
+        let stale = entries.iter().filter(|(stem, entry)| {
+            !new.contains_key(*stem) && entry.uses.iter().any(|used| changed.contains(&used))
+        });
+        let stale: Vec<String> = stale.map(|(stem, _)| stem.clone()).collect();
+        for stem in stale {
+            self.renew(&stem, &mut entries, sources, loader)?;
+        }
         print(&entries).map(Some)
+    }
+
+    /// Prints a module of the crate anew, after the definition of a module that it imports changed:
+    /// its code holds the hashes of their types.
+    ///
+    /// # Errors
+    /// Its file is gone or has errors, or it imports another definition than the crate holds.
+    fn renew(
+        &self,
+        stem: &str,
+        entries: &mut BTreeMap<String, Entry>,
+        sources: &mut SourceMap,
+        loader: &dyn Loader,
+    ) -> Result<(), Error> {
+        let Some(entry) = entries.get(stem) else {
+            return Ok(());
+        };
+        let definitions = self.load(&entry.file, sources, loader)?;
+        let same = definitions.iter().all(|definition| {
+            let other = entries.get(&definition.code.stem);
+            definition.code.stem == stem || other.is_some_and(|entry| definition.is(entry))
+        });
+        let definition = definitions.into_iter().find(|d| d.code.stem == stem);
+        let Some(definition) = definition.filter(|_| same) else {
+            let message = format!(
+                "a module that `{}` imports changed, and rcgen cannot print it anew from {}; \
+                 generate the whole workspace: rcgen .",
+                entry.name, entry.file
+            );
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message).into());
+        };
+        let entry = Entry {
+            name: definition.code.name,
+            file: entry.file.clone(),
+            hash: definition.hash,
+            uses: definition.uses,
+            text: definition.code.text,
+        };
+        entries.insert(stem.to_owned(), entry);
+        Ok(())
+    }
+
+    /// The definitions that a recorded file reaches; none where it is gone or has errors.
+    fn load(
+        &self,
+        file: &str,
+        sources: &mut SourceMap,
+        loader: &dyn Loader,
+    ) -> Result<Vec<Definition>, Error> {
+        let (path, text) = match load::shipped(Path::new(file)) {
+            Some(text) => (PathBuf::from(file), Some(text.to_owned())),
+            None => (self.root.join(file), load::read(&self.root.join(file)).ok()),
+        };
+        let Some(text) = text else {
+            return Ok(Vec::new());
+        };
+        let source = sources.add(&path, text);
+        let mut session = Session::new(sources, loader);
+        session.load_source(source, path, Span::new(source, 0, 0));
+        let (library, found) = (session.library, session.found);
+        if found.has_errors() {
+            return Ok(Vec::new());
+        }
+        let origins = Origin::all(&library, sources);
+        let (definitions, found) = Definitions::of(&library, &origins)?;
+        if found.has_errors() {
+            return Ok(Vec::new());
+        }
+        Ok(self.definitions(vec![definitions]))
     }
 
     /// The workspace's manifest with what the crate needs of it, where something is missing.
@@ -359,6 +459,13 @@ impl InterfaceCrate {
                 name: word("module")?,
                 file: word("file")?,
                 hash: word("hash")?,
+                uses: item
+                    .get("imports")
+                    .and_then(Item::as_array)
+                    .into_iter()
+                    .flatten()
+                    .filter_map(|stem| stem.as_str().map(str::to_owned))
+                    .collect(),
                 text,
             };
             Some((stem.to_owned(), entry))
@@ -448,11 +555,15 @@ fn print(entries: &BTreeMap<String, Entry>) -> Result<Files, Error> {
         ] {
             module.insert(key, word.as_str().into());
         }
+        if !entry.uses.is_empty() {
+            let uses: Array = entry.uses.iter().map(String::as_str).collect();
+            module.insert("imports", uses.into());
+        }
         modules.insert(stem, value(module));
     }
     let mut manifest = MANIFEST.to_owned();
     if !modules.is_empty() {
-        let comment = "# The file of each module, from the workspace, and the hash of its text without comments.";
+        let comment = "# The file of each module, from the workspace, the hash of its text without comments, and the modules that it imports.";
         manifest.push_str(&format!("\n{comment}\n[{}]\n{modules}", MODULES.join(".")));
     }
     let mut files = Files::default();

@@ -401,3 +401,40 @@ fn two_modules_with_one_name_in_rust_collide() {
     succeeds(&robot, &["."]);
     assert_eq!(modules(&robot), ["base", "foo_bar", "grip", "lib_", "scan"]);
 }
+
+#[test]
+fn a_module_follows_what_it_imports() {
+    let (_folder, robot) = workspace();
+    let a = component(&robot, "a", "Scan.idsl", "publishes Scans;");
+    let b = component(&robot, "b", "Base.idsl", "");
+    succeeds(&robot, &[&a, &b]);
+    write(
+        &robot.join("interfaces/Base.idsl"),
+        &BASE.replace("float y", "double y"),
+    );
+    let out = succeeds(&robot, &[&b]);
+    for module in ["base", "scan"] {
+        let line = format!("update interfaces/generated/src/{module}.rs\n");
+        assert!(out.contains(&line), "{out}");
+    }
+    let out = succeeds(&robot, &[&a]);
+    assert!(!out.contains("interfaces/generated"), "{out}");
+    write(&robot.join("interfaces/Base.idsl"), BASE);
+    write(&robot.join("interfaces/Scan.idsl"), "module Scan {");
+    let before = files(&robot);
+    let (code, _, err) = rcgen(&robot, &[&b]);
+    let wanted = "a module that `Scan` imports changed, and rcgen cannot print it anew";
+    assert!(code == 1 && err.contains(wanted), "{code} {err}");
+    assert_eq!(changed(&before, &files(&robot)), [""; 0]);
+}
+
+#[test]
+fn a_component_in_no_member_is_named() {
+    let (_folder, robot) = workspace();
+    let text = "Component far { Communications { }; language rust; };";
+    write(&robot.join("elsewhere/far/far.cdsl"), text);
+    let (code, _, err) = rcgen(&robot, &["."]);
+    let wanted = "./elsewhere/far is not a member of the workspace; add it to `members`\n";
+    assert_eq!((code, err.as_str()), (0, wanted));
+    assert!(!robot.join("elsewhere/far/generated").exists());
+}

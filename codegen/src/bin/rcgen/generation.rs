@@ -90,7 +90,15 @@ fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failure> {
         let real = path.canonicalize().map_err(system)?;
         let whole = workspace.as_ref().is_some_and(|of| of.root() == real);
         let files = if let Some(workspace) = &workspace {
-            workspace.components(path).map_err(manifest)?
+            let (files, strangers) = workspace.components(path).map_err(manifest)?;
+            for file in strangers {
+                let folder = folder_of(&file, args);
+                tell(format_args!(
+                    "{} is not a member of the workspace; add it to `members`\n",
+                    folder.display()
+                ));
+            }
+            files
         } else {
             let is_component = |path: &Path| path.extension().is_some_and(|e| e == "cdsl");
             languages::files(std::slice::from_ref(path), &is_component).map_err(system)?
@@ -208,6 +216,7 @@ impl Group {
             own,
             exact,
             &mut sources,
+            &loader,
             &mut found,
         );
         let parts = match parts {
