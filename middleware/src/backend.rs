@@ -218,9 +218,15 @@ pub trait Reply {
         Profile::Rpc
     }
 
+    /// Whether [`Reply::loan`] gives memory for replies of this encoding.
+    fn can_loan(&self, encoding: Encoding) -> bool {
+        let _ = encoding;
+        false
+    }
+
     /// Memory of the middleware, `length` bytes, aligned to 16, for a reply of this encoding (an
-    /// image follows its envelope). Its content is undefined but initialized. `None` if the
-    /// middleware has none.
+    /// image follows its envelope). Its content is undefined but initialized. `None` where
+    /// [`Reply::can_loan`] is false or the middleware has no memory left.
     fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
         let _ = (length, encoding);
         None

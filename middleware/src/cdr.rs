@@ -42,6 +42,9 @@ pub enum EncodeError {
     /// There is no memory for the value.
     #[error("there is no memory for {0} bytes")]
     NoMemory(usize),
+    /// A closure that serializes a value twice has not written the same both times.
+    #[error("the value changed while it was written")]
+    Changed,
 }
 
 /// Bytes are no value of the expected type.
@@ -188,14 +191,6 @@ impl Writer<'static> {
             Output::Memory { memory, at } => memory[..at].to_vec(),
         }
     }
-
-    /// Removes all but the first `length` bytes, and the error.
-    pub fn truncate(&mut self, length: usize) {
-        if let Output::Buffer { bytes, .. } = &mut self.output {
-            bytes.truncate(length);
-        }
-        self.error = None;
-    }
 }
 
 impl<'m> Writer<'m> {
@@ -275,12 +270,13 @@ impl<'m> Writer<'m> {
             Output::Buffer { bytes: buffer, .. } => buffer.extend_from_slice(bytes),
             Output::Memory { memory, at } => {
                 let end = *at + bytes.len();
-                match memory.get_mut(*at..end) {
-                    Some(place) => {
-                        place.copy_from_slice(bytes);
-                        *at = end;
-                    }
-                    None => self.fail(EncodeError::NoMemory(end)),
+                if let Some(place) = memory.get_mut(*at..end) {
+                    place.copy_from_slice(bytes);
+                    *at = end;
+                } else {
+                    // Nothing may follow in the rest of the memory.
+                    *at = memory.len();
+                    self.fail(EncodeError::Changed);
                 }
             }
         }

@@ -107,9 +107,10 @@ impl TypedPublisher {
     }
 
     /// Sends the sample that was begun.
+    ///
+    /// Subscribers count a sample as lost if it can be encoded and its sending fails. A sample that
+    /// cannot be encoded takes no sequence number.
     pub fn publish(&mut self) -> Result<(), SendError> {
-        // A sample that cannot be encoded takes no sequence number: subscribers would count it as
-        // lost.
         let body = self.writer.finish()?;
         let header = Header {
             type_hash: self.operation.type_hash,
@@ -121,7 +122,8 @@ impl TypedPublisher {
     }
 
     /// Sends one sample, which `write` serializes. Large arrays are written straight into memory of
-    /// the middleware, which takes a second pass: `write` must write the same each time.
+    /// the middleware, which takes a second pass: `write` must write the same each time. Errors and
+    /// sequence numbers are those of [`TypedPublisher::publish`].
     pub fn publish_with(&mut self, write: impl Fn(&mut Writer<'_>)) -> Result<(), SendError> {
         if self.port.can_loan(Encoding::Cdr) {
             self.writer.measure();
@@ -134,7 +136,14 @@ impl TypedPublisher {
         }
         let length = self.writer.len();
         self.writer.finish()?;
-        let mut loan = self.port.loan(length)?;
+        let mut loan = match self.port.loan(length) {
+            Ok(loan) => loan,
+            Err(error) => {
+                // The sample is lost, as in `publish`.
+                self.sent.next();
+                return Err(error);
+            }
+        };
         fill(loan.memory_mut(), write)?;
         loan.send(Header {
             type_hash: self.operation.type_hash,
@@ -179,7 +188,7 @@ impl<T: InPlace> Loan<'_, T> {
             sent: counter,
             writer,
         } = self.send;
-        // A sample that cannot be sent takes no sequence number: subscribers would count it as
+        // A sample that cannot be encoded takes no sequence number: subscribers would count it as
         // lost.
         let header = |encoding| Header {
             type_hash,
@@ -208,7 +217,7 @@ fn fill(memory: &mut [u8], write: impl Fn(&mut Writer<'_>)) -> Result<(), Encode
     if writer.finish()?.len() == length {
         Ok(())
     } else {
-        Err(EncodeError::NoMemory(length))
+        Err(EncodeError::Changed)
     }
 }
 
@@ -557,7 +566,7 @@ impl<'a> Request<'a> {
         case: i32,
         write: impl Fn(&mut Writer<'_>),
     ) -> Result<(), HandlerError> {
-        if self.reply.profile() == Profile::Rpc {
+        if self.reply.profile() == Profile::Rpc && self.reply.can_loan(Encoding::Cdr) {
             let (id, operation) = (self.id, self.operation);
             let whole = |writer: &mut Writer<'_>| {
                 rpc::begin_reply(writer, id, operation, case);
@@ -692,5 +701,123 @@ pub struct HandlerError(pub String);
 impl From<DecodeError> for HandlerError {
     fn from(error: DecodeError) -> Self {
         Self(error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::LoanedSample;
+    use std::cell::Cell;
+
+    /// Large enough to be written straight into lent memory.
+    const LARGE: usize = 64 * 1024;
+
+    const OPERATION: Operation = Operation {
+        name: "image",
+        id: 1,
+        type_hash: 2,
+        two_way: false,
+        replies: &[],
+    };
+
+    /// Lends memory, or has none left.
+    struct Lending {
+        fails: bool,
+    }
+
+    struct Lent(Vec<u8>);
+
+    impl Publisher for Lending {
+        fn publish(&mut self, _: Header, _: &[u8]) -> Result<(), SendError> {
+            Ok(())
+        }
+
+        fn can_loan(&self, _: Encoding) -> bool {
+            true
+        }
+
+        fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
+            if self.fails {
+                return Err(EncodeError::NoMemory(length).into());
+            }
+            Ok(Box::new(Lent(vec![0; length])))
+        }
+
+        fn peers(&self) -> usize {
+            0
+        }
+    }
+
+    impl LoanedSample for Lent {
+        fn memory(&self) -> &[u8] {
+            &self.0
+        }
+
+        fn memory_mut(&mut self) -> &mut [u8] {
+            &mut self.0
+        }
+
+        fn send(self: Box<Self>, _: Header) -> Result<(), SendError> {
+            Ok(())
+        }
+    }
+
+    fn publisher(fails: bool) -> TypedPublisher {
+        TypedPublisher::new(Box::new(Lending { fails }), OPERATION)
+    }
+
+    #[test]
+    fn a_value_that_changes_between_the_passes_is_not_sent() {
+        for (first, second) in [(LARGE, LARGE + 8), (LARGE + 8, LARGE)] {
+            let mut publisher = publisher(false);
+            let pass = Cell::new(0);
+            let sent = publisher.publish_with(|writer| {
+                let length = if pass.replace(1) == 0 { first } else { second };
+                writer.put(&vec![7_u8; length]);
+                writer.put(&1_u8);
+            });
+            assert_eq!(sent, Err(SendError::Invalid(EncodeError::Changed)));
+            assert_eq!(publisher.sent().get(), 0);
+        }
+    }
+
+    #[test]
+    fn a_sample_without_memory_is_counted_as_lost() {
+        let image = vec![7_u8; LARGE];
+        for (fails, expected) in [(false, Ok(())), (true, Err(()))] {
+            let mut publisher = publisher(fails);
+            let sent = publisher.publish_with(|writer| writer.put(&image));
+            assert_eq!(sent.map_err(drop), expected);
+            assert_eq!(publisher.sent().get(), 1);
+        }
+    }
+
+    /// Lends nothing.
+    #[test]
+    fn a_reply_is_written_once_where_nothing_is_lent() {
+        let mut body = rpc_request();
+        let request = std::mem::take(&mut body);
+        let mut request = Request::open(Header::default(), &request, &mut body).expect("opened");
+        let passes = Cell::new(0);
+        let image = vec![7_u8; LARGE];
+        let replied = request.reply_with(0, |writer| {
+            passes.set(passes.get() + 1);
+            writer.put(&image);
+        });
+        assert_eq!(replied, Ok(()));
+        assert_eq!(passes.get(), 1);
+        request.close();
+        assert!(body.len() > LARGE);
+    }
+
+    fn rpc_request() -> Vec<u8> {
+        let mut writer = Writer::default();
+        let id = RequestId {
+            writer: [1; 16],
+            sequence: 1,
+        };
+        rpc::begin_request(&mut writer, id, OPERATION.id);
+        writer.into_bytes()
     }
 }

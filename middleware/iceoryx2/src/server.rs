@@ -252,6 +252,10 @@ impl Reply for SharedReply<'_> {
         self.body
     }
 
+    fn can_loan(&self, _: Encoding) -> bool {
+        true
+    }
+
     fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
         self.loan_encoding = encoding;
         // The port allows one loan for each request.
