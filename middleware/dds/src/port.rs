@@ -10,11 +10,7 @@ use rc_middleware::{OpenError, TypeIdentity, WakeEvent};
 use rc_network::{EndpointInfo, EndpointKind, Identity, Role};
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Duration;
-
-/// Longest wait for a thread of the library that uses an endpoint which is being closed. Such a
-/// thread needs microseconds.
-const CLOSING: Duration = Duration::from_secs(2);
+use std::time::{Duration, Instant};
 
 /// The sending side of a topic of DDS.
 pub(crate) struct WriterPort {
@@ -28,7 +24,7 @@ pub(crate) struct WriterPort {
 pub(crate) struct ReaderPort {
     reader: Arc<Reader>,
     pub(crate) shared: Arc<ReaderState>,
-    _session: Rc<Session>,
+    session: Rc<Session>,
 }
 
 /// What an endpoint is to be.
@@ -132,7 +128,7 @@ impl<'a> Opening<'a> {
         let port = ReaderPort {
             reader,
             shared,
-            _session: Rc::clone(self.session),
+            session: Rc::clone(self.session),
         };
         self.opening.register(&port.shared.state, &guid)?;
         Ok(port)
@@ -188,26 +184,80 @@ impl ReaderPort {
 impl Drop for WriterPort {
     fn drop(&mut self) {
         self.state().unregister();
-        if !self.shared.writer.close(CLOSING) {
-            leave_open(&self.writer, self.state().topic());
-        }
+        let topic = self.state().topic();
+        close(&self.session, &self.shared.writer, &self.writer, topic);
     }
 }
 
 impl Drop for ReaderPort {
     fn drop(&mut self) {
         self.state().unregister();
-        if !self.shared.reader.close(CLOSING) {
-            leave_open(&self.reader, self.state().topic());
-        }
+        let topic = self.state().topic();
+        close(&self.session, &self.shared.reader, &self.reader, topic);
     }
 }
 
-/// Leaves an endpoint to the library, which deletes it with the participant: a thread of the
-/// library still uses it, and would wait for itself if it deleted the endpoint.
-fn leave_open<E>(entity: &Arc<E>, topic: &str) {
-    tracing::error!(
-        "an endpoint of `{topic}` stays in the domain until this component leaves it: a thread of Cyclone DDS has used it for more than {CLOSING:?}"
-    );
-    std::mem::forget(Arc::clone(entity));
+/// Closes an endpoint. Where another thread does not let go of it, the endpoint and its domain stay
+/// until the process ends: deleting them would wait for that thread without limit.
+fn close<E>(session: &Session, shared: &SharedEntity<E>, entity: &Arc<E>, topic: &str) {
+    let (limit, begin) = (session.patience.get(), Instant::now());
+    let is_closed = shared.close(limit);
+    session.patience.set(limit.saturating_sub(begin.elapsed()));
+    if !is_closed {
+        tracing::error!(
+            "an endpoint of `{topic}` stays in the domain until this process ends: a thread of Cyclone DDS does not let go of it"
+        );
+        session.is_stuck.set(true);
+        std::mem::forget(Arc::clone(entity));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_middleware::{Environment, RunDirectory, Settings};
+    use rc_settings::Value;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn threads_that_stay_do_not_hold_the_end_of_a_component() {
+        let network = format!("stuck-{}", std::process::id());
+        let mut settings = Settings::default();
+        settings.set("dds", "domain", Value::Int(16));
+        settings.set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
+        let environment = Environment {
+            directory: RunDirectory::open(&network).expect("a run directory"),
+            network,
+            instance: "a".to_owned(),
+            wake_event: WakeEvent::new().expect("a wake event"),
+            settings,
+        };
+        let session = Session::open(&environment).expect("the domain");
+        let limit = session.patience.get();
+        let (entity, shared) = (Arc::new(()), SharedEntity::<()>::default());
+        shared.open(&entity);
+        let (entered, has_entered) = channel();
+        let (leave, may_leave) = channel::<()>();
+        std::thread::scope(|scope| {
+            let used = &shared;
+            scope.spawn(move || {
+                used.with(|()| {
+                    entered.send(()).expect("a test");
+                    may_leave.recv().expect("a test");
+                })
+            });
+            has_entered.recv().expect("a user");
+            let begin = Instant::now();
+            for _ in 0..3 {
+                close(&session, &shared, &entity, "a");
+            }
+            assert!(session.is_stuck.get());
+            let participant = Rc::downgrade(&session.participant);
+            drop(session);
+            assert!(begin.elapsed() < 2 * limit);
+            // It is left to the end of the process.
+            assert!(participant.upgrade().is_some());
+            leave.send(()).expect("a user");
+        });
+    }
 }

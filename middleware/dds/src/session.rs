@@ -8,7 +8,8 @@ use crate::watcher::{Discovered, ForwardDiscovery, Message, Watcher};
 use rc_ddsc::{Discovery, Domain, Participant, Writer};
 use rc_middleware::{Environment, OpenError};
 use rc_network::{EndpointInfo, EndpointKind, Opener, Patience};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
@@ -18,6 +19,9 @@ const PATIENCE: Patience = Patience {
     local: Duration::from_secs(3),
     remote: Duration::from_millis(300),
 };
+/// How long all endpoints together wait for threads of the library that use them while they are
+/// closed. Such a thread needs microseconds.
+const CLOSING: Duration = Duration::from_secs(2);
 /// The library's numbers for further domains of this process, see `domain`.
 const FURTHER_DOMAINS: std::ops::Range<u32> = 1000..10_000;
 
@@ -29,10 +33,14 @@ pub(crate) struct Session {
     discovered: Arc<Discovered>,
     watcher: Option<JoinHandle<()>>,
     writers: RefCell<Vec<Weak<Writer>>>,
+    /// What is left of the time in which endpoints are closed.
+    pub(crate) patience: Cell<Duration>,
+    /// Whether a thread has not let go of an endpoint in that time.
+    pub(crate) is_stuck: Cell<bool>,
     // Fields are dropped in their order: the domain goes last.
-    _discoveries: Arc<[Discovery; 2]>,
-    pub(crate) participant: Participant,
-    _domain: Domain,
+    discoveries: Arc<[Discovery; 2]>,
+    pub(crate) participant: Rc<Participant>,
+    domain: Rc<Domain>,
 }
 
 impl Session {
@@ -78,9 +86,11 @@ impl Session {
             discovered,
             watcher: Some(watcher),
             writers: RefCell::default(),
-            _discoveries: discoveries,
-            participant,
-            _domain: domain,
+            patience: Cell::new(CLOSING),
+            is_stuck: Cell::new(false),
+            discoveries,
+            participant: Rc::new(participant),
+            domain: Rc::new(domain),
         })
     }
 
@@ -121,6 +131,14 @@ impl Session {
 impl Drop for Session {
     fn drop(&mut self) {
         let _ = self.messages.send(Message::End);
+        if self.is_stuck.get() {
+            // The join, or the deletion, would wait for the stuck thread without limit. The end of
+            // the process deletes these.
+            std::mem::forget(Arc::clone(&self.discoveries));
+            std::mem::forget(Rc::clone(&self.participant));
+            std::mem::forget(Rc::clone(&self.domain));
+            return;
+        }
         if let Some(watcher) = self.watcher.take() {
             let _ = watcher.join();
         }
