@@ -134,19 +134,27 @@ fn an_end_that_does_not_fit_and_comes_later_is_told_of() {
     bench.assert_nothing_left();
 }
 
+/// The sources below `folder`; those of tests make up codes of their own.
+fn sources(folder: &Path, texts: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() && !path.ends_with("tests") {
+            sources(&path, texts);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            texts.push(std::fs::read_to_string(path).expect("a source"));
+        }
+    }
+}
+
 /// Programs rely on the codes.
 #[test]
 fn every_code_is_in_the_table() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let table = std::fs::read_to_string(root.join("../ARCHITECTURE.md")).expect("the table");
+    let mut texts = Vec::new();
+    sources(root, &mut texts);
     let mut count = 0;
-    for file in std::fs::read_dir(root.join("src"))
-        .expect("the sources")
-        .flatten()
-    {
-        let Ok(text) = std::fs::read_to_string(file.path()) else {
-            continue;
-        };
+    for text in texts {
         // Where an event is made, its code comes after its severity.
         for (at, _) in text.match_indices("Severity::") {
             let rest = text[at..].split_once(',').map_or("", |(_, rest)| rest);
