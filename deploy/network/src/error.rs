@@ -27,3 +27,29 @@ pub(crate) fn cannot<E: Into<io::Error>>(action: impl Into<String>) -> impl FnOn
         source: source.into(),
     }
 }
+
+/// As [`cannot`], for what reads or writes a workspace: invalid input is a fault of its files, not
+/// of the system.
+pub(crate) fn refused(action: impl Into<String>) -> impl FnOnce(io::Error) -> Error {
+    let action = action.into();
+    move |source| match source.kind() {
+        io::ErrorKind::InvalidInput => Error::Workspace(format!("cannot {action}: {source}")),
+        _ => Error::System { action, source },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_invalid_input_is_a_fault_of_the_workspace() {
+        let error = |kind: io::ErrorKind| refused("add")(kind.into());
+        let invalid = error(io::ErrorKind::InvalidInput);
+        assert!(matches!(invalid, Error::Workspace(_)), "{invalid}");
+        for kind in [io::ErrorKind::StorageFull, io::ErrorKind::TimedOut] {
+            let system = error(kind);
+            assert!(matches!(system, Error::System { .. }), "{system}");
+        }
+    }
+}

@@ -4,7 +4,7 @@
 //! A component is not bound to a middleware: its generated code is for one, and an instance may use
 //! another. Its program is then a variant, built beside the program of its folder.
 
-use crate::error::{Error, cannot};
+use crate::error::{Error, cannot, refused};
 use crate::model::{Network, Profile};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
@@ -163,11 +163,17 @@ fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics)
 }
 
 impl Network {
+    /// Lets nothing ask cargo for target folders: they are `CARGO_TARGET_DIR`, or `target` in the
+    /// workspaces. For what needs no program, and no manifest of a component.
+    pub fn ask_no_cargo(&mut self) {
+        self.workspaces.unasked = true;
+    }
+
     /// The program of an instance; none where it has no component, or a component that is in no
     /// workspace.
     ///
     /// # Errors
-    /// Cargo does not tell where it builds the component.
+    /// Cargo does not tell where it builds the component, or a manifest is not TOML.
     pub fn executable(&self, at: usize, profile: Profile) -> io::Result<Option<PathBuf>> {
         let instance = &self.deployment.instances[at];
         if let Some(executable) = &instance.executable {
@@ -181,7 +187,7 @@ impl Network {
             Some(middleware) => variant::program(&package, middleware),
             None => package,
         };
-        let Some(root) = Workspaces::root(project.folder()) else {
+        let Some(root) = Workspaces::root(project.folder())? else {
             return Ok(None);
         };
         let target = self.workspaces.target(&root)?;
@@ -270,16 +276,23 @@ impl Network {
     /// The builds that the network needs: a cargo command for each workspace, and for each
     /// middleware of its variants. A variant is generated when its build is requested, and locked
     /// as long as the [`Build`] exists.
-    pub fn builds(&self, profile: Profile) -> impl Iterator<Item = Result<Build, Error>> {
+    ///
+    /// # Errors
+    /// A manifest is not TOML, or the system refuses it.
+    pub fn builds(
+        &self,
+        profile: Profile,
+    ) -> Result<impl Iterator<Item = Result<Build, Error>>, Error> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         for (_, project, variant) in self.built() {
-            if let Some(root) = Workspaces::root(project.folder()) {
+            let root = Workspaces::root(project.folder());
+            if let Some(root) = root.map_err(refused("prepare the build"))? {
                 let package = names::package(&project.component.name.text);
                 let packages = groups.entry((root, variant)).or_default();
                 packages.entry(package).or_insert(project);
             }
         }
-        groups.into_iter().map(move |((root, variant), projects)| {
+        Ok(groups.into_iter().map(move |((root, variant), projects)| {
             let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
                 .map(Into::into)
                 .to_vec();
@@ -309,7 +322,7 @@ impl Network {
                 packages,
                 _staged: staged,
             })
-        })
+        }))
     }
 }
 

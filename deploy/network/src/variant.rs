@@ -6,10 +6,10 @@
 //! program name, a `generated/` of its own, and links to all other files of the component. Cargo
 //! builds into the user's target folder, so that nothing that both need is built twice.
 
-use crate::error::{Error, cannot};
+use crate::error::{Error, cannot, refused};
 use rc_cdsl::model::Backend;
 use rc_codegen::files::{Files, GENERATED, Owner};
-use rc_codegen::interface_crate::InterfaceCrate;
+use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::{Project, generate, generation, names};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
@@ -59,9 +59,13 @@ pub(crate) fn stage(
     let folder = target.join("rc").join(middleware.word());
     let held = lock_folder(&folder, PATIENCE)?;
     let action = || format!("add to the interfaces of {}", root.display());
-    let interfaces = InterfaceCrate::of(root).map_err(cannot(action()))?;
-    generation::add_interfaces(&interfaces, projects)
-        .map_err(|error| Error::Workspace(format!("cannot {}: {error}", action())))?;
+    let interfaces = InterfaceCrate::of(root).map_err(refused(action()))?;
+    generation::add_interfaces(&interfaces, projects).map_err(|error| match error {
+        interface_crate::Error::Io(error) => refused(action())(error),
+        interface_crate::Error::Template(error) => {
+            Error::Workspace(format!("cannot {}: {error}", action()))
+        }
+    })?;
     let mut members: Vec<String> = Vec::new();
     let mut shared = shared(root)?;
     for project in projects {

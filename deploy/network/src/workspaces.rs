@@ -7,24 +7,42 @@ use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The target folders of workspaces by their roots, or why cargo does not tell them.
+/// The target folders of workspaces.
 #[derive(Debug, Default)]
-pub(crate) struct Workspaces(RefCell<HashMap<PathBuf, Result<PathBuf, String>>>);
+pub(crate) struct Workspaces {
+    /// Cargo is not asked.
+    pub(crate) unasked: bool,
+    /// The target folders by the roots, or why cargo does not tell them.
+    known: RefCell<HashMap<PathBuf, Result<PathBuf, String>>>,
+}
 
 impl Workspaces {
     /// The root of the workspace that a package in `folder` belongs to; none where there is none.
-    pub(crate) fn root(folder: &Path) -> Option<PathBuf> {
-        let workspace = Workspace::of(folder).ok()??;
-        Some(workspace.root().to_path_buf())
+    ///
+    /// # Errors
+    /// A manifest in `folder` or above it cannot be read, or is not TOML.
+    pub(crate) fn root(folder: &Path) -> io::Result<Option<PathBuf>> {
+        let workspace = Workspace::of(folder)?;
+        Ok(workspace.map(|workspace| workspace.root().to_path_buf()))
     }
 
     /// The folder that cargo builds the workspace `root` into: `CARGO_TARGET_DIR`,
-    /// `build.target-dir` of a configuration of cargo, or `target`.
+    /// `build.target-dir` of a configuration of cargo, or `target`. Where cargo is not asked, or
+    /// cannot be started, configurations of cargo have no effect.
     pub(crate) fn target(&self, root: &Path) -> io::Result<PathBuf> {
-        let mut known = self.0.borrow_mut();
+        if self.unasked {
+            return Ok(usual(root));
+        }
+        let mut known = self.known.borrow_mut();
         let target = known.entry(root.to_path_buf()).or_insert_with(|| ask(root));
         target.clone().map_err(io::Error::other)
     }
+}
+
+/// The target folder without a configuration of cargo.
+fn usual(root: &Path) -> PathBuf {
+    let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
+    root.join(set.unwrap_or_else(|| "target".into()))
 }
 
 fn ask(root: &Path) -> Result<PathBuf, String> {
@@ -40,10 +58,8 @@ fn ask(root: &Path) -> Result<PathBuf, String> {
             stderr.trim().trim_start_matches("error: ").to_owned(),
             "correct the manifest that it names",
         ),
-        Err(Error::Io(error)) => (
-            format!("cargo cannot be started: {error}"),
-            "install cargo, or name each program with `executable`",
-        ),
+        // A robot has programs, and no cargo.
+        Err(Error::Io(_)) => return Ok(usual(root)),
         Err(error) => (error.to_string(), "is this the cargo of a Rust toolchain?"),
     };
     let root = root.display();

@@ -224,7 +224,10 @@ fn run(command: Command) -> Result<u8, Failure> {
         } => {
             let human = rc_diagnostics::Format::Human;
             let examine = description::examine(&input, unbuilt);
-            let network = description::load(&input, human, examine)?;
+            let mut network = description::load(&input, human, examine)?;
+            if unbuilt {
+                network.ask_no_cargo();
+            }
             let preview = network.preview(input.profile).map_err(|e| system(&e))?;
             show(format, &preview, ToString::to_string)
         }

@@ -83,7 +83,7 @@ pub(super) fn up(
 }
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
-    for build in network.builds(profile) {
+    for build in network.builds(profile)? {
         let build = build?;
         let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         let status = cargo

@@ -11,8 +11,8 @@ fn write(path: &Path, text: &str) {
     std::fs::write(path, text).expect("a file");
 }
 
-/// What `rcdeploy check` reports of a network in a workspace with this manifest.
-fn check(root: &Path, manifest: &str, target: Option<&str>) -> String {
+/// `rcdeploy` in a workspace with this manifest and one component, which is not built.
+fn rcdeploy(root: &Path, manifest: &str, args: &[&str]) -> Command {
     write(&root.join("Cargo.toml"), manifest);
     write(
         &root.join("hello/Cargo.toml"),
@@ -25,12 +25,23 @@ fn check(root: &Path, manifest: &str, target: Option<&str>) -> String {
     );
     write(&root.join("deployments/hello.ddsl"), NETWORK);
     let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
-    command.args(["check", "deployments/hello.ddsl", "--format", "short"]);
+    command.args(args).arg("deployments/hello.ddsl");
     command.current_dir(root).env_remove("CARGO_TARGET_DIR");
     command.env_remove("CARGO_BUILD_TARGET_DIR");
-    command.envs(target.map(|target| ("CARGO_TARGET_DIR", target)));
+    command
+}
+
+const CHECK: [&str; 3] = ["check", "--format", "short"];
+
+fn told(command: &mut Command) -> String {
     let output = command.output().expect("rcdeploy");
     String::from_utf8(output.stderr).expect("UTF-8")
+}
+
+/// What `rcdeploy check` reports of a network in a workspace with this manifest.
+fn check(root: &Path, manifest: &str, target: Option<&str>) -> String {
+    let mut command = rcdeploy(root, manifest, &CHECK);
+    told(command.envs(target.map(|target| ("CARGO_TARGET_DIR", target))))
 }
 
 #[test]
@@ -69,4 +80,47 @@ fn a_workspace_that_cargo_refuses_is_reported_once_with_cargos_words() {
     assert_eq!(told.matches("error[cargo-failed]").count(), 1, "{told}");
     assert!(told.contains("missing/Cargo.toml"), "{told}");
     assert!(told.contains("correct the manifest"), "{told}");
+}
+
+#[test]
+fn a_plan_of_descriptions_asks_no_cargo() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().canonicalize().expect("a folder");
+    let manifest = "[workspace]\nmembers = [\"hello\", \"missing\"]\n";
+    for (target, program) in [
+        (None, root.join("target/release/hello")),
+        (Some("/elsewhere"), "/elsewhere/release/hello".into()),
+    ] {
+        let args = ["plan", "--unbuilt", "--format", "json"];
+        let mut command = rcdeploy(&root, manifest, &args);
+        command.envs(target.map(|target| ("CARGO_TARGET_DIR", target)));
+        let output = command.output().expect("rcdeploy");
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let plan = String::from_utf8(output.stdout).expect("UTF-8");
+        assert!(plan.contains(&program.display().to_string()), "{plan}");
+    }
+}
+
+#[test]
+fn without_cargo_programs_are_in_the_usual_folder() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().canonicalize().expect("a folder");
+    let manifest = "[workspace]\nmembers = [\"hello\"]\n";
+    let mut command = rcdeploy(&root, manifest, &CHECK);
+    let told = told(command.env("CARGO", root.join("no/cargo")));
+    let program = root.join("target/release/hello");
+    let missing = format!(
+        "the executable of `hello`, {}, does not exist",
+        program.display()
+    );
+    assert!(told.contains(&missing), "{told}");
+}
+
+#[test]
+fn a_manifest_that_is_not_toml_is_reported_with_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let told = check(folder.path(), "[workspace\n", None);
+    assert!(told.contains("error[cargo-failed]"), "{told}");
+    assert!(told.contains("Cargo.toml: TOML parse error"), "{told}");
+    assert!(!told.contains("is in no cargo workspace"), "{told}");
 }
