@@ -57,7 +57,10 @@ fn children_are_gone_before_their_component_starts_again() {
     };
     let mut up = bench.start(vec![parent, well("other")]);
     let message = up.await_event("left-over", Some("parent"));
-    assert!(message.starts_with("killed 1 orphaned processes"), "{message}");
+    assert!(
+        message.starts_with("killed 1 orphaned processes"),
+        "{message}"
+    );
     up.await_event("ready", Some("parent"));
     let children: Vec<i32> = bench
         .entries()

@@ -167,7 +167,10 @@ fn children_there_are_gone_before_their_component_starts_again() {
     let parent = component("parent", "turns 8 0", &[]);
     let mut up = away.start(vec![again(on_robot(parent)), on_robot(well("other"))]);
     let message = up.await_event("left-over", Some("parent"));
-    assert!(message.starts_with("killed 1 orphaned processes"), "{message}");
+    assert!(
+        message.starts_with("killed 1 orphaned processes"),
+        "{message}"
+    );
     up.await_event("ready", Some("parent"));
     let children: Vec<i32> = bench
         .entries()
