@@ -1,10 +1,11 @@
 //! The cargo workspace of a folder, found by reading manifests: rcgen starts no cargo.
 
+use crate::files::GENERATED;
 use crate::languages;
 use crate::load;
 use std::io;
 use std::path::{Path, PathBuf};
-use toml_edit::{Array, Decor, DocumentMut, Item, TableLike, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
 
 /// The folder of a workspace's interfaces, unless `[workspace.metadata.robocomp]` names another
 /// one.
@@ -91,27 +92,52 @@ impl Workspace {
         Ok((components, strangers))
     }
 
-    /// Its manifest with `rc-middleware` among its dependencies, from where `rc-runtime` comes,
-    /// where it knows only the latter.
-    pub(crate) fn with_middleware(&self) -> Option<String> {
-        let mut manifest = self.manifest.clone();
+    /// The text of its manifest, and the same with `rc-middleware` and `interfaces` among the
+    /// dependencies; none where it knows `rc-middleware`, or no `rc-runtime` to take it from.
+    pub(crate) fn with_middleware(&self) -> io::Result<Option<(String, String)>> {
+        // Another generation may have changed it since it was found.
+        let Some(manifest) = manifest(&self.root)? else {
+            return Ok(None);
+        };
+        let text = load::read(&self.root.join("Cargo.toml"))?;
+        let new = self.add_middleware(manifest).map(|new| {
+            if text.contains("\r\n") && !text.replace("\r\n", "").contains('\n') {
+                new.replace("\r\n", "\n").replace('\n', "\r\n")
+            } else {
+                new
+            }
+        });
+        Ok(new.map(|new| (text, new)))
+    }
+
+    fn add_middleware(&self, mut manifest: DocumentMut) -> Option<String> {
         let dependencies = manifest.get_mut("workspace")?.get_mut("dependencies")?;
         let dependencies = dependencies.as_table_like_mut()?;
         if dependencies.contains_key(MIDDLEWARE.0) {
             return None;
         }
-        let mut like = dependencies.get(RUNTIME.0)?.clone();
-        if let Some(path) = like.get("path").and_then(Item::as_str) {
+        let runtime = dependencies.get(RUNTIME.0)?;
+        let mut like = InlineTable::new();
+        if let Some(version) = runtime.as_str() {
+            like.insert("version", version.into());
+        }
+        for key in ["path", "git", "branch", "tag", "rev", "version"] {
+            if let Some(word) = runtime.get(key).and_then(Item::as_str) {
+                like.insert(key, word.into());
+            }
+        }
+        if let Some(path) = like.get("path").and_then(Value::as_str) {
             let path = path.trim_end_matches('/').strip_suffix(RUNTIME.1)?;
             let path = format!("{path}{}", MIDDLEWARE.1);
-            like.as_table_like_mut()?
-                .insert("path", toml_edit::value(path));
+            like.insert("path", path.into());
         }
-        // A comment behind the other line is not about this one.
-        if let Some(value) = like.as_value_mut() {
-            *value.decor_mut() = Decor::new(" ", "");
+        dependencies.insert(MIDDLEWARE.0, toml_edit::value(like));
+        if !dependencies.contains_key("interfaces") {
+            let path = relative(&self.root, &self.interfaces().join(GENERATED));
+            let mut interfaces = InlineTable::new();
+            interfaces.insert("path", path.to_string_lossy().as_ref().into());
+            dependencies.insert("interfaces", toml_edit::value(interfaces));
         }
-        dependencies.insert(MIDDLEWARE.0, like);
         Some(manifest.to_string())
     }
 
@@ -306,19 +332,22 @@ mod tests {
             let text = format!("[workspace]\n# mine\n[workspace.dependencies]\n{dependency}\n");
             write(&folder.path().join("Cargo.toml"), &text);
             let workspace = Workspace::of(folder.path()).expect("TOML").expect("a root");
-            workspace
-                .with_middleware()
-                .map(|new| new.replace(&text, ""))
+            let edited = workspace.with_middleware().expect("TOML");
+            edited.map(|(_, new)| new.replace(&text, ""))
         };
         let path = "rc-runtime = { path = \"/opt/rc/runtime\" }";
         assert_eq!(
             manifest(path).as_deref(),
-            Some("rc-middleware = { path = \"/opt/rc/middleware\" }\n")
+            Some(
+                "rc-middleware = { path = \"/opt/rc/middleware\" }\ninterfaces = { path = \"interfaces/generated\" }\n"
+            )
         );
-        let git = "rc-runtime = { git = \"https://robots\" }";
+        let git = "rc-runtime = { git = \"https://robots\", features = [\"x\"] } # mine";
         assert_eq!(
             manifest(git).as_deref(),
-            Some("rc-middleware = { git = \"https://robots\" }\n")
+            Some(
+                "rc-middleware = { git = \"https://robots\" }\ninterfaces = { path = \"interfaces/generated\" }\n"
+            )
         );
         let both = format!("{path}\nrc-middleware = {{ path = \"/mine\" }}");
         assert_eq!(manifest(&both), None);

@@ -14,6 +14,8 @@ pub enum Owner {
     Specific,
     /// Whoever exports: rewritten at every export; what lies beside it is not looked at.
     Exported,
+    /// The user: a few lines are added, and everything else of the file stays.
+    Edited,
 }
 
 /// What a generation would do with a file.
@@ -54,7 +56,11 @@ pub struct Step {
 
 /// Files by their paths, relative to the folder that they are written to.
 #[derive(Clone, Debug, Default)]
-pub struct Files(BTreeMap<PathBuf, (Owner, String)>);
+pub struct Files {
+    all: BTreeMap<PathBuf, (Owner, String)>,
+    /// What the edited files held before.
+    before: BTreeMap<PathBuf, String>,
+}
 
 /// The folder that belongs to the generator.
 pub const GENERATED: &str = "generated";
@@ -62,22 +68,29 @@ pub const GENERATED: &str = "generated";
 impl Files {
     /// Adds a file.
     pub fn add(&mut self, path: impl Into<PathBuf>, owner: Owner, text: String) {
-        self.0.insert(path.into(), (owner, text));
+        self.all.insert(path.into(), (owner, text));
+    }
+
+    /// Edits a file of the user, if it still holds `old`.
+    pub(crate) fn edit(&mut self, path: impl Into<PathBuf>, old: String, new: String) {
+        let path = path.into();
+        self.before.insert(path.clone(), old);
+        self.add(path, Owner::Edited, new);
     }
 
     /// Removes a file.
     pub(crate) fn remove(&mut self, path: &Path) {
-        self.0.remove(path);
+        self.all.remove(path);
     }
 
     /// The content of a file.
     pub fn text(&self, path: &Path) -> Option<&str> {
-        self.0.get(path).map(|(_, text)| text.as_str())
+        self.all.get(path).map(|(_, text)| text.as_str())
     }
 
     /// The files.
     pub fn iter(&self) -> impl Iterator<Item = (&Path, Owner, &str)> {
-        self.0
+        self.all
             .iter()
             .map(|(path, (owner, text))| (path.as_path(), *owner, text.as_str()))
     }
@@ -102,10 +115,13 @@ impl Files {
         let mut there = Vec::new();
         // Files that hold nothing generated (a new workspace) have no say over a folder of that
         // name.
-        if self.0.values().any(|(owner, _)| *owner == Owner::Generic) {
+        if self.all.values().any(|(owner, _)| *owner == Owner::Generic) {
             list(folder, Path::new(GENERATED), &mut there)?;
         }
-        for path in there.into_iter().filter(|path| !self.0.contains_key(path)) {
+        for path in there
+            .into_iter()
+            .filter(|path| !self.all.contains_key(path))
+        {
             steps.push(Step {
                 path,
                 owner: Owner::Generic,
@@ -142,12 +158,17 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
             steps.map(move |step| (*folder, *files, step))
         })
     };
+    let mut edited = Vec::new();
     let mut staged: Vec<(PathBuf, PathBuf)> = Vec::new();
     for (folder, files, step) in all() {
         if !matches!(step.change, Change::Create | Change::Update) {
             continue;
         }
         let target = folder.join(&step.path);
+        if step.owner == Owner::Edited {
+            edited.push((target, files, step));
+            continue;
+        }
         let result = if staged.iter().any(|(_, other)| *other == target) {
             Err(io::Error::other("two parts of one generation write it"))
         } else {
@@ -161,6 +182,16 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
             return Err(named(&target, &error));
         }
         staged.push((temporary_of(&target), target));
+    }
+    for (target, files, step) in edited {
+        let old = files.before.get(&step.path).map_or("", String::as_str);
+        let new = files.text(&step.path).unwrap_or_default();
+        if let Err(error) = rc_files::replace(&target, old, new) {
+            for (temporary, _) in &staged {
+                let _ = std::fs::remove_file(temporary);
+            }
+            return Err(named(&target, &error));
+        }
     }
     for (temporary, target) in &staged {
         std::fs::rename(temporary, target).map_err(|e| named(target, &e))?;

@@ -92,7 +92,7 @@ pub fn parts(
         files: shared,
         component: None,
     }];
-    parts.extend(interfaces.manifest().map(|files| Part {
+    parts.extend(interfaces.manifest()?.map(|files| Part {
         folder: interfaces.root().to_path_buf(),
         files,
         component: None,
@@ -147,7 +147,7 @@ pub fn add_interfaces(interfaces: &InterfaceCrate, projects: &[&Project]) -> Res
         return Err(io::Error::new(io::ErrorKind::InvalidInput, error.message.clone()).into());
     }
     let mut folders = vec![];
-    let manifest = interfaces.manifest();
+    let manifest = interfaces.manifest()?;
     folders.extend(files.as_ref().map(|files| (interfaces.folder(), files)));
     folders.extend(manifest.as_ref().map(|files| (interfaces.root(), files)));
     files::write(&folders)?;

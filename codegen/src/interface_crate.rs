@@ -424,11 +424,18 @@ impl InterfaceCrate {
     }
 
     /// The workspace's manifest with what the crate needs of it, where something is missing.
-    pub fn manifest(&self) -> Option<Files> {
-        let text = self.workspace.as_ref()?.with_middleware()?;
-        let mut files = Files::default();
-        files.add("Cargo.toml", Owner::Exported, text);
-        Some(files)
+    ///
+    /// # Errors
+    /// The manifest cannot be read.
+    pub fn manifest(&self) -> io::Result<Option<Files>> {
+        let Some(workspace) = &self.workspace else {
+            return Ok(None);
+        };
+        Ok(workspace.with_middleware()?.map(|(old, new)| {
+            let mut files = Files::default();
+            files.edit("Cargo.toml", old, new);
+            files
+        }))
     }
 
     /// What the crate holds now.

@@ -302,11 +302,18 @@ fn an_older_workspace_gets_what_it_needs() {
         .lines()
         .filter(|line| !line.ends_with("# mine") && !line.trim().is_empty())
         .collect();
-    let wanted = manifest
-        .lines()
-        .find(|line| line.starts_with("rc-middleware"));
-    assert_eq!(added, [wanted.expect("a line")]);
+    let wanted = |name| manifest.lines().find(|line| line.starts_with(name));
+    let wanted = ["rc-middleware", "interfaces"].map(|name| wanted(name).expect("a line"));
+    assert_eq!(added, wanted);
     assert_eq!(succeeds(&robot, &[&a]), "");
+    std::fs::write(
+        &path,
+        old.replace("\n # mine\n", "\n\n").replace('\n', "\r\n"),
+    )
+    .expect("a file");
+    succeeds(&robot, &[&a]);
+    let crlf = std::fs::read_to_string(&path).expect("a manifest");
+    assert_eq!(crlf, new.replace('\n', "\r\n"));
 }
 
 #[test]

@@ -225,7 +225,7 @@ impl Group {
                 let _ = report(&sources, &found, args.common.format);
                 return Err(match error {
                     interface_crate::Error::Io(error) => manifest(error),
-                    error => system(error),
+                    interface_crate::Error::Template(error) => system(error),
                 });
             }
         };
