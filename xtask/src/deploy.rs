@@ -6,6 +6,7 @@ use crate::bench::{BUILD, machine};
 use crate::pair::quantile;
 use crate::programs::{END, Failure, LOOK, Running, cargo, finish, root, target};
 use crate::usage::memory;
+use rc_deploy_network::Profile;
 use rustix::process::{Pid, Signal, kill_process};
 use std::fmt::Write as _;
 use std::io::{BufRead as _, BufReader};
@@ -43,9 +44,18 @@ struct Turn {
     memory: f64,
 }
 
-/// Runs the benchmark; `smoke` is one round of a few programs.
+/// Runs the benchmark. `smoke` is one round of a few programs, with the unoptimised executables that
+/// the test run has built.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
-    let words = "build --release -p speech_server -p rc-deploy";
+    let profile = if smoke {
+        Profile::Dev
+    } else {
+        Profile::Release
+    };
+    let words = format!(
+        "build --profile {} -p speech_server -p rc-deploy",
+        profile.word()
+    );
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     let supervisord = install();
     println!("{}\n", machine());
@@ -71,7 +81,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         // In turns, so that a slow minute of the machine slows all three.
         for _ in 0..rounds {
             for (&starter, turns) in starters.iter().zip(&mut turns) {
-                let place = Place::new(count, supervisord.as_deref().ok())?;
+                let place = Place::new(count, profile, supervisord.as_deref().ok())?;
                 turns.push(place.turn(starter)?);
             }
         }
@@ -148,13 +158,14 @@ impl Starter {
 struct Place<'s> {
     folder: TempDir,
     count: usize,
+    profile: Profile,
     supervisord: Option<&'s Path>,
     /// The socket on which programs without a link report readiness (`sd_notify`).
     notified: UnixDatagram,
 }
 
 impl<'s> Place<'s> {
-    fn new(count: usize, supervisord: Option<&'s Path>) -> Result<Self, Failure> {
+    fn new(count: usize, profile: Profile, supervisord: Option<&'s Path>) -> Result<Self, Failure> {
         let folder = tempfile::Builder::new()
             .prefix("rc-bench-")
             .tempdir_in("/dev/shm")?;
@@ -165,6 +176,7 @@ impl<'s> Place<'s> {
         Ok(Self {
             folder,
             count,
+            profile,
             supervisord,
             notified,
         })
@@ -220,9 +232,14 @@ impl<'s> Place<'s> {
         })
     }
 
-    fn program() -> Result<String, Failure> {
-        let program = target()?.join("release").join(PROGRAM);
-        Ok(program.canonicalize()?.display().to_string())
+    /// An executable of the profile.
+    fn executable(&self, name: &str) -> Result<PathBuf, Failure> {
+        let path = target()?.join(self.profile.folder()).join(name);
+        Ok(path.canonicalize()?)
+    }
+
+    fn program(&self) -> Result<String, Failure> {
+        Ok(self.executable(PROGRAM)?.display().to_string())
     }
 
     /// Arguments with the names and addresses that rcdeploy gives.
@@ -240,8 +257,10 @@ impl<'s> Place<'s> {
         }
         let file = self.path("bench.ddsl");
         std::fs::write(&file, text + "};\n")?;
-        let mut command = Command::new(target()?.join("release/rcdeploy"));
-        command.args(["up", "--format", "json"]).arg(file);
+        let mut command = Command::new(self.executable("rcdeploy")?);
+        command
+            .args(["up", "--format", "json", "--profile", self.profile.word()])
+            .arg(file);
         Ok(command)
     }
 
@@ -250,7 +269,7 @@ impl<'s> Place<'s> {
         let mut text = format!(
             "[supervisord]\nnodaemon=true\nlogfile={folder}/supervisord.log\npidfile={folder}/pid\nchildlogdir={folder}\n"
         );
-        let program = Self::program()?;
+        let program = self.program()?;
         for number in 0..self.count {
             let arguments = Self::arguments(number);
             // supervisord takes a program for running as soon as it is started.
@@ -272,7 +291,7 @@ impl<'s> Place<'s> {
 
     fn shell(&self) -> Result<Command, Failure> {
         let folder = self.folder.path().display();
-        let program = Self::program()?;
+        let program = self.program()?;
         let mut text = "trap 'kill $all' TERM\n".to_owned();
         for number in 0..self.count {
             let arguments = Self::arguments(number);

@@ -44,7 +44,7 @@ pub(crate) fn build(
     let network = network
         .filter(|_| !found.has_errors())
         .ok_or_else(|| render(&sources, &found, Format::Human))?;
-    for build in network.builds(profile) {
+    for build in network.builds(profile)? {
         let build = build?;
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(&build.root).args(&build.args);
