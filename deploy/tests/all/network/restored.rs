@@ -79,6 +79,10 @@ fn what_was_changed_is_set_again_before_the_component_is_ready() {
     assert_ne!(wide, MOTORS);
     std::fs::write(&file, wide).expect("to write");
     restart();
+    // The answer to the command and the printed events come on different ways.
+    Site::until("the refusal is printed", || {
+        count(&site, "bus", "not-restored") == 1
+    });
     let refused = site.events("bus");
     let refused = refused.iter().find(|(code, _)| code == "not-restored");
     let (_, message) = refused.expect("an event");
