@@ -31,6 +31,7 @@ pub mod typed;
 use rc_middleware::qos::MAX_READERS;
 use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
 use std::path::PathBuf;
+use std::sync::MutexGuard;
 
 /// A backend under test.
 pub trait Subject: Sync {
@@ -77,6 +78,11 @@ pub trait Subject: Sync {
     /// Whether zeros may follow a body that was sent without them.
     fn pads(&self) -> bool {
         false
+    }
+
+    /// The lock that each test holds, for a subject whose tests have to run one at a time.
+    fn alone(&self) -> Option<MutexGuard<'static, ()>> {
+        None
     }
 
     /// Removes the files that the network may leave.
@@ -145,6 +151,7 @@ macro_rules! suite {
         $(
             #[test]
             fn $name() {
+                let _alone = $crate::Subject::alone(&$subject);
                 $crate::$module::$name(&$subject);
             }
         )*
