@@ -1,6 +1,7 @@
 //! What an endpoint of this component shares with the thread that listens: its peers, and what it
 //! has received.
 
+use crate::held::UNKNOWN;
 use crate::wire::{Copying, Reader, Sample, Spare, Writer};
 use rc_middleware::WakeEvent;
 use rc_network::{
@@ -408,7 +409,10 @@ impl EndpointState {
         let sender = self.with(writer, |peer| match &peer.info {
             _ if !peer.matches => Sender::Mismatched,
             Some(info) => Sender::Known(info.types.hash),
-            None if peer.details.is_searched => Sender::Known(STRANGER),
+            // A component may register right after it was found.
+            None if peer.details.is_searched && peer.details.since.elapsed() >= UNKNOWN => {
+                Sender::Known(STRANGER)
+            }
             None => Sender::Unknown,
         });
         sender.unwrap_or(Sender::Unknown)
@@ -516,6 +520,8 @@ mod tests {
         // No component of this machine registered it: it belongs to another program.
         state.matched(unknown, None, false, true);
         state.search();
+        assert_eq!(state.sender(&unknown), Sender::Unknown);
+        std::thread::sleep(UNKNOWN);
         assert_eq!(state.sender(&unknown), Sender::Known(STRANGER));
         std::fs::remove_dir_all(&folder).expect("to remove");
     }
