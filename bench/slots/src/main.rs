@@ -7,8 +7,8 @@
 use bench_protocol::slots::{Failure, Role, SIZE, each, hold};
 use rc_middleware::typed::{Operation, Request, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, Qos, RunDirectory, Server, Settings, Subscriber,
-    TypeIdentity, WakeEvent,
+    Address, Backend, CallError, Endpoint, Environment, Qos, RunDirectory, Server, Settings,
+    Subscriber, TypeIdentity, WakeEvent,
 };
 use std::process::ExitCode;
 
@@ -105,8 +105,7 @@ impl Ports {
         match self {
             Self::Publishers(ports) => {
                 for port in ports {
-                    port.begin().put(&data);
-                    port.publish()?;
+                    port.publish_with(|writer| writer.put(&data))?;
                 }
             }
             Self::Subscribers(ports) => each(ports, |port| Ok(port.receive(&mut |_, _| {})?))?,
@@ -114,16 +113,18 @@ impl Ports {
                 Ok(port.serve(&mut |header, body, reply| {
                     // A request without envelope has no answer, and its client says so.
                     if let Ok(mut request) = Request::open(header, body, reply) {
-                        request.begin(0).put(&data);
-                        let _ = request.finish();
+                        let _ = request.reply_with(0, |writer| writer.put(&data));
                         request.close();
                     }
                 })?)
             })?,
             Self::Clients(ports) => {
                 for port in ports {
-                    port.begin(&OPERATION).put(&data);
-                    port.call()?;
+                    port.call_with(
+                        &OPERATION,
+                        |writer| writer.put(&data),
+                        |_, _| Ok::<_, CallError>(()),
+                    )?;
                 }
             }
         }

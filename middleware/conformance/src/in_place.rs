@@ -5,7 +5,7 @@ use crate::network::{LIMIT, Network, endpoint, receive};
 use rc_middleware::in_place::{self, FromBytes, Immutable, InPlace, IntoBytes, KnownLayout};
 use rc_middleware::typed::{Operation, ReplyVariant, Request, TypedClient, TypedPublisher};
 use rc_middleware::{
-    CallError, DecodeError, EncodeError, Header, Reader, SendError, Subscriber, wait,
+    CallError, DecodeError, EncodeError, Header, Reader, SendError, Subscriber, Writer, wait,
 };
 use std::time::Instant;
 
@@ -115,8 +115,9 @@ pub fn topics_carry_values_in_place(subject: &dyn Subject) {
         for subscriber in &mut subscribers {
             assert_eq!(take(&mut **subscriber), beams);
         }
-        topic.begin().put(&beams);
-        topic.publish().expect("to be sent");
+        topic
+            .publish_with(|writer| writer.put(&beams))
+            .expect("to be sent");
         for subscriber in &mut subscribers {
             assert_eq!(take(&mut **subscriber), beams);
         }
@@ -166,14 +167,16 @@ pub fn answers_may_be_in_place(subject: &dyn Subject) {
                     let _ = request.finish_in_place();
                 }
                 Err(case) => {
-                    request.begin(case).put(&case);
-                    request.finish().expect("an answer");
+                    request
+                        .reply_with(case, |writer| writer.put(&case))
+                        .expect("an answer");
                 }
             }
         } else {
             let beams = vec![7_i16; usize::try_from(length).expect("a length")];
-            request.begin(0).put(&beams);
-            request.finish().expect("an answer");
+            request
+                .reply_with(0, |writer| writer.put(&beams))
+                .expect("an answer");
         }
         request.close();
     };
@@ -181,36 +184,37 @@ pub fn answers_may_be_in_place(subject: &dyn Subject) {
         let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
         let mut caller = TypedClient::new(port, LIMIT);
-        let begin = |caller: &mut TypedClient, length: i32, placed: bool| {
-            let writer = caller.begin(&SCAN);
-            writer.put(&length);
-            writer.put(&placed);
+        let parameters = |length: i32, placed: bool| {
+            move |writer: &mut Writer<'_>| {
+                writer.put(&length);
+                writer.put(&placed);
+            }
         };
         for length in [0, 1, 1000, 1_000_000, 3] {
             let beams = vec![7_i16; length as usize];
             for placed in [true, false] {
-                begin(&mut caller, length, placed);
-                let read = caller.call_in_place(|case, reader| {
+                let read = caller.call_with(&SCAN, parameters(length, placed), |case, reader| {
                     assert_eq!(case, 0);
                     Ok::<_, CallError>(reader.in_place::<ScanInPlace>()?.beams().to_vec())
                 });
                 assert_eq!(read.as_ref(), Ok(&beams));
-                begin(&mut caller, length, placed);
-                let (case, mut reader) = caller.call().expect("an answer");
-                assert_eq!(case, 0);
-                assert_eq!(reader.value::<ScanInPlace>().as_ref(), Ok(&beams));
+                let copied = caller.call_with(&SCAN, parameters(length, placed), |case, reader| {
+                    assert_eq!(case, 0);
+                    Ok::<_, CallError>(reader.value::<ScanInPlace>()?)
+                });
+                assert_eq!(copied.as_ref(), Ok(&beams));
             }
         }
-        begin(&mut caller, -1, true);
-        let (case, mut reader) = caller.call().expect("an exception");
-        assert_eq!((case, reader.get::<i32>()), (BAD, Ok(BAD)));
-        begin(&mut caller, 1_000_001, true);
-        let refused = caller.call().map(|_| ());
+        let thrown = caller.call_with(&SCAN, parameters(-1, true), |case, reader| {
+            Ok::<_, CallError>((case, reader.get::<i32>()?))
+        });
+        assert_eq!(thrown, Ok((BAD, BAD)));
+        let case = |case, _: &mut Reader<'_>| Ok::<_, CallError>(case);
+        let refused = caller.call_with(&SCAN, parameters(1_000_001, true), case);
         assert!(
             matches!(&refused, Err(CallError::Refused(why)) if why.contains("Scan.number")),
             "{refused:?}"
         );
-        begin(&mut caller, 2, true);
-        assert!(caller.call().is_ok());
+        assert_eq!(caller.call_with(&SCAN, parameters(2, true), case), Ok(0));
     });
 }

@@ -38,8 +38,9 @@ pub fn topics_carry_values(subject: &dyn Subject) {
     let port = backend.publisher(&address).expect("a publisher");
     let mut topic = TypedPublisher::new(port, DIVIDE);
     for number in 1..=3_i32 {
-        topic.begin().put(&number);
-        topic.publish().expect("to publish");
+        topic
+            .publish_with(|writer| writer.put(&number))
+            .expect("to publish");
     }
     for ((header, body), number) in receive(&mut *subscriber, 3).iter().zip(1..) {
         assert_eq!(header.type_hash, DIVIDE.type_hash);
@@ -59,11 +60,13 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
         if request.operation == DIVIDE.id {
             let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
             if let Ok((a, b)) = request.arguments(&DIVIDE, read) {
-                match a.checked_div(b) {
-                    Some(result) => request.begin(0).put(&result),
-                    None => request.begin(BY_ZERO).put(&a),
-                }
-                request.finish().expect("an answer");
+                let (case, value) = match a.checked_div(b) {
+                    Some(result) => (0, result),
+                    None => (BY_ZERO, a),
+                };
+                request
+                    .reply_with(case, |writer| writer.put(&value))
+                    .expect("an answer");
             }
         } else {
             let note = request
@@ -77,14 +80,18 @@ pub fn queries_bring_results_exceptions_and_refusals(subject: &dyn Subject) {
         let backend = network.join_bare("client");
         let port = backend.client(&address).expect("a client");
         let mut caller = TypedClient::new(port, LIMIT);
-        caller.begin(&NOTE).put(&"begin".to_owned());
-        caller.send().expect("to be sent");
+        caller
+            .send_with(&NOTE, |writer| writer.put(&"begin".to_owned()))
+            .expect("to be sent");
         let mut divide = |operation: &Operation, a: i32, b: i32| {
-            let writer = caller.begin(operation);
-            writer.put(&a);
-            writer.put(&b);
-            let (case, mut reader) = caller.call()?;
-            Ok((case, reader.get::<i32>()?))
+            caller.call_with(
+                operation,
+                |writer| {
+                    writer.put(&a);
+                    writer.put(&b);
+                },
+                |case, reader| Ok((case, reader.get::<i32>()?)),
+            )
         };
         assert_eq!(divide(&DIVIDE, 42, 6), Ok((0, 7)));
         assert_eq!(divide(&DIVIDE, 42, 0), Ok((BY_ZERO, 42)));

@@ -3,7 +3,8 @@
 use rc_middleware::qos::Qos;
 use rc_middleware::typed::{HandlerError, Operation, Request, TypedClient};
 use rc_middleware::{
-    Address, Endpoint, Environment, Reader, RunDirectory, Settings, TypeIdentity, WakeEvent,
+    Address, CallError, Endpoint, Environment, Reader, RunDirectory, Settings, TypeIdentity,
+    WakeEvent,
 };
 use rc_runtime::{
     Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
@@ -86,8 +87,7 @@ impl Component for Worker {
 
     fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
         let number = request.arguments(&DOUBLE, Reader::get::<i32>)?;
-        request.begin(0).put(&(2 * number));
-        request.finish()
+        request.reply_with(0, |writer| writer.put(&(2 * number)))
     }
 
     fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
@@ -136,9 +136,12 @@ fn a_slot_that_stays_awake_answers_and_sleeps_in_the_end() {
     };
     let mut caller = TypedClient::new(backend.client(&endpoint).expect("a client"), LIMIT);
     for number in 0..100 {
-        caller.begin(&DOUBLE).put(&number);
-        let (case, mut reader) = caller.call().expect("an answer");
-        assert_eq!((case, reader.get::<i32>()), (0, Ok(2 * number)));
+        let doubled = caller.call_with(
+            &DOUBLE,
+            |writer| writer.put(&number),
+            |case, reader| Ok::<_, CallError>((case, reader.get::<i32>()?)),
+        );
+        assert_eq!(doubled, Ok((0, 2 * number)));
     }
     // Meanwhile compute() keeps its period. Then nobody calls any more; the first turns may still be awake.
     let (start, used) = turns(4);

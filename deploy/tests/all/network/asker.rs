@@ -4,8 +4,8 @@ use crate::network::dds::{Domain, Over};
 use crate::network::site::Site;
 use rc_middleware::typed::{Operation, TypedClient};
 use rc_middleware::{
-    Address, Backend, CallError, Endpoint, Environment, ExternalType, Qos, Settings, TypeIdentity,
-    WakeEvent,
+    Address, Backend, CallError, Cdr, Endpoint, Environment, ExternalType, Qos, Reader, Settings,
+    TypeIdentity, WakeEvent,
 };
 use std::time::Duration;
 
@@ -101,33 +101,43 @@ impl Asker {
     }
 
     pub(crate) fn add(&mut self, a: i64, b: i64) -> Result<i64, CallError> {
-        let writer = self.caller.begin(&Self::ADD);
-        writer.put(&a);
-        writer.put(&b);
-        let (case, mut reader) = self.caller.call()?;
-        assert_eq!(case, 0);
-        Ok(reader.get()?)
+        self.caller.call_with(
+            &Self::ADD,
+            |writer| {
+                writer.put(&a);
+                writer.put(&b);
+            },
+            result,
+        )
     }
 
     pub(crate) fn note(&mut self, text: &str) {
-        self.caller.begin(&Self::NOTE).put(&text.to_owned());
-        self.caller.send().expect("to note");
+        self.caller
+            .send_with(&Self::NOTE, |writer| writer.put(&text.to_owned()))
+            .expect("to note");
     }
 
     pub(crate) fn noted(&mut self) -> Vec<String> {
-        self.caller.begin(&Self::NOTED).put(&0_u8);
-        let (case, mut reader) = self.caller.call().expect("an answer");
-        assert_eq!(case, 0);
-        reader.get().expect("what was noted")
+        self.caller
+            .call_with(&Self::NOTED, |writer| writer.put(&0_u8), result)
+            .expect("the notes")
     }
 
     /// Has the oracle asked, who is waited for so long.
     pub(crate) fn consult(&mut self, question: &str, limit: Duration) -> Result<String, CallError> {
-        let writer = self.caller.begin(&Self::CONSULT);
-        writer.put(&question.to_owned());
-        writer.put(&(limit.as_millis() as i32));
-        let (case, mut reader) = self.caller.call()?;
-        assert_eq!(case, 0);
-        Ok(reader.get()?)
+        self.caller.call_with(
+            &Self::CONSULT,
+            |writer| {
+                writer.put(&question.to_owned());
+                writer.put(&(limit.as_millis() as i32));
+            },
+            result,
+        )
     }
+}
+
+/// Reads a reply that is no exception.
+fn result<T: Cdr>(case: i32, reader: &mut Reader<'_>) -> Result<T, CallError> {
+    assert_eq!(case, 0);
+    Ok(reader.get()?)
 }

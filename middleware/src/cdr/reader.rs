@@ -1,0 +1,148 @@
+//! Reads a body of CDR. Any bytes may arrive: a false length allocates no memory.
+
+use super::{Cdr, DecodeError};
+use crate::header::Encoding;
+
+/// Reads values one after the other.
+///
+/// ```
+/// use rc_middleware::Reader;
+///
+/// let mut reader = Reader::new(&[1, 0, 0, 0, 2, 0, 0, 0]);
+/// assert_eq!(reader.get::<u8>(), Ok(1));
+/// assert_eq!(reader.get::<u32>(), Ok(2)); // aligned to 4 bytes
+/// assert!(reader.get::<u8>().is_err());
+/// ```
+#[derive(Clone, Debug)]
+pub struct Reader<'a> {
+    bytes: &'a [u8],
+    pub(super) at: usize,
+    /// The rest is the memory image of a plain type.
+    image: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads a body from its start.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self::of(bytes, Encoding::Cdr)
+    }
+
+    /// Reads a body in this encoding from its start.
+    pub fn of(bytes: &'a [u8], encoding: Encoding) -> Self {
+        Self {
+            bytes,
+            at: 0,
+            image: encoding == Encoding::Image,
+        }
+    }
+
+    /// Continues at byte `at` of the body, where the memory image of a plain type begins.
+    pub(crate) fn image_at(&mut self, at: usize) {
+        self.at = at.min(self.bytes.len());
+        self.image = true;
+    }
+
+    /// Whether the rest is the memory image of a plain type.
+    pub(crate) fn is_image(&self) -> bool {
+        self.image
+    }
+
+    /// The memory image that follows.
+    pub(crate) fn image(&mut self) -> Option<&'a [u8]> {
+        if !self.image {
+            return None;
+        }
+        let image = &self.bytes[self.at..];
+        self.at = self.bytes.len();
+        Some(image)
+    }
+
+    /// Reads one value.
+    #[inline]
+    pub fn get<T: Cdr>(&mut self) -> Result<T, DecodeError> {
+        T::decode(self)
+    }
+
+    /// The bytes that were not read yet.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
+    }
+
+    /// The next `count` bytes, not aligned.
+    #[inline]
+    pub fn raw(&mut self, count: usize) -> Result<&'a [u8], DecodeError> {
+        if self.image {
+            return Err(DecodeError::Image);
+        }
+        let end = self
+            .at
+            .checked_add(count)
+            .ok_or(DecodeError::Truncated(self.at))?;
+        let taken = self
+            .bytes
+            .get(self.at..end)
+            .ok_or(DecodeError::Truncated(self.bytes.len()))?;
+        self.at = end;
+        Ok(taken)
+    }
+
+    /// Reads a length. It is at most the number of elements that the rest can hold, so a false
+    /// length allocates no memory.
+    pub fn length(&mut self) -> Result<usize, DecodeError> {
+        let length = self.get::<u32>()? as usize;
+        if length > self.bytes.len() - self.at {
+            return Err(DecodeError::Truncated(self.bytes.len()));
+        }
+        Ok(length)
+    }
+
+    /// Reads a string, in the memory of the message.
+    pub(crate) fn text(&mut self) -> Result<&'a str, DecodeError> {
+        let length = self.length()?;
+        let [inner @ .., 0] = self.raw(length)? else {
+            return Err(DecodeError::BadString);
+        };
+        if inner.contains(&0) {
+            return Err(DecodeError::BadString);
+        }
+        std::str::from_utf8(inner).map_err(|_| DecodeError::BadString)
+    }
+
+    /// Fails if `length` exceeds the bound of `what`.
+    pub fn bound(
+        &self,
+        what: &'static str,
+        length: usize,
+        bound: usize,
+    ) -> Result<(), DecodeError> {
+        if length > bound {
+            Err(DecodeError::TooLong {
+                what,
+                length,
+                bound,
+            })
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Fails if a value is outside `min..=max`; NaN is outside every range.
+    pub fn range(
+        &self,
+        what: &'static str,
+        value: f64,
+        (min, max): (f64, f64),
+        range: &'static str,
+    ) -> Result<(), DecodeError> {
+        if (min..=max).contains(&value) {
+            Ok(())
+        } else {
+            Err(DecodeError::OutOfRange { what, value, range })
+        }
+    }
+
+    /// Continues at the next multiple of `size` bytes.
+    pub(crate) fn align(&mut self, size: usize) {
+        self.at = self.at.next_multiple_of(size).min(self.bytes.len());
+    }
+}

@@ -1,0 +1,210 @@
+//! Calls the operations of one interface.
+
+use super::{Operation, ReplyVariant, code};
+use crate::backend::{Client, Profile};
+use crate::cdr::{DecodeError, Reader, Writer};
+use crate::counter::Counter;
+use crate::error::CallError;
+use crate::header::{Encoding, Header, now};
+use crate::in_place::BEHIND_ENVELOPE;
+use crate::rpc::{self, ReplyKind, RequestId};
+use std::time::Duration;
+
+/// Calls the operations of one interface.
+///
+/// ```no_run
+/// use rc_middleware::typed::{Operation, TypedClient, expect_result};
+/// use rc_middleware::{CallError, Client};
+/// use std::time::Duration;
+///
+/// # fn ask(port: Box<dyn Client>, double: &Operation) -> Result<i32, CallError> {
+/// let mut client = TypedClient::new(port, Duration::from_secs(1));
+/// client.call_with(
+///     double,
+///     |writer| writer.put(&21_i32),
+///     |case, reader| {
+///         expect_result(case)?;
+///         Ok(reader.get()?)
+///     },
+/// )
+/// # }
+/// ```
+pub struct TypedClient {
+    port: Box<dyn Client>,
+    writer: Writer<'static>,
+    id: RequestId,
+    operation: i32,
+    type_hash: u64,
+    replies: &'static [ReplyVariant],
+    timeout: Duration,
+    sent: Counter,
+}
+
+impl TypedClient {
+    /// Calls through `port`. A call without a reply after `timeout` fails with
+    /// [`CallError::Deadline`].
+    pub fn new(port: Box<dyn Client>, timeout: Duration) -> Self {
+        let id = RequestId {
+            writer: port.guid(),
+            sequence: 0,
+        };
+        Self {
+            port,
+            writer: Writer::default(),
+            id,
+            operation: 0,
+            type_hash: 0,
+            replies: &[],
+            timeout,
+            sent: Counter::default(),
+        }
+    }
+
+    /// The number of requests, commands included.
+    pub fn sent(&self) -> &Counter {
+        &self.sent
+    }
+
+    /// The longest time of a call.
+    pub fn timeout(&self) -> Duration {
+        self.timeout
+    }
+
+    /// Sets the longest time of a call.
+    pub fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
+    /// The number of servers, 0 or 1.
+    pub fn peers(&self) -> usize {
+        self.port.peers()
+    }
+
+    /// Sends a command, whose parameters `write` serializes. `Ok` means that the queue of a live
+    /// server holds it.
+    pub fn send_with(
+        &mut self,
+        operation: &Operation,
+        write: impl Fn(&mut Writer<'_>),
+    ) -> Result<(), CallError> {
+        write(self.begin(operation));
+        let header = self.header();
+        self.port.send(header, self.writer.finish()?)
+    }
+
+    /// Calls `operation`. `write` serializes the parameters. `read` gets 0 for a result or the hash
+    /// of an exception, and reads the reply in the memory of the middleware.
+    pub fn call_with<T, E: From<CallError>>(
+        &mut self,
+        operation: &Operation,
+        write: impl Fn(&mut Writer<'_>),
+        read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
+    ) -> Result<T, E> {
+        write(self.begin(operation));
+        let (header, pending) = (self.header(), self.pending());
+        let (mut read, mut outcome) = (Some(read), None);
+        let request = self.writer.finish().map_err(CallError::from)?;
+        self.port
+            .call(header, request, self.timeout, &mut |header, body| {
+                if let Some(read) = read.take() {
+                    outcome = Some(match open(body, header, pending) {
+                        Ok((case, mut reader)) => read(case, &mut reader),
+                        Err(error) => Err(error.into()),
+                    });
+                }
+            })?;
+        outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
+    }
+
+    /// Begins a request of `operation`; its parameters follow in the writer.
+    fn begin(&mut self, operation: &Operation) -> &mut Writer<'static> {
+        self.id.sequence = self.sent.next();
+        self.writer.clear();
+        self.operation = operation.id;
+        self.type_hash = operation.type_hash;
+        self.replies = operation.replies;
+        rpc::begin_request(&mut self.writer, self.id, operation.id);
+        rpc::begin_body(&mut self.writer, self.port.profile());
+        &mut self.writer
+    }
+
+    fn pending(&self) -> PendingCall {
+        PendingCall {
+            id: self.id,
+            operation: self.operation,
+            type_hash: self.type_hash,
+            profile: self.port.profile(),
+            replies: self.replies,
+        }
+    }
+
+    fn header(&self) -> Header {
+        Header {
+            type_hash: self.type_hash,
+            sequence: self.id.sequence,
+            sent: now(),
+            ..Header::default()
+        }
+    }
+}
+
+/// The request that a reply belongs to.
+#[derive(Clone, Copy)]
+struct PendingCall {
+    id: RequestId,
+    operation: i32,
+    type_hash: u64,
+    profile: Profile,
+    replies: &'static [ReplyVariant],
+}
+
+/// Opens the envelope of a reply.
+fn open(body: &[u8], header: Header, pending: PendingCall) -> Result<(i32, Reader<'_>), CallError> {
+    let mut reader = Reader::new(body);
+    match rpc::open_reply(&mut reader, pending.operation)? {
+        (id, _) if id != pending.id => Err(DecodeError::Unknown("request in the reply").into()),
+        (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),
+        (_, ReplyKind::Case(case)) => {
+            if header.encoding == Encoding::Image {
+                // A memory image is read only if its sender has the same types.
+                if header.type_hash != pending.type_hash {
+                    return Err(DecodeError::Unknown("type in the reply").into());
+                }
+                reader.image_at(BEHIND_ENVELOPE);
+            }
+            if pending.profile == Profile::Ros {
+                rpc::open_body(&mut reader, pending.profile);
+                let case = open_ros_reply(&mut reader, pending.replies)?;
+                return Ok((case, reader));
+            }
+            Ok((case, reader))
+        }
+    }
+}
+
+/// Skips to the variant that a reply in [`Profile::Ros`] holds, and gives its case.
+fn open_ros_reply(reader: &mut Reader<'_>, replies: &[ReplyVariant]) -> Result<i32, DecodeError> {
+    if replies.is_empty() {
+        return Ok(0);
+    }
+    let found: i32 = reader.get()?;
+    for variant in replies.iter().filter(|variant| variant.case != 0) {
+        if code(replies, variant.case) == found {
+            return Ok(variant.case);
+        }
+        (variant.skip)(reader)?;
+    }
+    match found {
+        0 => Ok(0),
+        _ => Err(DecodeError::Unknown("code in the reply")),
+    }
+}
+
+/// Fails if a reply is an exception, which the operation does not throw.
+pub fn expect_result(case: i32) -> Result<(), DecodeError> {
+    if case == 0 {
+        Ok(())
+    } else {
+        Err(DecodeError::Unknown("exception in the reply"))
+    }
+}

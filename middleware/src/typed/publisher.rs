@@ -1,0 +1,147 @@
+//! Publishes the samples of one operation, as CDR or in place.
+
+use super::{Operation, fill, unsendable};
+use crate::backend::Publisher;
+use crate::cdr::{EncodeError, Writer};
+use crate::counter::Counter;
+use crate::error::SendError;
+use crate::header::{Encoding, Header, now};
+use crate::in_place::{self, InPlace, Loan, Memory, Sending};
+
+/// Publishes the samples of one operation.
+///
+/// ```no_run
+/// use rc_middleware::typed::{Operation, TypedPublisher};
+/// use rc_middleware::{Publisher, SendError};
+///
+/// # fn publish(port: Box<dyn Publisher>, operation: Operation) -> Result<(), SendError> {
+/// let mut topic = TypedPublisher::new(port, operation);
+/// topic.publish_with(|writer| writer.put(&42_i32))?;
+/// assert_eq!(topic.sent().get(), 1);
+/// # Ok(())
+/// # }
+/// ```
+pub struct TypedPublisher {
+    port: Box<dyn Publisher>,
+    operation: Operation,
+    writer: Writer<'static>,
+    sent: Counter,
+}
+
+impl TypedPublisher {
+    /// Publishes samples of `operation` through `port`.
+    pub fn new(port: Box<dyn Publisher>, operation: Operation) -> Self {
+        Self {
+            port,
+            operation,
+            writer: Writer::default(),
+            sent: Counter::default(),
+        }
+    }
+
+    /// The number of sent samples.
+    pub fn sent(&self) -> &Counter {
+        &self.sent
+    }
+
+    /// Sends the sample that the writer holds.
+    fn publish(&mut self) -> Result<(), SendError> {
+        let body = self.writer.finish()?;
+        let header = Header {
+            type_hash: self.operation.type_hash,
+            sequence: self.sent.next(),
+            sent: now(),
+            ..Header::default()
+        };
+        self.port.publish(header, body)
+    }
+
+    /// Sends one sample, which `write` serializes. Large arrays are written straight into memory of
+    /// the middleware, which takes a second pass: `write` must write the same each time.
+    ///
+    /// Subscribers count a sample as lost if it can be encoded and its sending fails. A sample that
+    /// cannot be encoded takes no sequence number.
+    pub fn publish_with(&mut self, write: impl Fn(&mut Writer<'_>)) -> Result<(), SendError> {
+        if self.port.can_loan(Encoding::Cdr) {
+            self.writer.measure();
+        } else {
+            self.writer.clear();
+        }
+        write(&mut self.writer);
+        if !self.writer.has_skipped() {
+            return self.publish();
+        }
+        let length = self.writer.len();
+        self.writer.finish()?;
+        let mut loan = match self.port.loan(length) {
+            Ok(loan) => loan,
+            Err(error) => {
+                // The sample could be encoded, so it counts as lost.
+                self.sent.next();
+                return Err(error);
+            }
+        };
+        fill(loan.memory_mut(), write)?;
+        loan.send(Header {
+            type_hash: self.operation.type_hash,
+            sequence: self.sent.next(),
+            sent: now(),
+            ..Header::default()
+        })
+    }
+
+    /// Begins a sample that is written in place. Dropping the loan without sending it discards it.
+    pub fn loan<T: InPlace>(&mut self) -> Result<Loan<'_, T>, SendError> {
+        let send = Sending {
+            type_hash: self.operation.type_hash,
+            sent: &self.sent,
+            writer: &mut self.writer,
+        };
+        if !self.port.can_loan(Encoding::Image) {
+            let memory = Memory::Copied(in_place::boxed()?, &mut *self.port);
+            return Ok(Loan { memory, send });
+        }
+        let mut loan = self.port.loan(size_of::<T>())?;
+        match in_place::over::<T>(loan.memory_mut()) {
+            Some(value) => value.reset(),
+            None => return Err(EncodeError::NoMemory(size_of::<T>()).into()),
+        }
+        let memory = Memory::Shared(loan);
+        Ok(Loan { memory, send })
+    }
+
+    /// The number of subscribers.
+    pub fn peers(&self) -> usize {
+        self.port.peers()
+    }
+}
+
+impl<T: InPlace> Loan<'_, T> {
+    /// Sends the sample. Without shared memory it is copied now.
+    pub fn send(self) -> Result<(), SendError> {
+        self.check().map_err(unsendable)?;
+        let Sending {
+            type_hash,
+            sent: counter,
+            writer,
+        } = self.send;
+        // A sample that cannot be encoded takes no sequence number: subscribers would count it as
+        // lost.
+        let header = |encoding| Header {
+            type_hash,
+            sequence: counter.next(),
+            sent: now(),
+            encoding,
+            ..Header::default()
+        };
+        match self.memory {
+            Memory::Shared(loan) => loan.send(header(Encoding::Image)),
+            Memory::Copied(value, port) => {
+                writer.clear();
+                writer.put(&value.value().map_err(unsendable)?);
+                let body = writer.finish()?;
+                port.publish(header(Encoding::Cdr), body)
+            }
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! A request on the side of its server: reads the parameters, writes the reply.
+
+use super::{HandlerError, Operation, ReplyVariant, code, fill, unsendable};
+use crate::backend::{Profile, Reply};
+use crate::cdr::{DecodeError, EncodeError, Reader, Writer};
+use crate::header::{Encoding, Header};
+use crate::in_place::{self, BEHIND_ENVELOPE, InPlace};
+use crate::rpc::{self, Outcome, RequestId};
+
+/// A request that a server handles.
+pub struct Request<'a> {
+    /// The hash of the name of the operation.
+    pub operation: i32,
+    reader: Reader<'a>,
+    id: RequestId,
+    type_hash: u64,
+    two_way: bool,
+    replies: &'static [ReplyVariant],
+    /// The variants behind the one that is being written.
+    rest: &'static [ReplyVariant],
+    writer: Writer<'static>,
+    reply: &'a mut dyn Reply,
+    placed: Option<Result<(), EncodeError>>,
+}
+
+impl<'a> Request<'a> {
+    /// Opens the envelope of `body`. The reply is written into `reply`. It fails if there is no
+    /// envelope.
+    pub fn open(
+        header: Header,
+        body: &'a [u8],
+        reply: &'a mut dyn Reply,
+    ) -> Result<Self, DecodeError> {
+        let mut reader = Reader::of(body, header.encoding);
+        let (id, operation) = rpc::open_request(&mut reader)?;
+        rpc::open_body(&mut reader, reply.profile());
+        let writer = Writer::over(std::mem::take(reply.body()));
+        Ok(Self {
+            operation,
+            reader,
+            id,
+            type_hash: header.type_hash,
+            two_way: true,
+            replies: &[],
+            rest: &[],
+            writer,
+            reply,
+            placed: None,
+        })
+    }
+
+    /// Reads the parameters of `operation` with `read`. If the types of the sender differ or the
+    /// bytes are no parameters, the request is refused. Another program (type hash 0) is trusted to
+    /// use the right types.
+    pub fn arguments<T>(
+        &mut self,
+        operation: &Operation,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<T, DecodeError>,
+    ) -> Result<T, HandlerError> {
+        self.two_way = operation.two_way;
+        self.replies = operation.replies;
+        let what = operation.name;
+        if self.type_hash != 0 && self.type_hash != operation.type_hash {
+            let (theirs, ours) = (self.type_hash, operation.type_hash);
+            let reason = format!(
+                "`{what}` has types {theirs:016x} there and {ours:016x} here; regenerate both components"
+            );
+            return self.refuse(Outcome::InvalidArgument, reason);
+        }
+        match read(&mut self.reader) {
+            Ok(arguments) => Ok(arguments),
+            Err(error) => self.refuse(Outcome::InvalidArgument, format!("`{what}`: {error}")),
+        }
+    }
+
+    /// Begins the reply; `case` is 0 for a result, else the hash of an exception.
+    fn begin(&mut self, case: i32) -> &mut Writer<'static> {
+        self.writer.clear();
+        rpc::begin_reply(&mut self.writer, self.id, self.operation, case);
+        if self.reply.profile() == Profile::Ros {
+            self.begin_ros_reply(case);
+        }
+        &mut self.writer
+    }
+
+    /// Writes what precedes the variant `case` in [`Profile::Ros`].
+    fn begin_ros_reply(&mut self, case: i32) {
+        rpc::begin_body(&mut self.writer, Profile::Ros);
+        self.rest = &[];
+        let replies = self.replies;
+        if replies.is_empty() {
+            return;
+        }
+        self.writer.put(&code(replies, case));
+        let here = replies.iter().position(|variant| variant.case == case);
+        for variant in &replies[..here.unwrap_or(replies.len())] {
+            (variant.put)(&mut self.writer);
+        }
+        if let Some(at) = here.filter(|_| case != 0) {
+            self.rest = &replies[at + 1..];
+        }
+    }
+
+    /// Replies with what `write` serializes; `case` is 0 for a result, else the hash of an
+    /// exception. Large arrays are written straight into memory of the middleware, which takes a
+    /// second pass: `write` must write the same each time.
+    pub fn reply_with(
+        &mut self,
+        case: i32,
+        write: impl Fn(&mut Writer<'_>),
+    ) -> Result<(), HandlerError> {
+        if self.reply.profile() == Profile::Rpc && self.reply.can_loan(Encoding::Cdr) {
+            let (id, operation) = (self.id, self.operation);
+            let whole = |writer: &mut Writer<'_>| {
+                rpc::begin_reply(writer, id, operation, case);
+                write(writer);
+            };
+            self.writer.measure();
+            whole(&mut self.writer);
+            if !self.writer.has_skipped() {
+                return self.finish();
+            }
+            let length = self.writer.len();
+            if let Err(error) = self.writer.finish().map(drop) {
+                return self.finished(Err(error));
+            }
+            if let Some(memory) = self.reply.loan(length, Encoding::Cdr) {
+                let filled = fill(memory, whole);
+                if filled.is_ok() {
+                    self.reply.send_loan();
+                }
+                return self.finished(filled);
+            }
+        }
+        write(self.begin(case));
+        self.finish()
+    }
+
+    /// Ends the reply. If it cannot be encoded, the request is refused with the reason.
+    fn finish(&mut self) -> Result<(), HandlerError> {
+        for variant in std::mem::take(&mut self.rest) {
+            (variant.put)(&mut self.writer);
+        }
+        let written = self.writer.finish().map(|_| ());
+        self.finished(written)
+    }
+
+    fn finished(&mut self, written: Result<(), EncodeError>) -> Result<(), HandlerError> {
+        written.or_else(|error| {
+            self.refuse(
+                Outcome::UnknownException,
+                format!("the reply cannot be sent: {error}"),
+            )
+        })
+    }
+
+    /// Lets `fill` write the result in place; [`Request::finish_in_place`] sends it. Without shared
+    /// memory the result is copied.
+    pub fn in_place<T: InPlace, R>(
+        &mut self,
+        fill: impl FnOnce(&mut T) -> R,
+    ) -> Result<R, HandlerError> {
+        // Another program, which proves no types, gets CDR.
+        let length = BEHIND_ENVELOPE + size_of::<T>();
+        let memory = if self.type_hash == 0 {
+            None
+        } else {
+            self.reply.loan(length, Encoding::Image)
+        };
+        if let Some(memory) = memory {
+            let (envelope, image) = memory.split_at_mut(BEHIND_ENVELOPE.min(memory.len()));
+            if let Some(value) = in_place::over::<T>(image) {
+                value.reset();
+                let outcome = fill(value);
+                self.placed = Some(value.check().map_err(unsendable));
+                self.writer.clear();
+                rpc::begin_reply(&mut self.writer, self.id, self.operation, 0);
+                let begin = self.writer.finish().unwrap_or_default();
+                envelope.fill(0);
+                envelope[..begin.len()].copy_from_slice(begin);
+                return Ok(outcome);
+            }
+        }
+        let mut value = match in_place::boxed::<T>() {
+            Ok(value) => value,
+            Err(error) => return self.refuse(Outcome::OutOfResources, error.to_string()),
+        };
+        let outcome = fill(&mut value);
+        let writer = self.begin(0);
+        match value.check().and_then(|()| value.value()) {
+            Ok(value) => writer.put(&value),
+            Err(error) => writer.fail(unsendable(error)),
+        }
+        Ok(outcome)
+    }
+
+    /// Ends a reply that was written in place.
+    pub fn finish_in_place(&mut self) -> Result<(), HandlerError> {
+        match self.placed.take() {
+            Some(Ok(())) => {
+                self.reply.send_loan();
+                Ok(())
+            }
+            Some(Err(error)) => self.finished(Err(error)),
+            None => self.finish(),
+        }
+    }
+
+    /// Replies that the handler failed with an error that its operation does not declare.
+    pub fn fail(&mut self, reason: &dyn std::fmt::Display) -> Result<(), HandlerError> {
+        self.refuse(Outcome::UnknownException, reason.to_string())
+    }
+
+    /// Replies that the interface does not have the operation.
+    pub fn unknown(&mut self) -> Result<(), HandlerError> {
+        let reason = format!(
+            "there is no operation with the hash {:08x} here",
+            self.operation
+        );
+        self.refuse(Outcome::UnknownOperation, reason)
+    }
+
+    fn refuse<T>(&mut self, outcome: Outcome, reason: String) -> Result<T, HandlerError> {
+        self.writer.clear();
+        rpc::refuse(&mut self.writer, self.id, outcome, &reason);
+        Err(HandlerError(reason))
+    }
+
+    /// Hands over the reply. A command has none.
+    pub fn close(self) {
+        let reply = self.reply.body();
+        *reply = self.writer.into_bytes();
+        if !self.two_way {
+            reply.clear();
+        }
+    }
+}
