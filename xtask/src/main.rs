@@ -1,90 +1,24 @@
-//! `cargo xtask`: the project's own commands. `test` is the whole test run, `bench` measures,
-//! `soak` runs two components for an hour, `chaos` kills processes, `fuzz` searches for texts that
-//! harm a parser.
+//! `cargo xtask`: the project's own commands. `test` is the whole test run, `fuzz` searches for
+//! texts that harm a parser. Benchmarks and long tests are in `trials`, so that this program is
+//! built in a second.
 
-mod bench;
-mod chaos;
-mod compare;
-mod counts;
-mod dds;
-mod deploy;
-mod ice;
-mod languages;
-mod networks;
-mod pair;
-mod parameters;
-mod programs;
-mod ros2;
-mod slots;
-mod soak;
 mod timings;
-mod usage;
-mod variant;
 
-use programs::Failure;
-use soak::Middleware;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
 use timings::Timings;
 
-/// The components that tests start.
-const COMPONENTS: [&str; 15] = [
-    "simulator",
-    "avoider",
-    "pose_monitor",
-    "pose_relay",
-    "pose_listener",
-    "camera",
-    "image_monitor",
-    "speech_server",
-    "speech_client",
-    "soak_source",
-    "soak_sink",
-    "motor_bus",
-    "joint_controller",
-    "herald",
-    "envoy",
-];
-
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let outcome = match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    let outcome = match args[..] {
         ["test", ref rest @ ..] => test(rest),
-        ["bench"] => bench::run(false).map_err(|e| e.to_string()),
-        ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
-        ["bench", "latencies"] => bench::latencies_alone().map_err(|e| e.to_string()),
-        ["bench", "--repeat", runs, "--every", minutes]
-            if let (Ok(runs @ 1..), Ok(minutes)) = (runs.parse(), minutes.parse::<u64>()) =>
-        {
-            let pause = std::time::Duration::from_mins(minutes);
-            bench::repeated(runs, pause).map_err(|e| e.to_string())
-        }
-        ["bench", "counts"] => counts::run(false).map_err(|e| e.to_string()),
-        ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
-        ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
-        ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
-            chaos::run(&orders).map_err(|e| e.to_string())
-        }
-        ["bench", "dds"] => dds::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
-        ["bench", "dds", "--smoke"] => dds::run(5, 0.4).map_err(|e| e.to_string()),
-        ["bench", "ros2"] => ros2::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
-        ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
-        ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
-        ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
-        ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
-        ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
-            soak.map_err(|e| e.to_string())
-        }
-        ["soak", "ros2", ref rest @ ..] if let Some(soak) = soak(Middleware::Ros2, "600", rest) => {
-            soak.map_err(|e| e.to_string())
-        }
-        ["soak", ref rest @ ..] if let Some(soak) = soak(Middleware::Iceoryx2, "3600", rest) => {
-            soak.map_err(|e| e.to_string())
-        }
-        ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
+        ["bench" | "soak" | "chaos", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S] | fuzz SECONDS"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench … | soak … | chaos … | fuzz SECONDS"
             );
             return ExitCode::from(2);
         }
@@ -98,23 +32,20 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs a soak with the arguments `words`; `None` if they are invalid.
-fn soak(middleware: Middleware, usual: &str, words: &[&str]) -> Option<Result<(), Failure>> {
-    match *words {
-        [] => Some(soak::run(middleware, usual)),
-        ["--smoke"] => Some(soak::smoke(middleware)),
-        [seconds] if seconds.parse::<u32>().is_ok() => Some(soak::run(middleware, seconds)),
-        _ => None,
-    }
+/// Runs the program of benchmarks and long tests, which links the framework. It takes the place of
+/// this process, so that a signal reaches it.
+fn trials(args: &[&str]) -> ExitCode {
+    let run = ["run", "--quiet", "--bin", "trials", "--"];
+    let mut command = cargo_command(&[&run, args].concat(), &[]);
+    let error = command.exec();
+    eprintln!("xtask: error: cargo cannot be started: {error}");
+    ExitCode::from(3)
 }
 
-/// Builds the components that tests start, then runs every test of the workspace.
+/// Builds all programs, of which tests start many, then runs every test of the workspace. Both
+/// select the whole workspace: dependencies have the same features then, and are compiled once.
 fn test(rest: &[&str]) -> Result<(), String> {
-    let mut build = vec!["build", "--bins"];
-    for component in COMPONENTS {
-        build.extend(["--package", component]);
-    }
-    cargo(&build)?;
+    cargo(&["build", "--workspace", "--bins"])?;
     let timed = rest.contains(&"--timings");
     let rest: Vec<&str> = rest.iter().copied().filter(|a| *a != "--timings").collect();
     let mut test = vec!["test", "--workspace", "--no-fail-fast"];
@@ -215,6 +146,7 @@ fn cargo_command(args: &[&str], environment: &[(&str, &str)]) -> Command {
     println!("+ cargo {}", args.join(" "));
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.args(args).envs(environment.iter().copied());
+    cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
     cargo
 }
 

@@ -293,18 +293,22 @@ impl Network {
             }
         }
         Ok(groups.into_iter().map(move |((root, variant), projects)| {
-            let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
+            // The features of a dependency follow from all packages that cargo selects. With the
+            // whole workspace selected, each build of it, whatever its programs, shares the
+            // libraries of the others.
+            let mut args: Vec<OsString> = ["build", "--workspace", "--profile", profile.word()]
                 .map(Into::into)
                 .to_vec();
             let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
+            let program = |package: &String| match variant {
+                None => package.into(),
+                Some(middleware) => variant::program(package, middleware).into(),
+            };
             for package in projects.keys() {
-                option("--package", package.into());
+                option("--bin", program(package));
             }
             let mut staged = None;
             if let Some(middleware) = variant {
-                for package in projects.keys() {
-                    option("--bin", variant::program(package, middleware).into());
-                }
                 let components: Vec<&Project> = projects.values().copied().collect();
                 let target = self
                     .workspaces

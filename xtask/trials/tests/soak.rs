@@ -23,7 +23,7 @@ struct Soak {
 
 impl Soak {
     fn start(words: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        let mut child = Command::new(env!("CARGO_BIN_EXE_trials"))
             .args(words)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -8,11 +8,11 @@ use std::sync::{Mutex, PoisonError};
 fn chaos(words: &[&str]) -> String {
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let run = Command::new(env!("CARGO_BIN_EXE_xtask"))
+    let run = Command::new(env!("CARGO_BIN_EXE_trials"))
         .arg("chaos")
         .args(words)
         .output()
-        .expect("to run xtask");
+        .expect("to run trials");
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
     let errors = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(0), "{said}{errors}");

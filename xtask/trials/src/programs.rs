@@ -20,7 +20,7 @@ pub(crate) const LOOK: Duration = Duration::from_millis(2);
 
 /// The folder of the workspace.
 pub(crate) fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// The folder that cargo builds into: this program lies in it.

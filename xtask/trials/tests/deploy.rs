@@ -4,10 +4,10 @@ use std::process::Command;
 
 #[test]
 fn everybody_starts_and_ends_a_few_programs() {
-    let run = Command::new(env!("CARGO_BIN_EXE_xtask"))
+    let run = Command::new(env!("CARGO_BIN_EXE_trials"))
         .args(["bench", "deploy", "--smoke"])
         .output()
-        .expect("to run xtask");
+        .expect("to run trials");
     let said = String::from_utf8_lossy(&run.stdout);
     let errors = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(0), "{said}{errors}");

@@ -1,0 +1,85 @@
+//! Benchmarks and long tests, which `cargo xtask` runs: `bench` measures, `soak` runs two components
+//! for an hour, `chaos` kills processes.
+
+mod bench;
+mod chaos;
+mod compare;
+mod counts;
+mod dds;
+mod deploy;
+mod ice;
+mod languages;
+mod networks;
+mod pair;
+mod parameters;
+mod programs;
+mod ros2;
+mod slots;
+mod soak;
+mod usage;
+mod variant;
+
+use programs::Failure;
+use soak::Middleware;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let outcome = match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["bench"] => bench::run(false).map_err(|e| e.to_string()),
+        ["bench", "--smoke"] => bench::run(true).map_err(|e| e.to_string()),
+        ["bench", "latencies"] => bench::latencies_alone().map_err(|e| e.to_string()),
+        ["bench", "--repeat", runs, "--every", minutes]
+            if let (Ok(runs @ 1..), Ok(minutes)) = (runs.parse(), minutes.parse::<u64>()) =>
+        {
+            let pause = std::time::Duration::from_mins(minutes);
+            bench::repeated(runs, pause).map_err(|e| e.to_string())
+        }
+        ["bench", "counts"] => counts::run(false).map_err(|e| e.to_string()),
+        ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
+        ["bench", "languages"] => bench::languages().map_err(|e| e.to_string()),
+        ["chaos", ref rest @ ..] if let Some(orders) = chaos::Orders::parse(rest) => {
+            chaos::run(&orders).map_err(|e| e.to_string())
+        }
+        ["bench", "dds"] => dds::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
+        ["bench", "dds", "--smoke"] => dds::run(5, 0.4).map_err(|e| e.to_string()),
+        ["bench", "ros2"] => ros2::run(bench::BLOCKS, 1.0).map_err(|e| e.to_string()),
+        ["bench", "ros2", "--smoke"] => ros2::run(5, 0.4).map_err(|e| e.to_string()),
+        ["bench", "deploy"] => deploy::run(false).map_err(|e| e.to_string()),
+        ["bench", "deploy", "--smoke"] => deploy::run(true).map_err(|e| e.to_string()),
+        ["bench", "ice"] => ice::run().map_err(|e| e.to_string()),
+        ["soak", "dds", ref rest @ ..] if let Some(soak) = soak(Middleware::Dds, "600", rest) => {
+            soak.map_err(|e| e.to_string())
+        }
+        ["soak", "ros2", ref rest @ ..] if let Some(soak) = soak(Middleware::Ros2, "600", rest) => {
+            soak.map_err(|e| e.to_string())
+        }
+        ["soak", ref rest @ ..] if let Some(soak) = soak(Middleware::Iceoryx2, "3600", rest) => {
+            soak.map_err(|e| e.to_string())
+        }
+        ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
+        _ => {
+            eprintln!(
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | parameters | ice | dds [--smoke] | ros2 [--smoke] | deploy [--smoke] | --smoke] | soak [dds | ros2] [SECONDS | --smoke] | chaos [--kills N | --minutes N] [--seed S]"
+            );
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: error: {message}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+/// Runs a soak with the arguments `words`; `None` if they are invalid.
+fn soak(middleware: Middleware, usual: &str, words: &[&str]) -> Option<Result<(), Failure>> {
+    match *words {
+        [] => Some(soak::run(middleware, usual)),
+        ["--smoke"] => Some(soak::smoke(middleware)),
+        [seconds] if seconds.parse::<u32>().is_ok() => Some(soak::run(middleware, seconds)),
+        _ => None,
+    }
+}
