@@ -116,11 +116,11 @@ pub(crate) fn mark(met: bool) -> &'static str {
 
 /// Builds what is measured, and warms what is measured of cargo itself.
 fn build(smoke: bool) -> Result<(), Failure> {
-    // Always the same packages: with others cargo builds the same crates with other features.
-    let words = "build --release -p ping -p pong -p bench_peer -p bench_slots -p speech_server -p rc-codegen -p rc-deploy";
+    // The whole workspace is selected: otherwise cargo builds the same crates with other features.
+    let words = "build --release --workspace --bin ping --bin pong --bin bench_peer --bin bench_slots --bin speech_server --bin rcgen --bin rcdeploy";
     finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     if !smoke {
-        finish(cargo(&["build", "-p", "avoider"])?, BUILD)?;
+        finish(cargo(&["build", "--workspace", "--bin", "avoider"])?, BUILD)?;
     }
     Ok(())
 }
@@ -252,11 +252,20 @@ fn rebuild() -> Result<Figure, Failure> {
     // The first one makes the incremental state, and is not counted.
     for number in 0..=REBUILDS {
         worker.alter(number + std::process::id() as usize)?;
-        times.push(finish(cargo(&["build", "-p", "avoider"])?, REBUILD)?.0);
+        times.push(
+            finish(
+                cargo(&["build", "--workspace", "--bin", "avoider"])?,
+                REBUILD,
+            )?
+            .0,
+        );
     }
     times.remove(0);
     drop(worker);
-    finish(cargo(&["build", "-p", "avoider"])?, REBUILD)?;
+    finish(
+        cargo(&["build", "--workspace", "--bin", "avoider"])?,
+        REBUILD,
+    )?;
     let median = quantile(&mut times, 0.5);
     Ok(Figure {
         what: "`cargo build` after a change in `specific_worker.rs` (debug), median of 5",
@@ -271,7 +280,10 @@ fn regeneration() -> Result<Figure, Failure> {
     let mut command = Command::new(target()?.join("release/rcgen"));
     command.arg(root().join("components/avoider/avoider.cdsl"));
     finish(command, REBUILD)?;
-    let (took, said) = finish(cargo(&["build", "-p", "avoider"])?, REBUILD)?;
+    let (took, said) = finish(
+        cargo(&["build", "--workspace", "--bin", "avoider"])?,
+        REBUILD,
+    )?;
     let compiled = said.matches("Compiling").count();
     Ok(Figure {
         what: "`cargo build` after generating anew without a change",

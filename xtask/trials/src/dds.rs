@@ -48,7 +48,13 @@ pub(crate) fn rows() -> [[Row; 2]; 3] {
 /// Builds both, measures them in turns, then ddsperf.
 pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     let generated = variant::build("bench", Backend::Dds, Profile::Release)?;
-    let words = ["build", "--release", "-p", "bench_dds_peer"];
+    let words = [
+        "build",
+        "--release",
+        "--workspace",
+        "--bin",
+        "bench_dds_peer",
+    ];
     finish(cargo(&words)?, BUILD)?;
     println!("{}\n", machine());
     let peer = Peer {

@@ -30,7 +30,15 @@ const ROWS: [Row; 2] = [
 pub(crate) fn run() -> Result<(), Failure> {
     let echo = build()?;
     finish(
-        cargo(&["build", "--release", "-p", "ping", "-p", "pong"])?,
+        cargo(&[
+            "build",
+            "--release",
+            "--workspace",
+            "--bin",
+            "ping",
+            "--bin",
+            "pong",
+        ])?,
         BUILD,
     )?;
     println!("{}\n", machine());

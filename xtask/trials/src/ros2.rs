@@ -20,7 +20,13 @@ const BY_HAND: &str = "91";
 /// Builds both and measures them in turns.
 pub(crate) fn run(blocks: usize, share: f64) -> Result<(), Failure> {
     let generated = variant::build("bench", Backend::Ros2, Profile::Release)?;
-    let words = ["build", "--release", "-p", "bench_ros_peer"];
+    let words = [
+        "build",
+        "--release",
+        "--workspace",
+        "--bin",
+        "bench_ros_peer",
+    ];
     finish(cargo(&words)?, BUILD)?;
     println!("{}\n", machine());
     let peer = Peer {
