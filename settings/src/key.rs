@@ -132,8 +132,7 @@ pub fn key(middleware: &str, name: &str) -> Option<&'static Key> {
     keys(middleware)?.iter().find(|key| key.name == name)
 }
 
-/// Help for somebody who wrote a key that `middleware` does not have: the nearest name, or all
-/// names.
+/// The help for a key that `middleware` does not have: the nearest name, or all names.
 pub fn unknown_key_help(middleware: &str, name: &str) -> String {
     let names = keys(middleware).unwrap_or_default().iter().map(|k| k.name);
     if let Some(near) = nearest(name, names.clone()) {

@@ -1,5 +1,5 @@
-//! What is said about `.idsl` texts: the mistakes that people make, each at its place, and the habits of
-//! RoboComp's own files, which are accepted.
+//! Diagnostics for `.idsl` texts: common mistakes, each with its location, and RoboComp's habits,
+//! which the parser accepts.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -8,7 +8,7 @@ use rc_diagnostics::{Format, SourceMap, Span, render};
 use rc_idsl::{Library, Session};
 use rc_syntax::MemoryLoader;
 
-/// Files that tests import.
+/// Files that the tests import.
 const OTHERS: [(&str, &str); 5] = [
     (
         "Base.idsl",
@@ -23,7 +23,7 @@ const OTHERS: [(&str, &str); 5] = [
     ("Twin.idsl", "module M { };"),
 ];
 
-/// What is found in a whole file `m.idsl`.
+/// Checks the diagnostics for a whole file `m.idsl`.
 fn check_file(text: &str, expected: &Expect) -> Library {
     let mut sources = SourceMap::new();
     let source = sources.add("m.idsl", text);
@@ -37,12 +37,12 @@ fn check_file(text: &str, expected: &Expect) -> Library {
     library
 }
 
-/// What is found in `body`, which stands in a module from line 2 on.
+/// Checks the diagnostics for `body`, which is in a module from line 2 on.
 fn check(body: &str, expected: &Expect) -> Library {
     check_file(&format!("module M {{\n{body}\n}};\n"), expected)
 }
 
-/// The operations of the last module, as they enter the hash of types.
+/// The operations of the last module, in the form that the type hash covers.
 fn operations(library: &Library) -> Vec<String> {
     let ids = (0..library.interfaces.len()).map(rc_idsl::model::InterfaceId);
     let texts = ids.flat_map(|id| {
@@ -53,7 +53,7 @@ fn operations(library: &Library) -> Vec<String> {
 }
 
 #[test]
-fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
+fn a_missing_semicolon_is_one_error_at_its_location() {
     check(
         "struct S { int a\n int b; // of b\n string c /* of c */ }\nsequence<int> L\ndictionary<int, int> D // of D\n\
          const int C = 3\ninterface I {\n void a()\n int b(int x) throws E\n @unit(\"m\") command c()\n }\nexception E { }",
@@ -77,7 +77,7 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
 }
 
 #[test]
-fn whole_files() {
+fn errors_outside_declarations() {
     check_file(
         "",
         &expect![[r#"
@@ -151,7 +151,7 @@ fn whole_files() {
 }
 
 #[test]
-fn imports_are_found() {
+fn imports_are_resolved() {
     check_file(
         "import \"Baes.idsl\"; module M { };",
         &expect![[r#"
@@ -191,7 +191,7 @@ fn imports_are_found() {
 }
 
 #[test]
-fn what_cannot_be_read_does_not_hide_the_rest() {
+fn a_syntax_error_does_not_hide_later_errors() {
     check(
         "struct A { int a, b; int [3] c; a; int d = ; int 3; float e[]; };\nstrcut B { int a; };\nenum C { A B };\n\
          enum D { A = x };\ninterface E { void a(int); void b(int x; void c int x); int; void d() throws; };\n\
@@ -225,7 +225,7 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
 }
 
 #[test]
-fn braces_that_are_missing() {
+fn missing_braces_are_reported() {
     check(
         "struct A  int a; };\nstruct B { int a; };",
         &expect![[r#"
@@ -248,7 +248,7 @@ fn braces_that_are_missing() {
 }
 
 #[test]
-fn names_are_unique_without_regard_to_case() {
+fn names_are_unique_regardless_of_case() {
     check(
         "struct S { int a; int A; string a; };\nstruct s { };\nenum E { One, ONE };\ninterface I { void f(); int F(int x, out int X); };\n\
          interface S { };\nexception E { int what; };",
@@ -272,7 +272,7 @@ fn names_are_unique_without_regard_to_case() {
 }
 
 #[test]
-fn types_are_known() {
+fn unknown_types_are_reported() {
     check(
         "struct S { itn a; Float b; sate c; void d; E e; const f; unsigned g; };\nexception E { };\n\
          interface I { s f(); void g(Sq x); void h() throws S; void i() throws Nothing; };",
@@ -318,7 +318,7 @@ fn types_are_known() {
 }
 
 #[test]
-fn types_have_a_size() {
+fn sizes_of_types_are_checked() {
     check(
         "struct A { B b; };\nstruct B { sequence<C> c; };\nstruct C { A a[2]; };\nstruct D { D d; };\nsequence<F> F;",
         &expect![[r#"
@@ -348,7 +348,7 @@ fn types_have_a_size() {
 }
 
 #[test]
-fn values_fit() {
+fn values_fit_their_types() {
     check(
         "enum E { A, B = 7, C = 7, D = 3000000000 };\nenum F { };\n\
          struct S { bool a = 1; byte b = 256; int c = \"x\"; string<2> d = \"abc\"; E e = Z; E f = 3; float g = 1; sequence<int> h = 3; long i = 9223372036854775808; };\n\
@@ -388,7 +388,7 @@ fn values_fit() {
 }
 
 #[test]
-fn marks_for_ros_stand_where_they_mean_something() {
+fn ros_annotations_are_valid_in_their_places_only() {
     let library = check_file(
         "@ros(\"a_msgs\") module M {
          @ros(\"a/msg/B\") struct S { @ros(\"a/msg/C\") int x; };
@@ -425,7 +425,7 @@ fn marks_for_ros_stand_where_they_mean_something() {
 }
 
 #[test]
-fn patterns_go_with_results() {
+fn patterns_agree_with_results() {
     check(
         "interface I { command int a(); publish void b(out int x); publish void c() throws E; query void d(); command e(int x); query f(out int x); };\nexception E { };",
         &expect![[r#"
@@ -444,7 +444,7 @@ fn patterns_go_with_results() {
 }
 
 #[test]
-fn declarations_stand_in_any_order() {
+fn declarations_may_be_in_any_order() {
     check(
         "struct A { E e = Two; L l; L m = 3; Oops o; };\ndictionary<E, int> D;\nenum E { One, Two };\nsequence<int> L;\nexception Oops { };",
         &expect![[r#"
@@ -455,7 +455,7 @@ fn declarations_stand_in_any_order() {
 }
 
 #[test]
-fn types_that_meet_again_and_again_are_walked_once() {
+fn shared_types_are_visited_once() {
     let mut body = String::from("struct S0 { int x; };");
     for at in 1..60 {
         let before = at - 1;
@@ -465,7 +465,7 @@ fn types_that_meet_again_and_again_are_walked_once() {
 }
 
 #[test]
-fn an_interface_without_operations_is_read() {
+fn an_interface_without_operations_is_accepted() {
     check("interface I { };", &expect![[""]]);
 }
 
@@ -487,8 +487,8 @@ fn the_habits_of_robocomp_are_accepted() {
 }
 
 #[test]
-fn what_real_files_taught() {
-    // RoboComp reads any run of `;` as one, and types may be called like patterns.
+fn constructs_of_real_files_are_accepted() {
+    // RoboComp treats any run of `;` as one, and allows types with the names of patterns.
     let library = check_file(
         "import \"Base.idsl\";;\nmodule M {\nstruct query { int a;; int b; };;\nenum E { None, };; sequence<int> L;;\n\
          interface I { query get();; query again(int x); command stop(); void type(); };\n};;",
@@ -497,7 +497,7 @@ fn what_real_files_taught() {
     let text = operations(&library).join("\n");
     assert!(text.contains("M::I/get()->(return:M::query{"), "{text}");
     assert!(text.contains("M::I/stop()->()"), "{text}");
-    // One cause, one message.
+    // One cause gives one message.
     check(
         "struct S { int a b; unsigned int c; };\nvector<int> V;\nstruct T { Nowhere::X x; };",
         &expect![[r#"

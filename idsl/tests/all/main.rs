@@ -1,4 +1,4 @@
-//! All integration tests of the IDSL, in one program.
+//! All integration tests of IDSL in one program.
 
 mod language;
 mod page;
