@@ -1,5 +1,5 @@
-//! What is said about `.cdsl` texts: the mistakes that people make, each at its place, and the habits of
-//! RoboComp's own files, which are accepted.
+//! Diagnostics for `.cdsl` texts: common mistakes, each with its location, and RoboComp's habits,
+//! which the parser accepts.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -7,7 +7,7 @@ use expect_test::{Expect, expect};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
-/// Files that tests import.
+/// Files that the tests import.
 const INTERFACES: [(&str, &str); 9] = [
     (
         "Second.idsl",
@@ -47,7 +47,7 @@ const INTERFACES: [(&str, &str); 9] = [
     ),
 ];
 
-/// What is found in a whole file `c.cdsl`; the slots that are understood.
+/// Checks the diagnostics for a whole file `c.cdsl`. Returns the resolved slots.
 fn check_file(text: &str, expected: &Expect) -> Vec<String> {
     let mut sources = SourceMap::new();
     let source = sources.add("c.cdsl", text);
@@ -60,8 +60,8 @@ fn check_file(text: &str, expected: &Expect) -> Vec<String> {
         .collect()
 }
 
-/// What is found in a component that imports `Laser.idsl` and `Pub.idsl`; `comms` begins line 3, `clauses` the
-/// line after it.
+/// Checks the diagnostics for a component that imports `Laser.idsl` and `Pub.idsl`. `comms` begins
+/// on line 3, `clauses` on the line after it.
 fn check(comms: &str, clauses: &str, expected: &Expect) -> Vec<String> {
     let text = format!(
         "import \"Laser.idsl\"; import \"Pub.idsl\";\nComponent C {{ Communications {{\n{comms}\n}};\n{clauses}\n}};\n"
@@ -72,7 +72,7 @@ fn check(comms: &str, clauses: &str, expected: &Expect) -> Vec<String> {
 const USED: &str = "requires Laser; publishes LaserPub;";
 
 #[test]
-fn whole_files() {
+fn errors_outside_clauses() {
     check_file(
         "",
         &expect![[r#"
@@ -143,7 +143,7 @@ fn whole_files() {
 }
 
 #[test]
-fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
+fn a_missing_semicolon_is_one_error_at_its_location() {
     check(
         "requires Laser // far\npublishes LaserPub { depth 3 }\n",
         "language rust\nperiod 50ms\noptions dsr\ngui Qt(QWidget)\nparameters \"c.pdsl\"\ndependencies { libm \"0.2\" serde \"1\" }\nstatemachine \"x.smdsl\"",
@@ -174,7 +174,7 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
 }
 
 #[test]
-fn imports_are_found_and_used() {
+fn unresolved_and_unused_imports_are_reported() {
     check_file(
         "import \"Lasre.idsl\";\nimport \"/opt/robocomp/interfaces/IDSLs/Camera.idsl\";\nComponent C { Communications { requires Laser, Camera; }; language rust; };",
         &expect![[r#"
@@ -204,7 +204,7 @@ fn imports_are_found_and_used() {
 }
 
 #[test]
-fn interfaces_are_known_and_used_as_they_can_be() {
+fn unknown_interfaces_and_invalid_roles_are_reported() {
     check(
         "requires laser, Lasr, Camera;\npublishes LaserPub;",
         "language rust;",
@@ -232,7 +232,7 @@ fn interfaces_are_known_and_used_as_they_can_be() {
 }
 
 #[test]
-fn communications_that_cannot_be_read() {
+fn syntax_errors_in_communications() {
     check(
         "provides Laser;\nimplement Laser;\nimplements ;\nrequires Laser LaserPub;\npublishes LaserPub(;\nsubscribesTo LaserPub(iceoryx) { depth 3; };\nLaser;",
         "language rust;",
@@ -265,7 +265,7 @@ fn communications_that_cannot_be_read() {
 }
 
 #[test]
-fn clauses_that_cannot_be_read() {
+fn syntax_errors_in_clauses() {
     check(
         USED,
         "language ;\nlanguage = rust;\nlangauge rust;\ngui;\noptions dsr agmagent;\nparameters c.pdsl;\nperiod fast;\ndependencies { libm = \"0.2\"; };\n§;\nx;",
@@ -308,7 +308,7 @@ fn clauses_that_cannot_be_read() {
 }
 
 #[test]
-fn clauses_come_once() {
+fn repeated_clauses_are_reported() {
     check(
         "requires Laser; requires Laser as two; publishes LaserPub;",
         "language rust; Language rust; Communications { }; period 1s; period 2s;",
@@ -329,7 +329,7 @@ fn clauses_come_once() {
 }
 
 #[test]
-fn clauses_of_old() {
+fn clauses_of_the_eclipse_tools_are_explained() {
     check(
         USED,
         "language rust;\nuseQt;\nRoboCompModules RoboCompLaser;\nRoboCompClasses x;\nworker isThread;",
@@ -343,7 +343,7 @@ fn clauses_of_old() {
 }
 
 #[test]
-fn slots_are_unique() {
+fn slot_names_are_unique() {
     check(
         "requires Laser as a, Laser as A, Laser;\npublishes LaserPub as laser;",
         "language rust;",
@@ -441,8 +441,8 @@ fn the_habits_of_robocomp_are_accepted() {
 }
 
 #[test]
-fn what_real_files_taught() {
-    // A missing file is told once, not at each use of what is in it.
+fn constructs_of_real_files_are_accepted() {
+    // A missing file is reported once, not at each use of its content.
     check_file(
         "import \"Camera.idsl\";\nComponent C { Communications { requires Camera, Camera as other; }; language N++; };",
         &expect![[r#"
@@ -450,7 +450,7 @@ fn what_real_files_taught() {
             c.cdsl:2:78: error[unknown-language]: unknown language `N++` (expected one of `rust`, `cpp`, `cpp11`, `python`)
         "#]],
     );
-    // The first import is taken, as RoboComp does.
+    // The first import wins, as in RoboComp.
     check_file(
         "import \"Laser.idsl\"; import \"Second.idsl\";\nComponent C { Communications { requires Laser; }; language cpp; gui qt(qwidget); };",
         &expect![[r#"
@@ -459,7 +459,7 @@ fn what_real_files_taught() {
             c.cdsl:2:65: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
         "#]],
     );
-    // What a used interface is made of may be imported, too.
+    // The modules that a used interface depends on may also be imported.
     let slots = check_file(
         "import \"Laser.idsl\"; import \"Both.idsl\";\nComponent C { Communications { requires Both; };; language rust;; }",
         &expect![[""]],

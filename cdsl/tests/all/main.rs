@@ -1,4 +1,4 @@
-//! All integration tests of the CDSL, in one program.
+//! All integration tests of CDSL in one program.
 
 mod language;
 mod page;

@@ -1,4 +1,4 @@
-//! What the page about the language shows is what the language is.
+//! Checks the examples on the grammar page.
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
@@ -6,7 +6,7 @@ use rc_syntax::MemoryLoader;
 const PAGE: &str = include_str!("../../src/grammar.md");
 
 #[test]
-fn every_file_on_the_page_is_right() {
+fn every_file_on_the_page_is_valid() {
     let files: Vec<&str> = PAGE.split("```cdsl\n").skip(1).collect();
     assert!(!files.is_empty());
     let shipped = |name: &str, text: &'static str| (name.to_owned(), text);
