@@ -10,6 +10,7 @@ pub mod ast;
 pub mod canonical;
 mod check;
 pub mod image;
+pub mod in_place;
 mod lookup;
 pub mod model;
 mod parse;

@@ -5,6 +5,7 @@ use super::checks::{self, Check};
 use super::library::{self, Type};
 use rc_idsl::Library;
 use rc_idsl::image::{self, Image};
+use rc_idsl::in_place::LARGEST;
 use rc_idsl::model::{self, Member, TypeDeclKind, TypeId};
 use serde::Serialize;
 use std::collections::HashMap;
@@ -101,7 +102,7 @@ pub(crate) struct Inside {
 /// The structures of a type, each after those that it contains.
 pub(crate) fn of(library: &Library, id: TypeId, known: &mut Known) -> Vec<Structure> {
     let decl = library.ty(id);
-    let fits = decl.image.is_some_and(|image| image.size <= image::LARGEST);
+    let fits = decl.image.is_some_and(|image| image.size <= LARGEST);
     if !fits {
         return Vec::new();
     }

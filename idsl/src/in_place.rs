@@ -1,0 +1,74 @@
+//! Which types have a memory image, and which values can travel in place.
+
+use crate::image::{Image, LENGTH};
+use crate::model::{Library, Member, Operation, Type, TypeDeclKind, TypeId};
+
+/// The maximum size of an image that is sent, in bytes.
+pub const LARGEST: u64 = 1 << 30;
+
+impl Library {
+    /// The image of a value of this type. `None` if the type does not determine its size.
+    pub fn image(&self, ty: &Type) -> Option<Image> {
+        let number = |size: u32| Image {
+            size: u64::from(size),
+            align: u64::from(size),
+            counted: false,
+        };
+        Some(match ty {
+            Type::Primitive(primitive) => number(primitive.size()),
+            Type::String(bound) => Image::structure([LENGTH, number(1).times((*bound)?)]),
+            Type::Sequence(element, bound) => self.sequence(element, (*bound)?)?,
+            Type::Array(element, count) => self.image(element)?.times(*count),
+            Type::Dictionary(..) => return None,
+            Type::Named(id) => self.ty(*id).image?,
+        })
+    }
+
+    /// The image of a member. `None` as for [`image`](Self::image).
+    pub fn member_image(&self, member: &Member) -> Option<Image> {
+        if member.optional {
+            self.sequence(&member.ty, 1)
+        } else {
+            self.image(&member.ty)
+        }
+    }
+
+    fn sequence(&self, element: &Type, bound: u32) -> Option<Image> {
+        let items = self.image(element)?.times(bound);
+        Some(Image {
+            counted: true,
+            ..Image::structure([LENGTH, items])
+        })
+    }
+
+    /// The struct behind `ty` if its values can travel in place: a plain struct with a bounded
+    /// sequence.
+    pub fn in_place(&self, ty: &Type) -> Option<TypeId> {
+        let Type::Named(id) = self.resolved(ty) else {
+            return None;
+        };
+        let decl = self.ty(*id);
+        let image = decl.image?;
+        let fits = matches!(decl.kind, TypeDeclKind::Struct(_)) && image.size <= LARGEST;
+        (image.counted && fits).then_some(*id)
+    }
+}
+
+impl Operation {
+    /// The struct of the only parameter, if a topic of this operation can travel in place.
+    pub fn topic_in_place(&self, library: &Library) -> Option<TypeId> {
+        match self.inputs.as_slice() {
+            [only] if !only.optional => library.in_place(&only.ty),
+            _ => None,
+        }
+    }
+
+    /// The struct of the only result, if the reply can travel in place.
+    pub fn result_in_place(&self, library: &Library) -> Option<TypeId> {
+        match (&self.result, self.outputs.as_slice()) {
+            (Some(result), []) => library.in_place(result),
+            (None, [only]) if !only.optional => library.in_place(&only.ty),
+            _ => None,
+        }
+    }
+}
