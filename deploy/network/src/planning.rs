@@ -2,6 +2,7 @@
 
 use crate::addresses::process_name;
 use crate::configuration::{config, named_files};
+use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::plan::{self, Component, Plan, Policy, Restart};
 use rc_ddsl::Endpoint;
@@ -23,7 +24,14 @@ impl Network {
     }
 
     /// The plan of the network, which has no errors. Paths are absolute.
-    pub fn plan(&self, profile: Profile) -> io::Result<Plan> {
+    ///
+    /// # Errors
+    /// A manifest is faulty, or the system refuses something.
+    pub fn plan(&self, profile: Profile) -> Result<Plan, Error> {
+        self.processes(profile).map_err(refused("make the plan"))
+    }
+
+    fn processes(&self, profile: Profile) -> io::Result<Plan> {
         let addresses = self.addresses();
         let instances = &self.deployment.instances;
         let mut out = Vec::new();

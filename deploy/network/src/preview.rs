@@ -1,6 +1,7 @@
 //! What `rcdeploy plan` prints: everything that `rcdeploy up` would do.
 
 use crate::addresses::process_name;
+use crate::error::Error;
 use crate::model::{Network, Profile};
 use crate::topology::{Connection, End, Host, Kind};
 use rc_ddsl::model::{Policy, Restart};
@@ -9,7 +10,6 @@ use rc_settings::duration;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -107,7 +107,10 @@ impl From<&Restart> for RestartRule {
 
 impl Network {
     /// The preview of the network, which has no errors.
-    pub fn preview(&self, profile: Profile) -> io::Result<Preview> {
+    ///
+    /// # Errors
+    /// As [`Network::plan`].
+    pub fn preview(&self, profile: Profile) -> Result<Preview, Error> {
         let plan = self.plan(profile)?;
         let needs = plan.needs();
         let waves = waves(&needs);

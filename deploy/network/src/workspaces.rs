@@ -13,7 +13,7 @@ pub(crate) struct Workspaces {
     /// Cargo is not asked.
     pub(crate) unasked: bool,
     /// The target folders by the roots, or why cargo does not tell them.
-    known: RefCell<HashMap<PathBuf, Result<PathBuf, String>>>,
+    known: RefCell<HashMap<PathBuf, Result<PathBuf, Untold>>>,
 }
 
 impl Workspaces {
@@ -35,8 +35,17 @@ impl Workspaces {
         }
         let mut known = self.known.borrow_mut();
         let target = known.entry(root.to_path_buf()).or_insert_with(|| ask(root));
-        target.clone().map_err(io::Error::other)
+        let untold = |untold: Untold| io::Error::new(untold.kind, untold.reason);
+        target.clone().map_err(untold)
     }
+}
+
+/// Why cargo does not tell where it builds a workspace.
+#[derive(Clone, Debug)]
+struct Untold {
+    /// `InvalidInput` for a manifest of the user.
+    kind: io::ErrorKind,
+    reason: String,
 }
 
 /// The target folder without a configuration of cargo.
@@ -45,25 +54,29 @@ fn usual(root: &Path) -> PathBuf {
     root.join(set.unwrap_or_else(|| "target".into()))
 }
 
-fn ask(root: &Path) -> Result<PathBuf, String> {
+fn ask(root: &Path) -> Result<PathBuf, Untold> {
     let metadata = MetadataCommand::new()
         // Cargo looks for its configuration from here upwards.
         .current_dir(root)
         .manifest_path(root.join("Cargo.toml"))
         .no_deps()
         .exec();
-    let (reason, advice) = match metadata {
+    let (kind, reason, advice) = match metadata {
         Ok(metadata) => return Ok(metadata.target_directory.into_std_path_buf()),
         Err(Error::CargoMetadata { stderr }) => (
+            io::ErrorKind::InvalidInput,
             stderr.trim().trim_start_matches("error: ").to_owned(),
             "correct the manifest that it names",
         ),
         // A robot has programs, and no cargo.
         Err(Error::Io(_)) => return Ok(usual(root)),
-        Err(error) => (error.to_string(), "is this the cargo of a Rust toolchain?"),
+        Err(error) => (
+            io::ErrorKind::Other,
+            error.to_string(),
+            "is this the cargo of a Rust toolchain?",
+        ),
     };
     let root = root.display();
-    Err(format!(
-        "cargo does not tell where it builds {root}: {reason} ({advice})"
-    ))
+    let reason = format!("cargo does not tell where it builds {root}: {reason} ({advice})");
+    Err(Untold { kind, reason })
 }

@@ -16,7 +16,7 @@ pub(super) fn export(
     dry_run: bool,
 ) -> Result<u8, Failure> {
     let network = load(input, rc_diagnostics::Format::Human, |_, _| {})?;
-    let plan = network.plan(input.profile).map_err(|e| system(&e))?;
+    let plan = network.plan(input.profile)?;
     let export =
         rc_deploy_export::export(&network, &plan, engine, image).map_err(|e| Failure(1, e))?;
     let steps = export.files.plan(out).map_err(|e| system(&e))?;

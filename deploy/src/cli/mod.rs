@@ -18,7 +18,7 @@ use crate::Options;
 use arguments::{Action, Input, Named, engine, format, switch};
 use clap::{ArgAction, Parser, Subcommand};
 use networks::{named, network_of};
-use output::{Failure, show, system};
+use output::{Failure, show};
 use rc_deploy_client::{Format, connection, logs, status};
 use rc_deploy_export::Engine;
 use rc_deploy_graph::GraphFormat;
@@ -228,7 +228,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             if unbuilt {
                 network.ask_no_cargo();
             }
-            let preview = network.preview(input.profile).map_err(|e| system(&e))?;
+            let preview = network.preview(input.profile)?;
             show(format, &preview, ToString::to_string)
         }
         Command::Graph {

@@ -40,7 +40,7 @@ pub(super) fn up(
             network.check_executables(input.profile, found);
         })?
     };
-    let plan = network.plan(input.profile).map_err(|e| system(&e))?;
+    let plan = network.plan(input.profile)?;
     if detach {
         let mut command = Process::new(std::env::current_exe().map_err(|e| system(&e))?);
         command

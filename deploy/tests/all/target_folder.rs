@@ -124,3 +124,23 @@ fn a_manifest_that_is_not_toml_is_reported_with_its_place() {
     assert!(told.contains("Cargo.toml: TOML parse error"), "{told}");
     assert!(!told.contains("is in no cargo workspace"), "{told}");
 }
+
+/// Commands that do not look for programs fail at the same manifests, with the code for wrong input.
+#[test]
+fn a_faulty_manifest_is_wrong_input_of_every_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for manifest in [
+        "[workspace\n",
+        "[workspace]\nmembers = [\"hello\", \"missing\"]\n",
+    ] {
+        let export = ["export", "--to", "systemd", "--out", "units"];
+        let output = rcdeploy(folder.path(), manifest, &export).output();
+        let output = output.expect("rcdeploy");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains("cannot make the plan: "), "{told}");
+        assert!(told.contains("Cargo.toml"), "{told}");
+    }
+    let output = rcdeploy(folder.path(), "[workspace\n", &["plan", "--unbuilt"]).output();
+    assert_eq!(output.expect("rcdeploy").status.code(), Some(1));
+}
