@@ -12,7 +12,7 @@ use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
 
 /// The longest line of a schema, in bytes, unless a single value is longer.
-const LINE: usize = 120;
+const LINE: usize = 140;
 /// The format of a duration, as `rc_settings::duration::parse` reads it.
 const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
 /// The format of the address of a slot: names with `/` between them.
@@ -92,6 +92,8 @@ pub fn schema(
         "$schema",
         json!("http://json-schema.org/draft-07/schema#"),
     );
+    let text = json!({ "type": "string", "pattern": DURATION });
+    set(&mut root, "definitions", json!({ "duration": text }));
     set(
         &mut root,
         "title",
@@ -365,10 +367,10 @@ fn set_limits(schema: &mut Json, min: Option<Json>, max: Option<Json>) {
     }
 }
 
-/// A string with a unit, or a number of milliseconds within `limits`.
+/// A string with a unit, which `definitions` describes, or a number of milliseconds within `limits`.
 fn duration(mut limits: Json, default: Json) -> Json {
     set(&mut limits, "type", json!("number"));
-    let mut schema = json!({ "anyOf": [{ "type": "string", "pattern": DURATION }, limits] });
+    let mut schema = json!({ "anyOf": [{ "$ref": "#/definitions/duration" }, limits] });
     if !default.is_null() {
         set(&mut schema, "default", default);
     }
