@@ -4,6 +4,7 @@
 mod collisions;
 pub(crate) mod component;
 mod exports;
+mod handlers;
 mod in_place;
 mod layout;
 pub(crate) mod library;

@@ -1,6 +1,6 @@
 //! Names and types of Rust for structures in shared memory.
 
-use super::names;
+use super::names::{self, IN_PLACE};
 use super::operation_names::bare;
 use super::{library, types};
 use crate::view::checks::Check;
@@ -41,8 +41,10 @@ struct PartView<'a> {
     /// The type and the member, as messages name them.
     what: String,
     name: String,
-    /// The name as a part of the names of functions.
-    bare: String,
+    /// The functions that set a text, lend a sequence for writing, and resize it.
+    set: String,
+    write: String,
+    resize: String,
     /// The field with the length; empty where there is none.
     length: String,
     /// The type of an element.
@@ -60,7 +62,7 @@ struct PartView<'a> {
 
 /// The name of a structure from the name of its type in Rust.
 pub(crate) fn path(ty: &str) -> String {
-    format!("{}InPlace", bare(ty))
+    format!("{}{IN_PLACE}", bare(ty))
 }
 
 /// The structures of a type of the module `home`.
@@ -68,12 +70,19 @@ pub(super) fn of<'a>(home: &str, structures: &'a [Structure]) -> Vec<Place<'a>> 
     structures.iter().map(|s| place(home, s)).collect()
 }
 
-/// The name of a structure.
+/// The name of a structure: `ScanInPlace`; of the elements of its member `rows`, `ScanInPlaceRowsItem`; of their
+/// elements, `ScanInPlaceRowsItem2`. No type of the IDSL and no other structure of a module has it.
 pub(super) fn structure_name(steps: &[String]) -> String {
-    let nested = steps.iter().skip(1);
-    let nested = nested.map(|member| format!("{}Item", names::camel(&names::snake(member))));
-    let own = steps.first().map_or(String::new(), |name| names::ty(name));
-    path(&(bare(&own).to_owned() + &nested.collect::<String>()))
+    let mut steps = steps.iter();
+    let own = steps.next().map_or(String::new(), |name| names::ty(name));
+    let nested = steps.next().map_or(String::new(), |member| {
+        let depth = match steps.len() {
+            0 => String::new(),
+            deeper => (deeper + 1).to_string(),
+        };
+        format!("{}Item{depth}", names::camel(&names::snake(member)))
+    });
+    path(&own) + &nested
 }
 
 fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
@@ -83,13 +92,9 @@ fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
         .first()
         .map_or(String::new(), |name| names::ty(name));
     let mut taken: BTreeSet<String> = of.parts.iter().map(part_name).collect();
-    let mut free = |wanted: String| {
-        let mut name = wanted;
-        while !taken.insert(name.clone()) {
-            name.push('_');
-        }
-        name
-    };
+    let counted = of.parts.iter().filter(|part| part.room.is_some());
+    let mut functions: BTreeSet<String> = counted.map(part_name).collect();
+    let mut free = |wanted: String| names::free(wanted, &mut taken);
     let (mut fields, mut parts, mut gaps) = (Vec::new(), Vec::new(), 0);
     let mut gap = |bytes: u64, fields: &mut Vec<Field>, free: &mut dyn FnMut(String) -> String| {
         if bytes > 0 {
@@ -134,7 +139,15 @@ fn place<'a>(home: &str, of: &'a Structure) -> Place<'a> {
                     .map_or_else(Vec::new, library::documentation),
             });
         }
-        parts.push(part_view(home, &owner, &of.path, part, name, length, item));
+        let mut part = part_view(home, &owner, &of.path, part, name, length, item);
+        if part.counted {
+            let of_part = bare(&part.name).to_owned();
+            let mut function = |wanted: String| names::free(wanted, &mut functions);
+            part.set = function(format!("set_{of_part}"));
+            part.write = function(format!("{of_part}_mut"));
+            part.resize = function(format!("resize_{of_part}"));
+        }
+        parts.push(part);
     }
     gap(of.gap, &mut fields, &mut free);
     Place {
@@ -184,7 +197,9 @@ fn part_view<'a>(
             (_, None) => "value",
         },
         what: format!("{owner}.{step}"),
-        bare: bare(&name).to_owned(),
+        set: String::new(),
+        write: String::new(),
+        resize: String::new(),
         name,
         length,
         counted: part.room.is_some(),

@@ -9,6 +9,7 @@ use super::types;
 use crate::view::checks::Check;
 use crate::view::library as view;
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// One IDSL module: one file.
 #[derive(Debug, Serialize)]
@@ -90,8 +91,9 @@ struct Interface<'a> {
 struct Operation<'a> {
     name: &'a str,
     method: String,
-    /// The method as a part of a longer name.
-    bare: String,
+    /// The functions that lend a sample, and that read a reply in place.
+    loan: String,
+    read_in_place: String,
     /// The operation as a part of the name of a function.
     plain: String,
     constant: String,
@@ -255,6 +257,8 @@ fn interface(interface: &view::Interface) -> Interface<'_> {
     exceptions.sort();
     exceptions.dedup();
     let operations = interface.operations.iter();
+    let methods = operations.clone().map(|o| names::method(&o.name));
+    let mut functions: BTreeSet<String> = methods.collect();
     Interface {
         name: &interface.name,
         module: names::module(&interface.name),
@@ -265,7 +269,9 @@ fn interface(interface: &view::Interface) -> Interface<'_> {
         topics: interface.topics,
         queries: interface.operations.iter().any(|o| o.two_way),
         throws: !exceptions.is_empty(),
-        operations: operations.map(|o| operation(interface, o)).collect(),
+        operations: operations
+            .map(|o| operation(interface, o, &mut functions))
+            .collect(),
         exceptions,
     }
 }
@@ -282,7 +288,12 @@ fn type_name(ty: &view::Type) -> &str {
     }
 }
 
-fn operation<'a>(interface: &'a view::Interface, of: &'a view::Operation) -> Operation<'a> {
+/// `functions` are those that the client or the publisher has by now.
+fn operation<'a>(
+    interface: &'a view::Interface,
+    of: &'a view::Operation,
+    functions: &mut BTreeSet<String>,
+) -> Operation<'a> {
     let path = types::in_interface(&interface.module);
     let parameters = |members: &'a [view::Member]| -> Vec<Member<'a>> {
         let members = members.iter();
@@ -315,6 +326,18 @@ fn operation<'a>(interface: &'a view::Interface, of: &'a view::Operation) -> Ope
         _ => (answer_name(&of.name), answer_name(&of.name)),
     };
     let method = names::method(&of.name);
+    let mut function = |there: bool, wanted: String| {
+        let name = there.then(|| names::free(wanted, functions));
+        name.unwrap_or_default()
+    };
+    let loan = function(
+        of.sample_in_place.is_some(),
+        format!("loan_{}", bare(&method)),
+    );
+    let read_in_place = function(
+        of.result_in_place.is_some(),
+        format!("{}_in_place", bare(&method)),
+    );
     let placed = |ty: &Option<view::Type>| match ty {
         Some(view::Type::Named { module, name, .. }) => in_place::path(&path(module, name)),
         _ => String::new(),
@@ -326,7 +349,8 @@ fn operation<'a>(interface: &'a view::Interface, of: &'a view::Operation) -> Ope
     });
     Operation {
         name: &of.name,
-        bare: bare(&method).to_owned(),
+        loan,
+        read_in_place,
         plain: plain(&of.name),
         constant: operation_constant(&of.name),
         doc: operation_doc(of),

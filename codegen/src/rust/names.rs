@@ -4,6 +4,7 @@
 //! generated code uses itself get a `_` at the end. The wire keeps the names of the IDSL.
 
 use heck::{ToSnakeCase, ToUpperCamelCase};
+use std::collections::BTreeSet;
 
 const WORDS: [&str; 53] = [
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
@@ -110,10 +111,13 @@ const TYPES: [&str; 16] = [
     "Writer",
 ];
 
+/// In the names of structures in shared memory, and of no type of the IDSL.
+pub(crate) const IN_PLACE: &str = "InPlace";
+
 /// A type or a trait of the generated crate.
 pub fn ty(name: &str) -> String {
     let camel = camel(name);
-    if TYPES.contains(&camel.as_str()) {
+    if TYPES.contains(&camel.as_str()) || camel.contains(IN_PLACE) {
         camel + "_"
     } else {
         camel
@@ -123,6 +127,15 @@ pub fn ty(name: &str) -> String {
 /// A constant.
 pub fn shout(name: &str) -> String {
     snake(name).trim_end_matches('_').to_uppercase()
+}
+
+/// `wanted`, with a `_` at the end as long as the name is taken. Takes it.
+pub(crate) fn free(wanted: String, taken: &mut BTreeSet<String>) -> String {
+    let mut name = wanted;
+    while !taken.insert(name.clone()) {
+        name.push('_');
+    }
+    name
 }
 
 /// The package of a component.
@@ -151,6 +164,7 @@ mod tests {
         assert_eq!(camel("self"), "Self_");
         assert_eq!(ty("result"), "Result_");
         assert_eq!(ty("TResult"), "TResult");
+        assert_eq!(ty("ScanInPlace"), "ScanInPlace_");
         assert_eq!(shout("sayHello"), "SAY_HELLO");
     }
 }

@@ -15,5 +15,6 @@ mod ros;
 mod rosidl;
 mod shared;
 mod stubs;
+mod view;
 mod wire;
 mod workspace;

@@ -1,7 +1,7 @@
 //! What `rcdeploy plan` prints: everything that `rcdeploy up` would do.
 
 use crate::addresses::process_name;
-use crate::error::Error;
+use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::topology::{Connection, End, Host, Kind};
 use rc_ddsl::model::{Policy, Restart};
@@ -131,7 +131,10 @@ impl Network {
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
                 executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
-                configuration: configuration.map(Path::canonicalize).transpose()?,
+                configuration: configuration
+                    .map(Path::canonicalize)
+                    .transpose()
+                    .map_err(refused("open a configuration"))?,
                 directory: planned.directory,
                 arguments: planned.args,
                 environment: planned.env,

@@ -1,6 +1,7 @@
 //! `rcgen FILE.cdsl` and `rcgen FOLDER`.
 
-use crate::{Failure, Generate, print_line, report, tell, try_load};
+use crate::command_line::Generate;
+use crate::reports::{Failure, print_line, report, tell, try_load};
 use rc_cdsl::model::Backend;
 use rc_codegen::cargo_workspace::{self, Workspace};
 use rc_codegen::files::{Change, Owner, Step};

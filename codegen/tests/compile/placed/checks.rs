@@ -1,7 +1,8 @@
 //! Values of every kind, in place and back; run by `tests/compile.rs`.
 
 use placed_generated::{
-    Cloud, CloudInPlace, Dot, InPlace, Shade, Picture, PictureInPlace,
+    CallError, Cloud, CloudInPlace, Context, Dot, InPlace, Names, NamesInPlace, NamesInPlace_, NamesInPlaceRowsItem,
+    NamesInPlaceRowsItem_, NamesInPlaceRowsItem2, NamesRowsItem, Picture, PictureInPlace, SendError, Shade,
 };
 use rc_runtime::middleware::in_place::{IntoBytes, boxed};
 use rc_runtime::middleware::{DecodeError, Encoding, Reader};
@@ -96,5 +97,53 @@ fn any_bytes_are_read_or_refused() {
             assert!(picture.exposure().len() <= 1 && picture.note().len() <= 1);
             let _ = (picture.kind.get(), picture.valid.get(), picture.flags[2].get());
         }
+    }
+}
+
+/// A member or an operation whose name a function of generated code would have keeps it.
+#[test]
+fn names_of_the_interface_come_first() {
+    let value = Names {
+        name: "a".to_owned(),
+        set_name: "b".to_owned(),
+        data: vec![1],
+        data_mut: vec![2],
+        resize_data: vec![3],
+        rows: vec![vec![vec![4]]],
+    };
+    let mut place = boxed::<NamesInPlace>().expect("memory");
+    place.set(&value).expect("to fit");
+    assert_eq!((place.name(), place.set_name()), (Ok("a"), Ok("b")));
+    assert_eq!((place.data(), place.data_mut(), place.resize_data()), (&[1][..], &[2][..], &[3][..]));
+    place.set_name_("c").expect("to fit");
+    place.set_set_name("d").expect("to fit");
+    place.data_mut_()[0] = 5;
+    place.data_mut_mut()[0] = 6;
+    place.resize_data_(2).expect("to fit")[1] = 7;
+    let rows: &[NamesInPlaceRowsItem] = place.rows();
+    let inner: &[NamesInPlaceRowsItem2] = rows[0].items();
+    assert_eq!(inner[0].items(), &[4]);
+    let read = place.value().expect("valid");
+    assert_eq!((read.name.as_str(), read.set_name.as_str()), ("c", "d"));
+    assert_eq!((read.data, read.data_mut), (vec![5, 7], vec![6]));
+}
+
+/// These functions are there, with these types.
+#[test]
+fn operations_in_place_make_room() {
+    fn _all(ctx: &mut Context) -> Result<(), SendError> {
+        ctx.names_pub.some(&Names::default())?;
+        ctx.names_pub.loan_some(&NamesInPlace_::default())?;
+        ctx.names_pub.loan_loan_some(&NamesRowsItem::default())?;
+        ctx.names_pub.loan_some_()?.set(&Names::default())?;
+        ctx.names_pub.loan_loan_some_()?.set(&NamesInPlace_::default())?;
+        ctx.names_pub.loan_loan_loan_some()?.set(&NamesRowsItem::default())?;
+        Ok(())
+    }
+    fn _calls(ctx: &mut Context) -> Result<(), CallError> {
+        let _: Names = ctx.names.all()?;
+        let _: NamesInPlaceRowsItem_ = ctx.names.all_in_place()?;
+        ctx.names.all_in_place_(|place: &NamesInPlace| place.data().len())?;
+        Ok(())
     }
 }

@@ -1,0 +1,197 @@
+//! The command line of `rcgen`.
+
+use clap::{Args, Parser, Subcommand};
+use rc_cdsl::model::Backend;
+use rc_codegen::view::BACKENDS;
+use rc_diagnostics::Format;
+use std::path::PathBuf;
+
+/// Generates components from their .cdsl files: a generic layer that is rewritten, and a worker
+/// that is yours.
+#[derive(Parser)]
+#[command(
+    name = "rcgen",
+    version,
+    args_conflicts_with_subcommands = true,
+    arg_required_else_help = true
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) generate: Generate,
+}
+
+/// The project that this program was built from.
+const HERE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Makes a workspace for components.
+    Init {
+        /// The folder of the workspace.
+        dir: PathBuf,
+        /// Where the framework's crates come from: a folder with this project, or a git address.
+        #[arg(long, value_name = "PATH|GIT", default_value = HERE)]
+        framework: String,
+    },
+    /// Makes an empty component in the workspace of the current folder.
+    New {
+        /// Its name.
+        name: String,
+    },
+    /// Checks description files and configurations; reports all findings at once.
+    Check {
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl files, .toml files that lie in a component's
+        /// etc/, and folders with any of them.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Formats description files. Comments stay; a file with a syntax error stays as it is.
+    Fmt {
+        /// Files, and folders that hold them (`target` and `generated` are left out).
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// Lists the files that are not formatted, fails with 1 if there is one, and writes nothing.
+        #[arg(long)]
+        check: bool,
+        /// How findings are printed: human, short or json (one object a line).
+        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
+        format: Format,
+    },
+    /// Brings the configuration of a component to what its .pdsl declares now.
+    Config {
+        /// Adds new parameters with comment and default, turns removed ones into comments, and
+        /// renames a value if the rename is certain. All else stays as it is.
+        #[arg(long, required = true)]
+        update: bool,
+        /// The component, whose etc/config.toml is meant, or a .toml file in a component's etc/.
+        #[arg(value_name = "FILE.cdsl|FILE.toml")]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// Lists what would change, and writes nothing.
+        #[arg(long)]
+        dry_run: bool,
+        /// Fails with 1 if something would change, and writes nothing.
+        #[arg(long)]
+        check: bool,
+    },
+    /// Explains a diagnostic code with a wrong and a right example. Lists all codes without one.
+    Explain {
+        /// The code, such as unknown-type.
+        code: Option<String>,
+    },
+    /// Writes interfaces, with all that they import, in the language of another middleware.
+    Export {
+        /// The interfaces: a file, or the name of one in an -I folder or of those that come with
+        /// rcgen.
+        #[arg(value_name = "FILE.idsl")]
+        file: PathBuf,
+        /// What to write: dds (OMG IDL 4.2), ros2 (interface packages).
+        #[arg(long, value_name = "FORMAT", value_parser = target)]
+        to: Target,
+        /// The folder that the files are written to.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// Lists what would be written, and writes nothing.
+        #[arg(long)]
+        dry_run: bool,
+    },
+    /// Prints the handlers that src/ still lacks, ready to paste; writes nothing.
+    Stubs {
+        /// The component.
+        #[arg(value_name = "FILE.cdsl")]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// The component's folder [default: the folder of FILE].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Prints a component as JSON, neutral of the language that is generated: for other generators.
+    View {
+        /// The component.
+        #[arg(value_name = "FILE.cdsl")]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// The middleware of every slot that does not choose one.
+        #[arg(long, value_name = "NAME", value_parser = middleware, default_value = "iceoryx2")]
+        middleware: Backend,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct Generate {
+    /// Components, and folders with components of a workspace. For the folder of the workspace
+    /// itself, the crate `interfaces` then holds exactly what components use and what the folder of
+    /// interfaces holds.
+    #[arg(value_name = "FILE.cdsl|FOLDER")]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// The component's folder [default: the folder of FILE].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests
+    /// [default: iceoryx2; in a FOLDER, the middleware that a component was generated for before].
+    #[arg(long, value_parser = middleware)]
+    pub(crate) middleware: Option<Backend>,
+    /// Generates this language, whatever the file says.
+    #[arg(long, value_parser = ["rust"])]
+    pub(crate) language: Option<String>,
+    /// Lists what would be written, and writes nothing.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Fails with 1 if generated/ is not what would be written, and writes nothing.
+    #[arg(long)]
+    pub(crate) check: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Common {
+    /// Looks for imported files here, too.
+    #[arg(short = 'I', value_name = "DIR")]
+    pub(crate) include: Vec<PathBuf>,
+    /// How findings are printed: human, short or json (one object a line).
+    #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>())]
+    pub(crate) format: Format,
+}
+
+pub(crate) fn middleware(text: &str) -> Result<Backend, String> {
+    let found = BACKENDS.into_iter().find(|b| b.word() == text);
+    found.ok_or_else(|| {
+        let words = BACKENDS.map(Backend::word);
+        let near = rc_diagnostics::nearest(text, words);
+        near.map_or("there are iceoryx2, dds, ros2 and local".to_owned(), |n| {
+            format!("did you mean `{n}`?")
+        })
+    })
+}
+
+/// What interfaces are exported to.
+#[derive(Clone, Copy)]
+pub(crate) enum Target {
+    Dds,
+    Ros2,
+}
+
+pub(crate) fn target(text: &str) -> Result<Target, String> {
+    match text {
+        "dds" => Ok(Target::Dds),
+        "ros2" => Ok(Target::Ros2),
+        "slice" => Err(format!(
+            "{text} comes with a later version; there are dds and ros2"
+        )),
+        _ => {
+            let near = rc_diagnostics::nearest(text, ["dds", "ros2", "slice"]);
+            let hint = near.map(|near| format!("did you mean `{near}`?"));
+            Err(hint.unwrap_or_else(|| "there are dds and ros2".to_owned()))
+        }
+    }
+}

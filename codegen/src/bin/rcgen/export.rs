@@ -1,0 +1,71 @@
+//! `rcgen export`.
+
+use crate::command_line::{Common, Target};
+use crate::reports::{Failure, print_line, report, tell, unreadable};
+use rc_codegen::files::Change;
+use rc_codegen::{FileLoader, export};
+use rc_diagnostics::{Diagnostics, SourceMap};
+use std::path::Path;
+
+pub(crate) fn export(
+    target: Target,
+    file: &Path,
+    out: &Path,
+    common: &Common,
+    dry_run: bool,
+) -> Result<(), Failure> {
+    if file.extension().is_none_or(|e| e != "idsl") {
+        let message = format!("{} is not an .idsl file", file.display());
+        return Err(Failure::Usage(message));
+    }
+    let mut sources = SourceMap::new();
+    let (mut found, mut refused) = (Diagnostics::new(), None);
+    let loader = FileLoader::new(&common.include);
+    let files = match export::load(file, &mut sources, &loader) {
+        Ok((library, more)) => {
+            found.extend(more);
+            let right = Some(library).filter(|_| !found.has_errors());
+            right.map(|library| {
+                let (files, more) = match target {
+                    Target::Dds => export::dds(&library, &sources),
+                    Target::Ros2 => export::ros2(&library, &sources),
+                };
+                found.extend(more);
+                files
+            })
+        }
+        Err(error) => {
+            unreadable(file, &error, &mut sources, &mut found, &mut refused);
+            None
+        }
+    };
+    if let Some(why) = refused {
+        return Err(Failure::System(why));
+    }
+    report(&sources, &found, common.format)?;
+    let Some(files) = files else {
+        return Err(Failure::Input);
+    };
+    if files.iter().next().is_none() {
+        let file = file.display();
+        tell(format_args!("{file}: there is nothing to export in it\n"));
+    }
+    let system = |e: std::io::Error| Failure::System(e.to_string());
+    let steps = files.plan(out).map_err(system)?;
+    if let Some(foreign) =
+        export::first_foreign_file(&steps, out, export::HEADER).map_err(system)?
+    {
+        return Err(Failure::Usage(format!(
+            "{} is there, and was not written by an export; name another folder",
+            foreign.display()
+        )));
+    }
+    if !dry_run {
+        files.write(out).map_err(system)?;
+    }
+    for step in steps.iter().filter(|s| s.change != Change::Keep) {
+        let path = out.join(&step.path);
+        print_line(format_args!("{} {}", step.change.word(), path.display()));
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! How `rcgen` ends, and what it prints on the way.
+
+use crate::command_line::Common;
+use rc_codegen::{FileLoader, Project};
+use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap, render};
+use std::io::Write;
+use std::path::Path;
+
+/// How a run ended, other than well.
+pub(crate) enum Failure {
+    /// The input is wrong, and has been told so.
+    Input,
+    /// The command line is wrong.
+    Usage(String),
+    /// The system refused.
+    System(String),
+}
+
+/// Prints a line; a reader that has left is no failure.
+pub(crate) fn print_line(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// Tells a person; a reader that has left is no failure.
+pub(crate) fn tell(text: std::fmt::Arguments<'_>) {
+    let _ = std::io::stderr().write_fmt(text);
+}
+
+/// Prints a text that ends its last line itself.
+pub(crate) fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+/// A file that is no text is wrong input; anything else is the system's refusal.
+pub(crate) fn unreadable(
+    file: &Path,
+    error: &std::io::Error,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+    refused: &mut Option<String>,
+) {
+    let bytes = (error.kind() == std::io::ErrorKind::InvalidData).then(|| std::fs::read(file));
+    if let Some(Ok(bytes)) = bytes {
+        found.push(rc_codegen::load::not_utf8(file, &bytes, sources));
+    } else {
+        let why = format!("{}: {error}", file.display());
+        *refused = Some(match refused.take() {
+            Some(before) => format!("{before}; {why}"),
+            None => why,
+        });
+    }
+}
+
+/// Prints findings; an error among them is a failure.
+pub(crate) fn report(
+    sources: &SourceMap,
+    found: &Diagnostics,
+    format: Format,
+) -> Result<(), Failure> {
+    tell(format_args!("{}", render(sources, found, format)));
+    let sorted = found.sorted();
+    let error = sorted.iter().find(|d| d.severity == Severity::Error);
+    let Some(error) = error else { return Ok(()) };
+    if format == Format::Human {
+        tell(format_args!("`rcgen explain {}` tells more\n", error.code));
+    }
+    Err(Failure::Input)
+}
+
+/// Reads a component; an error among the findings is reported, and ends the run.
+pub(crate) fn load(
+    file: &Path,
+    common: &Common,
+    sources: &mut SourceMap,
+) -> Result<(Project, Diagnostics), Failure> {
+    let loader = FileLoader::new(&common.include);
+    let mut found = Diagnostics::new();
+    if let Some(project) = try_load(file, &loader, sources, &mut found)? {
+        return Ok((project, found));
+    }
+    report(sources, &found, common.format)?;
+    Err(Failure::Input)
+}
+
+/// Reads a component; none where one of the findings that it adds is an error.
+pub(crate) fn try_load(
+    file: &Path,
+    loader: &FileLoader,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> Result<Option<Project>, Failure> {
+    if file.extension().is_none_or(|e| e != "cdsl") {
+        return Err(Failure::Usage(format!(
+            "{} is not a .cdsl file",
+            file.display()
+        )));
+    }
+    match Project::load(file, sources, loader) {
+        Ok((project, more)) => {
+            let project = project.filter(|_| !more.has_errors());
+            found.extend(more);
+            Ok(project)
+        }
+        Err(error) => {
+            let mut refused = None;
+            unreadable(file, &error, sources, found, &mut refused);
+            refused.map_or(Ok(None), |why| Err(Failure::System(why)))
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Names and types of Rust for the handlers of a slot, in the trait and in the user's worker.
+
+use super::exports::{self, Exports};
+use super::library::operation_doc;
+use super::operation_names::{answer_name, error_name, operation_constant, plain};
+use super::{in_place, names, types, worker};
+use crate::view;
+use crate::view::library::{Interface, Member, Operation, Type};
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// One operation of a slot that receives.
+#[derive(Debug, Serialize)]
+pub(crate) struct Handler {
+    pub(crate) method: String,
+    plain: String,
+    constant: String,
+    doc: Vec<String>,
+    inputs: Vec<Input>,
+    two_way: bool,
+    throws: bool,
+    /// The type of the reply; empty where nothing is returned.
+    result: String,
+    error: String,
+    /// The structure of the only parameter in shared memory; else empty.
+    sample_in_place: String,
+    /// The structure of the reply in shared memory; else empty.
+    result_in_place: String,
+    /// The variable of this reply.
+    result_name: String,
+    /// The signature in the user's file, without its brace.
+    pub(crate) user_signature: String,
+    /// The same on lines as rustfmt breaks them, with its brace.
+    user_head: String,
+    /// What an unwritten handler leaves unused, in tuples of one line each.
+    unused: Vec<Vec<String>>,
+    /// `Ok(())`, `Default::default()` …: what an unwritten handler returns; else empty.
+    placeholder: &'static str,
+    /// Names that the user's handler mentions without their module.
+    #[serde(skip)]
+    pub(crate) mentioned: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Input {
+    name: String,
+    ty: String,
+}
+
+impl Handler {
+    /// Whether the handler gets values that it may keep.
+    pub(super) fn takes_values(&self) -> bool {
+        self.sample_in_place.is_empty()
+    }
+}
+
+/// Makes the handlers of one slot.
+pub(super) struct Handlers<'a> {
+    pub(super) view: &'a view::Component,
+    pub(super) slot: &'a view::Slot,
+    /// The module of the interface below `interfaces`.
+    pub(super) module: &'a str,
+    pub(super) exports: &'a Exports<'a>,
+    /// Modules of types that signatures mention.
+    pub(super) mentions: &'a mut BTreeSet<String>,
+}
+
+impl Handlers<'_> {
+    pub(super) fn all(&mut self, interface: &Interface) -> Vec<Handler> {
+        let operations = interface.operations.iter();
+        operations
+            .map(|operation| self.handler(operation))
+            .collect()
+    }
+
+    /// A type in the signature of the trait; its module is imported.
+    fn path(&mut self, ty: &Type, write: &dyn Fn(types::Path) -> String) -> String {
+        for (module, _) in ty.named() {
+            let module = exports::type_module(self.view, module);
+            self.mentions.insert(format!("crate::types::{module}"));
+        }
+        let view = self.view;
+        write(&|module, name| {
+            let module = exports::type_module(view, module);
+            format!("{module}::{}", names::ty(name))
+        })
+    }
+
+    fn placed(&mut self, ty: &Type) -> String {
+        let path = self.path(ty, &|path| types::owned(ty, path));
+        in_place::path(&path)
+    }
+
+    fn handler(&mut self, of: &Operation) -> Handler {
+        let exports = self.exports;
+        let throws = !of.throws.is_empty();
+        let in_place = match self.slot.role {
+            _ if !self.slot.in_place => None,
+            "subscribesTo" => of.sample_in_place.as_ref(),
+            _ => of.result_in_place.as_ref(),
+        };
+        let sample = in_place.filter(|_| !of.two_way);
+        let reply = in_place.filter(|_| of.two_way);
+        let sample_in_place = sample.map(|ty| self.placed(ty)).unwrap_or_default();
+        let result_in_place = reply.map(|ty| self.placed(ty)).unwrap_or_default();
+        let inputs: Vec<Input> = of
+            .inputs
+            .iter()
+            .map(|member| Input {
+                name: names::local(&member.name),
+                ty: if sample.is_some() {
+                    format!("&{sample_in_place}")
+                } else {
+                    self.path(&member.ty, &|path| types::member(member, path))
+                },
+            })
+            .collect();
+        let result_name = reply.map(|_| reply_name(of, &inputs)).unwrap_or_default();
+        // Reply values, the returned one first, as the user's file writes them.
+        let bare = |module: &str, name: &str| exports.ty(module, name);
+        let mut bare_results: Vec<String> = Vec::new();
+        if reply.is_none() {
+            bare_results.extend(of.result.iter().map(|ty| types::owned(ty, &bare)));
+            bare_results.extend(of.outputs.iter().map(|m| types::member(m, &bare)));
+        }
+        let answer = answer_name(&of.name);
+        let result = match (bare_results.len(), &of.result, of.outputs.first()) {
+            (0, ..) => String::new(),
+            (1, Some(ty), _) => self.path(ty, &|path| types::owned(ty, path)),
+            (1, None, Some(m)) => self.path(&m.ty, &|path| types::member(m, path)),
+            // The tuple is declared beside the interface.
+            _ => format!("{}::{answer}", self.module),
+        };
+        let tuple = match bare_results.as_slice() {
+            [one] => one.clone(),
+            all => format!("({})", all.join(", ")),
+        };
+        // rustfmt breaks a longer tuple; its name is easier to read.
+        let user_result = if bare_results.len() > 1 && tuple.len() > 62 {
+            exports.of_interface(self.module, &answer)
+        } else {
+            tuple
+        };
+        let error = error_name(&of.name);
+        let user_error = exports.of_interface(self.module, &error);
+        let returns = match (of.two_way, throws) {
+            (true, true) => format!(" -> Result<{user_result}, {user_error}>"),
+            (true, false) if user_result != "()" => format!(" -> {user_result}"),
+            _ => String::new(),
+        };
+        let mut arguments = vec!["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
+        let bare_place = |ty: &Type| match ty {
+            Type::Named { module, name, .. } => exports.in_place(module, name),
+            _ => String::new(),
+        };
+        for (member, input) in of.inputs.iter().zip(&inputs) {
+            let ty = match sample {
+                Some(ty) => format!("&{}", bare_place(ty)),
+                None => types::member(member, &bare),
+            };
+            arguments.push(format!("{}: {ty}", input.name));
+        }
+        arguments.extend(reply.map(|ty| format!("{result_name}: &mut {}", bare_place(ty))));
+        let method = names::method(&of.name);
+        let head = format!("fn {method}");
+        let mut unused = vec!["ctx".to_owned()];
+        unused.extend(inputs.iter().map(|input| input.name.clone()));
+        unused.extend(reply.map(|_| result_name.clone()));
+        Handler {
+            plain: plain(&of.name),
+            constant: operation_constant(&of.name),
+            doc: operation_doc(of),
+            two_way: of.two_way,
+            throws,
+            mentioned: self.mentioned(of, &user_result, sample.is_some(), in_place),
+            user_signature: format!("{head}({}){returns}", arguments.join(", ")),
+            user_head: worker::signature(&head, &arguments, &returns),
+            unused: lines_of_names(unused),
+            placeholder: match (of.two_way, throws, bare_results.is_empty()) {
+                (true, true, true) => "Ok(())",
+                (true, true, false) => "Ok(Default::default())",
+                (true, false, false) => "Default::default()",
+                _ => "",
+            },
+            error: format!("{}::{error}", self.module),
+            inputs,
+            result,
+            sample_in_place,
+            result_in_place,
+            result_name,
+            method,
+        }
+    }
+
+    /// Names of the generated crate that the user's handler mentions.
+    fn mentioned(
+        &self,
+        of: &Operation,
+        result: &str,
+        sample_in_place: bool,
+        in_place: Option<&Type>,
+    ) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut named = |ty: &Type| {
+            let named = ty.named().into_iter();
+            found.extend(named.map(|(_, name)| names::ty(name)));
+        };
+        if !sample_in_place {
+            of.inputs.iter().for_each(|m| named(&m.ty));
+        }
+        let answer = answer_name(&of.name);
+        let has_name = result == answer;
+        if !has_name && in_place.is_none() {
+            of.outputs.iter().for_each(|m: &Member| named(&m.ty));
+            of.result.iter().for_each(named);
+        }
+        if has_name {
+            found.push(answer);
+        }
+        if let Some(Type::Named { name, .. }) = in_place {
+            found.push(in_place::path(&names::ty(name)));
+        }
+        if !of.throws.is_empty() {
+            found.push(error_name(&of.name));
+        }
+        found.retain(|name| self.exports.is_unique(name));
+        found
+    }
+}
+
+/// The variable of a reply in place. A parameter may have this name, too.
+fn reply_name(of: &Operation, inputs: &[Input]) -> String {
+    let mut name = match (&of.result, of.outputs.last()) {
+        (None, Some(output)) => names::local(&output.name),
+        _ => "result".to_owned(),
+    };
+    if inputs.iter().any(|input| input.name == name) {
+        name.push('_');
+    }
+    name
+}
+
+/// As many names in one tuple as rustfmt leaves on one line.
+fn lines_of_names(names: Vec<String>) -> Vec<Vec<String>> {
+    let mut tuples: Vec<Vec<String>> = vec![Vec::new()];
+    for name in names {
+        let width = |names: &[String]| names.iter().map(|n| n.len() + 2).sum::<usize>();
+        match tuples.last_mut() {
+            Some(last) if last.is_empty() || width(last) + name.len() <= 58 => last.push(name),
+            _ => tuples.push(vec![name]),
+        }
+    }
+    tuples
+}
