@@ -1,4 +1,4 @@
-//! Texts that nobody writes: whatever they hold, reading them ends, and soon.
+//! Hostile texts: parsing them ends, and in bounded time.
 
 use arbtest::arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
@@ -23,7 +23,7 @@ fn codes(found: &Diagnostics) -> Vec<&'static str> {
     found.iter().map(|d| d.code).collect()
 }
 
-/// What is found in a component with an `int a`, a `bool b` and one rule.
+/// The codes of the diagnostics for a component with an `int a`, a `bool b` and one rule.
 fn rule(condition: &str) -> Vec<&'static str> {
     let text = format!("ComponentParams C {{ a int 1; b bool true; require {condition} \"\"; }};");
     let (model, found) = load(&text);
@@ -35,7 +35,7 @@ fn rule(condition: &str) -> Vec<&'static str> {
 }
 
 #[test]
-fn chains_as_long_as_one_likes() {
+fn long_chains_of_operators_are_parsed() {
     let many = 20_000;
     for condition in [
         format!("{} b", "not ".repeat(many)),
@@ -51,7 +51,7 @@ fn chains_as_long_as_one_likes() {
 }
 
 #[test]
-fn brackets_as_deep_as_they_may_be() {
+fn nesting_is_limited() {
     for (open, inner, close) in [
         ("(", "b", ")"),
         ("not (", "b", ")"),
@@ -74,7 +74,7 @@ fn brackets_as_deep_as_they_may_be() {
 }
 
 #[test]
-fn what_is_not_closed() {
+fn unclosed_brackets_are_parsed() {
     for text in [
         "ComponentParams C { group g { ".repeat(60),
         format!(
@@ -91,7 +91,7 @@ fn what_is_not_closed() {
 }
 
 #[test]
-fn large_files() {
+fn large_files_are_parsed() {
     let many = 4000;
     let mut text = String::from("ComponentParams C {\n");
     let mut toml = String::from("[parameters]\n");
@@ -177,7 +177,7 @@ const WORDS: [&str; 60] = [
     "\n",
 ];
 
-/// Tries `property` with a little chance, then with more and more, the same in every run.
+/// Tries `property` with random inputs of growing length, the same in every run.
 fn try_all(property: fn(&mut Unstructured<'_>) -> Result<()>) {
     for n in 1..=400_u64 {
         arbtest(property).seed(n << 32 | (4 * n)).run();
@@ -185,7 +185,7 @@ fn try_all(property: fn(&mut Unstructured<'_>) -> Result<()>) {
 }
 
 #[test]
-fn words_in_any_order() {
+fn random_sequences_of_words_are_parsed() {
     try_all(|u| {
         let mut text = String::new();
         if u.arbitrary()? {
@@ -204,7 +204,7 @@ fn words_in_any_order() {
 }
 
 #[test]
-fn any_text_at_all() {
+fn random_texts_are_parsed() {
     try_all(|u| {
         let text: String = u.arbitrary()?;
         load(&text);

@@ -1,4 +1,4 @@
-//! Files that import each other.
+//! Imports of `.pdsl` files.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -7,7 +7,7 @@ use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
-/// What is found in `c.pdsl` beside `others`.
+/// Checks the diagnostics for `c.pdsl`, which can import `others`.
 fn check(text: &str, others: &[(&str, &str)], expected: &Expect) -> Option<Parameters> {
     let mut sources = SourceMap::new();
     let source = sources.add("c.pdsl", text);
@@ -26,7 +26,7 @@ fn names(model: Option<Parameters>) -> String {
 }
 
 #[test]
-fn what_is_imported_stands_first() {
+fn imported_parameters_are_first() {
     let model = check(
         "import \"bus.pdsl\"; import \"../common/log\"\n/// Mine.\nComponentParams C { own int 1; require own < rate \"\"; };",
         &[
@@ -49,7 +49,7 @@ fn what_is_imported_stands_first() {
 }
 
 #[test]
-fn an_import_must_be_found_and_be_of_use() {
+fn unresolved_and_useless_imports_are_reported() {
     check(
         "import \"bsu.pdsl\";\nimport \"lib/nothing\";\nimport \"bus\";\nimport \"bus.pdsl\";\nimport \"empty.pdsl\";\nimport \"broken\";\nComponentParams C { };",
         &[
@@ -69,7 +69,7 @@ fn an_import_must_be_found_and_be_of_use() {
 }
 
 #[test]
-fn a_circle_is_an_error() {
+fn a_cycle_of_imports_is_an_error() {
     let model = check(
         "import \"a.pdsl\";\nComponentParams C { c int 1; };",
         &[
@@ -97,7 +97,7 @@ fn a_circle_is_an_error() {
 }
 
 #[test]
-fn a_name_in_two_files_shows_both() {
+fn a_name_in_two_files_is_reported_with_both_locations() {
     check(
         "import \"a.pdsl\";\nComponentParams C {\n speed int 1;\n Max int 1;\n some_name int 3;\n };",
         &[(
@@ -115,7 +115,7 @@ fn a_name_in_two_files_shows_both() {
 }
 
 #[test]
-fn a_chain_of_imports_has_an_end() {
+fn the_depth_of_imports_is_limited() {
     let texts: Vec<(String, String)> = (0..200)
         .map(|i| {
             let text = format!(

@@ -1,4 +1,4 @@
-//! What is said about `.pdsl` texts, and what is understood of them.
+//! Diagnostics and models of `.pdsl` texts.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -7,7 +7,7 @@ use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
-/// What is found in `body`, which stands in a component `C` from line 2 on.
+/// Checks the diagnostics for `body`, which is in a component `C` from line 2 on.
 fn check(body: &str, expected: &Expect) -> Parameters {
     check_file(&format!("ComponentParams C {{\n{body}\n}};\n"), expected)
 }
@@ -20,7 +20,7 @@ fn check_file(text: &str, expected: &Expect) -> Parameters {
     model.unwrap_or_default()
 }
 
-/// The model of `body` as JSON, one parameter a line; nothing may be found in it.
+/// Checks the model of `body` as JSON, one parameter per line, and that there are no diagnostics.
 fn model(body: &str, expected: &Expect) {
     let model = check(body, &expect![[""]]);
     let lines: Vec<String> = model
@@ -36,7 +36,7 @@ fn model(body: &str, expected: &Expect) {
 }
 
 #[test]
-fn the_line_form_of_robocomp() {
+fn the_line_form_of_robocomp_is_accepted() {
     model(
         "device string \"\" T;\nstartValue int 169 0:1000 T;\nid int 0:127;\nname string T;\nfixed Bool true F;",
         &expect![[r#"
@@ -50,7 +50,7 @@ fn the_line_form_of_robocomp() {
 }
 
 #[test]
-fn every_type_default_and_limit() {
+fn every_type_default_and_limit_reaches_the_model() {
     model(
         r#"a long -9007199254740993 :9007199254740993;
         b float 1 0.5:; c double 1e-3 -1:1 unit "m/s" T restart;
@@ -76,7 +76,7 @@ fn every_type_default_and_limit() {
 }
 
 #[test]
-fn words_are_keywords_only_in_one_place() {
+fn keywords_are_valid_names() {
     model(
         "T int 3; unit string unit {unit, T}; group int {1, 2}; list path \"x\"; require string \"x\";\n\
          group path { group group { list int 3; }; }\nlist duration 1:2 { min int 0; }\nlen int 4; secret bool secret;",
@@ -95,7 +95,7 @@ fn words_are_keywords_only_in_one_place() {
 }
 
 #[test]
-fn documentation_groups_and_lists() {
+fn documentation_groups_and_lists_reach_the_model() {
     let text = "/// The bus.\n/// Two lines.\ngroup bus { /** The port. */ port path; }\n\
                 /// The motors.\nlist motors 1:8 { name string; max float 1.0; };";
     model(
@@ -108,7 +108,7 @@ fn documentation_groups_and_lists() {
 }
 
 #[test]
-fn what_cannot_be_read_does_not_hide_the_rest() {
+fn a_syntax_error_does_not_hide_later_errors() {
     check(
         "a int 3 TT;\nb int 4\nc string;\nd int 0:5 7;\nrequire a < \"x\";\nrequire a == 1;\nlist m 1 { };\n\
          e int[1] 3;\nf string \"open;\ng int q;\nh string T unit;\n§;\ni int 5;",
@@ -129,7 +129,7 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
 }
 
 #[test]
-fn a_forgotten_semicolon_is_one_error() {
+fn a_missing_semicolon_is_one_error() {
     check(
         "a int 3\nb bool true\nc string\ngroup g { d int 1 T }\ne int 2 // two",
         &expect![[r#"
@@ -143,7 +143,7 @@ fn a_forgotten_semicolon_is_one_error() {
 }
 
 #[test]
-fn whole_files() {
+fn errors_outside_declarations() {
     check_file(
         "",
         &expect![[r#"
@@ -178,7 +178,7 @@ fn whole_files() {
 }
 
 #[test]
-fn names_are_unique_without_regard_to_case() {
+fn names_are_unique_regardless_of_case() {
     check(
         "a int 1;\na int 2;\nA string;\ngroup a { a int 1; };\nlist b { };",
         &expect![[r#"
@@ -190,7 +190,7 @@ fn names_are_unique_without_regard_to_case() {
 }
 
 #[test]
-fn types_are_known() {
+fn unknown_types_are_reported() {
     check(
         "a itn 1;\nb colour;\nc LONG 1;",
         &expect![[r#"
@@ -228,7 +228,7 @@ fn defaults_fit_their_type_range_and_choices() {
 }
 
 #[test]
-fn ranges_and_lengths_make_sense() {
+fn ranges_and_lengths_are_checked() {
     check(
         "a int 9:1;\nb string \"x\" 0:5;\nc int 0.5:3;\nd int 0:3000000000;\ne duration 1s:1ms;\nf int[4:2];\n\
          g int[-1:2];\nh int[0:0];\nlist i 1.5:2 { };\nj bool 0:1;\nk int {1, two, 1};",
@@ -250,7 +250,7 @@ fn ranges_and_lengths_make_sense() {
 }
 
 #[test]
-fn flags_come_once() {
+fn repeated_flags_are_reported() {
     check(
         "a int 1 T F;\nb int 1 T T;\nc int 1 unit \"m\" T unit \"s\";\nd int 1 t Restart SECRET;",
         &expect![[r#"
@@ -262,7 +262,7 @@ fn flags_come_once() {
 }
 
 #[test]
-fn only_numbers_have_a_unit() {
+fn only_numbers_can_have_a_unit() {
     check(
         "a bool true unit \"m\";\nb string \"\" unit \"m\";\nc duration 1s T unit \"s\";\nd float[] [] unit \"m\";",
         &expect![[r#"
@@ -274,7 +274,7 @@ fn only_numbers_have_a_unit() {
 }
 
 #[test]
-fn names_stay_apart_in_generated_code() {
+fn names_are_distinct_in_generated_code() {
     check(
         "maxSpeed int 1;\nmax_speed int 2;\ngroup MaxSpeed { x int 1; };\nlist max__speed { x2 int 1; x_2 int 1; type int 1; type_ int 1; };\n_ int 1; __ int 1;",
         &expect![[r#"
@@ -287,7 +287,7 @@ fn names_stay_apart_in_generated_code() {
 }
 
 #[test]
-fn numbers_outside_their_type() {
+fn numbers_outside_their_type_are_reported() {
     check(
         "a int 2147483648;\nb int -2147483649:0;\nc long 9223372036854775808;\nd long -9223372036854775808 :9223372036854775807;\n\
          e long 0:99999999999999999999;\nf int 0xFFFFFFFF;\ng long 0xFFFFFFFFFFFFFFFF;\nh float -1e39:1e39;\ni duration 1e30s;\nj duration -1s;\n\
@@ -315,7 +315,7 @@ fn numbers_outside_their_type() {
 }
 
 #[test]
-fn there_is_something_to_choose_from() {
+fn choices_are_checked() {
     check(
         "a int {};\nb string x {};\nlist path { port int 1; };\nlist path2 {};\nc bool true {true};\nd int 1 {1, 2,};",
         &expect![[r#"
@@ -328,7 +328,7 @@ fn there_is_something_to_choose_from() {
 }
 
 #[test]
-fn blocks_nest_as_deep_as_a_component_can_read() {
+fn the_nesting_of_blocks_is_limited() {
     let nested = |depth: usize| {
         let open: String = (0..depth).map(|i| format!("list l{i} 1:2 {{ ")).collect();
         format!(

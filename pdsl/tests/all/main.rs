@@ -1,4 +1,4 @@
-//! All integration tests of the PDSL, in one program.
+//! All integration tests of PDSL in one program.
 
 mod hostile;
 mod imports;

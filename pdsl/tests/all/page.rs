@@ -1,4 +1,4 @@
-//! What the page about the language shows is what the language does.
+//! Checks the examples on the grammar page.
 
 use rc_configuration::LiveParameters;
 use rc_configuration::model::Parameters;
@@ -7,7 +7,7 @@ use rc_syntax::MemoryLoader;
 
 const PAGE: &str = include_str!("../../src/grammar.md");
 
-/// The fenced blocks that are marked with `language`; "" for those without a mark.
+/// The fenced code blocks with the tag `language`, or without a tag if it is empty.
 fn blocks(language: &str) -> Vec<&'static str> {
     let mut all = Vec::new();
     let mut fences = PAGE.split("```").skip(1);
@@ -29,7 +29,7 @@ fn load(text: &str) -> Parameters {
 }
 
 #[test]
-fn every_file_on_the_page_is_read_without_a_finding() {
+fn every_file_on_the_page_is_valid() {
     let files = blocks("pdsl");
     assert!(files.len() >= 4, "{files:?}");
     for file in files {
@@ -38,7 +38,7 @@ fn every_file_on_the_page_is_read_without_a_finding() {
 }
 
 #[test]
-fn the_configuration_on_the_page_breaks_the_rules_that_it_says() {
+fn the_configuration_on_the_page_breaks_the_rules_as_shown() {
     let model = load(blocks("pdsl")[0]);
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", blocks("toml")[0]);

@@ -1,4 +1,5 @@
-//! Rules across parameters: what is said about them where they are written, and where they are broken.
+//! Rules across parameters: diagnostics for their declarations and for configurations that break
+//! them.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -15,12 +16,12 @@ fn load(body: &str) -> (Parameters, String) {
     (model.unwrap_or_default(), rendered)
 }
 
-/// What is found in `body`, which stands in a component from line 2 on.
+/// Checks the diagnostics for `body`, which is in a component from line 2 on.
 fn check(body: &str, expected: &Expect) {
     expected.assert_eq(&load(body).1);
 }
 
-/// What is found in a configuration of parameters that are declared without an error.
+/// Checks the diagnostics for a configuration. The declarations must be valid.
 fn configure(body: &str, toml: &str, expected: &Expect) {
     let (model, rendered) = load(body);
     assert_eq!(rendered, "");
@@ -32,7 +33,7 @@ fn configure(body: &str, toml: &str, expected: &Expect) {
     expected.assert_eq(&render(&sources, &found, Format::Short));
 }
 
-/// The motor bus, with every kind of rule.
+/// Parameters of a motor bus, with every kind of rule.
 const BUS: &str = r#"
     speed double 0 0:;
     limit double 10;
@@ -50,7 +51,7 @@ const BUS: &str = r#"
 "#;
 
 #[test]
-fn a_rule_becomes_steps() {
+fn a_rule_is_compiled_to_steps() {
     let text = "a int 1 T; b int 2; s string fast {fast, slow};\n\
         require a  <= b * 2 /* why */ and not not not (a == -3 or len(m) > 5) \"a is too large\";\n\
         list m { x int 1; require x > a - 1 and s == fast \"x is too small\"; }\nrequire UNIQUE(m.x) AND - - -a < - 0.5 \"twice\"";
@@ -71,7 +72,7 @@ fn a_rule_becomes_steps() {
 }
 
 #[test]
-fn what_is_named_must_exist() {
+fn unknown_names_are_reported() {
     check(
         "speed int 1; group g { x int 1; };\nlist motors { max int 1; list joints { angle int; }; require mx > 0 \"\"; };\n\
          require sped > 0 \"\";\nrequire g.y > 0 and speed.x > 0 \"\";\nrequire max(motor.max) > 0 or max(motors.maxx) > 0 \"\";\n\
@@ -90,7 +91,7 @@ fn what_is_named_must_exist() {
 }
 
 #[test]
-fn types_have_to_fit() {
+fn types_of_operands_are_checked() {
     check(
         "i int 1; d double 1; s string \"\"; t duration 1s; b bool true; p path \"\"; l long 1;\n\
          require s < i \"\";\nrequire s + \"x\" == s \"\";\nrequire i \"\";\nrequire t > 100 \"\";\nrequire s < p \"\";\n\
@@ -118,7 +119,7 @@ fn types_have_to_fit() {
             c.pdsl:17:22: error[condition-type]: a number cannot be compared with a duration (a duration needs a unit here: `100ms`)
         "#]],
     );
-    // What fits, and holds for the defaults.
+    // Valid rules that hold for the defaults.
     check(
         "i int 1; d double 2; s string \"x\"; t duration 1s; b bool true; p path \"x\"; l long 1;\n\
          require i < d and l >= i and s == p and b and b == true and b == (i == 1) \"\";\n\
@@ -129,7 +130,7 @@ fn types_have_to_fit() {
 }
 
 #[test]
-fn lists_are_asked_with_functions() {
+fn lists_are_used_through_functions() {
     check(
         "i int 1; a int[] [1]; g string[] []; group q { z int 1; };\nlist m { x int 1; s string \"\"; tags string[] []; list n { y int 1; }; };\n\
          require m.x > 0 \"\";\nrequire m.s == \"x\" \"\";\nrequire a > 0 \"\";\nrequire m > 0 and q == 1 \"\";\nrequire len(i) > 0 \"\";\n\
@@ -162,7 +163,7 @@ fn lists_are_asked_with_functions() {
 }
 
 #[test]
-fn choices_are_compared_with_choices() {
+fn choices_are_compared_with_their_names() {
     check(
         "mode string fast {fast, slow, \"very slow\"}; k int 1 {1, 2}; t duration 1s {1s, 2s}; x string \"\";\n\
          require mode == fsat \"\";\nrequire mode != \"slwo\" or fast == mode \"\";\nrequire k == 3 \"\";\nrequire x == fast \"\";\n\
@@ -178,7 +179,7 @@ fn choices_are_compared_with_choices() {
 }
 
 #[test]
-fn a_condition_says_something() {
+fn trivial_conditions_are_reported() {
     check(
         "a int 1;\nrequire 1 < 2 \"\";\nrequire true \"\";\nrequire a > 0 and (3 == 4 or a < 5) \"\";\nrequire a > 0 or not false \"\";\n\
          require 1 / 0 > a \"\";\nrequire 1 / 0 > 1 \"\";\nrequire a > 99999999999999999999999 or a < 1e999 \"\";",
@@ -195,7 +196,7 @@ fn a_condition_says_something() {
 }
 
 #[test]
-fn the_signs_of_c_are_named() {
+fn operators_of_c_are_explained() {
     check(
         "a int 1; b bool true;\nrequire a = 1 && b || !b \"\";\nrequire a != 2 \"\";",
         &expect![[r#"
@@ -208,7 +209,7 @@ fn the_signs_of_c_are_named() {
 }
 
 #[test]
-fn what_cannot_be_read() {
+fn syntax_errors_are_reported() {
     check(
         "a int 1;\nrequire a < ;\nrequire a < 1;\nrequire 0 < a < 2 \"\";\nrequire (a < 1 \"\";\nrequire a ** 2 > 1 \"\";\n\
          require min(a, a) > 1 \"\";\nrequire and \"\";\nrequire a > 1 \"\" T;\nrequire \"\";\nrequire a. > 1 \"\";\nrequire len() > 1 \"\";\nrequire a == not (a > 1) \"\";\nrequire - not a > 1 \"\";",
@@ -231,7 +232,7 @@ fn what_cannot_be_read() {
 }
 
 #[test]
-fn a_rule_about_what_was_not_understood_says_nothing_more() {
+fn a_rule_about_an_invalid_parameter_causes_no_further_error() {
     check(
         "a itn 1; group g { b colour; };\nlist m { c itn; require c > 0 and a > 0 \"\"; };\nrequire a > 0 and g.b > 0 and max(m.c) > 0 \"\";\nrequire a > 0 and x > 0 \"\";",
         &expect![[r#"
@@ -244,7 +245,7 @@ fn a_rule_about_what_was_not_understood_says_nothing_more() {
 }
 
 #[test]
-fn defaults_keep_the_rules() {
+fn defaults_must_satisfy_the_rules() {
     check(
         "a int 5; b int 3; c int; list m { x int 1; y int 0; require x < y \"\"; };\n\
          require a < b \"\";\nrequire a < c \"\";\nrequire len(m) > 0 \"\";\nrequire b / (a - 5) > 1 \"\";\nrequire len(m) == 0 or max(m.x) > 7 \"\";",
@@ -289,7 +290,7 @@ fn a_broken_rule_names_its_values() {
 }
 
 #[test]
-fn all_faults_at_once_and_no_rule_about_a_faulty_value() {
+fn all_errors_are_reported_and_rules_about_invalid_values_are_skipped() {
     configure(
         BUS,
         "lmit = 3\nspeed = -1\nmotors = [{name = 'a', id = 200, min = 0, max = 20}, {name = 3, id = 200, max = -1},\n\
@@ -324,7 +325,7 @@ fn all_faults_at_once_and_no_rule_about_a_faulty_value() {
 }
 
 #[test]
-fn an_array_is_faulty_with_its_elements() {
+fn a_rule_about_an_array_with_an_invalid_element_is_skipped() {
     let body = "a int[0:3] [1] 0:9; b int 3;\nrequire max(a) < b \"too large\";\nrequire unique(a) \"twice\";\nrequire len(a) < b \"too many\";";
     configure(
         body,
@@ -366,7 +367,7 @@ fn an_array_is_faulty_with_its_elements() {
 }
 
 #[test]
-fn whole_numbers_are_exact() {
+fn integers_are_compared_exactly() {
     let body = "a long 9007199254740993; b long 9007199254740994; d double 9007199254740994;\nrequire a < b \"a\";\n\
                 require a < d \"b\";\nrequire a * a * 2 >= b \"c\";\nrequire 10 / a < 1 or a == 0 \"d\";";
     configure(body, "a = 9007199254740993", &expect![[""]]);
@@ -405,7 +406,7 @@ fn whole_numbers_are_exact() {
 }
 
 #[test]
-fn times_texts_and_choices() {
+fn durations_strings_and_choices_are_compared() {
     let body = "slow duration 1s; fast duration 100ms; mode string auto {auto, manual}; dev path \"/dev/a\"; other path \"/dev/b\"; on bool true;\n\
                 require fast * 2 < slow \"the slow one is too fast\";\nrequire mode != manual or on \"manual must be on\";\nrequire dev != other \"two devices are one\";";
     configure(
@@ -425,7 +426,7 @@ fn times_texts_and_choices() {
 }
 
 #[test]
-fn nothing_secret_is_shown() {
+fn no_diagnostic_shows_a_secret() {
     configure(
         "pin int 1 secret; code int[] [2] secret; low int 0;\nrequire pin > low and max(code) > low \"the pin is too simple\";",
         "low = 5",
@@ -436,7 +437,7 @@ fn nothing_secret_is_shown() {
 }
 
 #[test]
-fn the_smallest_of_nothing_breaks_no_rule() {
+fn the_minimum_of_an_empty_list_breaks_no_rule() {
     let body = "a int 1; list m { x int 1; };\nrequire max(m.x) < 3 and a < 5 \"one\";\nrequire a == 1 or not (min(m.x) > 3) \"two\";";
     configure(body, "", &expect![[""]]);
     configure(
@@ -457,7 +458,7 @@ fn the_smallest_of_nothing_breaks_no_rule() {
 }
 
 #[test]
-fn rules_in_groups_and_in_lists_of_lists() {
+fn rules_apply_in_groups_and_in_nested_lists() {
     configure(
         "top int 3;\ngroup g {\n bottom int 0;\n list arms {\n  reach int 1;\n  list joints { min int 0; max int 1;\n   require min < max \"joint\";\n   require max <= reach and reach <= top and bottom <= min \"reach\";\n  };\n  require len(joints) < 3 \"joints\";\n };\n require len(arms.joints) < 4 and unique(arms.joints.max) \"all\";\n};",
         "[[parameters.g.arms]]\njoints = [{}, { min = 2 }]\n[[parameters.g.arms]]\nreach = 9\njoints = [{ max = 2 },\n{ max = 3 }, { max = 4 }]",

@@ -1,4 +1,4 @@
-//! What is said about configuration files, and what is understood of them.
+//! Diagnostics and values of configuration files.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -27,7 +27,7 @@ const BUS: &str = r#"ComponentParams MotorBus {
     list motors 1:3 { name string; id int 0:127; max float 1.5; tags string[] []; };
 };"#;
 
-/// That of a component which says nothing else.
+/// The period of a component without a `period` clause.
 const PERIOD: Duration = Duration::from_millis(100);
 
 fn load(text: &str) -> Parameters {
@@ -104,7 +104,7 @@ tags = ["x"]
         (2, "right".to_owned(), 3.5)
     );
     assert_eq!(motors[1].texts("tags"), ["x"]);
-    // Nothing that generated code could ask for stops it.
+    // Accessors return defaults for names that do not exist.
     assert_eq!(
         (
             values.int("nothing"),
@@ -121,7 +121,7 @@ tags = ["x"]
 }
 
 #[test]
-fn every_fault_is_reported_at_once() {
+fn all_errors_are_reported_together() {
     let text = r#"
 [parameters]
 rate = 5
@@ -170,7 +170,7 @@ tags = ["x", 3]
 }
 
 #[test]
-fn numbers_at_their_limits() {
+fn numbers_at_the_limits_of_their_types() {
     let text = "parameters.motors = [{ name = 'a', id = 3000000000 }, { name = 'b', id = 1, max = 1e99 }]\n\
                 parameters.gain = nan\nparameters.timeout = -1\nparameters.offsets = [0.1, 2.0, nan, 0.0]\n\
                 parameters.log.keep = 9223372036854775807\nparameters.rate = 10000.0";
@@ -190,7 +190,7 @@ fn numbers_at_their_limits() {
 }
 
 #[test]
-fn a_missing_parameter_points_at_its_table() {
+fn a_missing_parameter_is_reported_at_its_table() {
     check(
         "",
         &expect![[r#"
@@ -213,7 +213,7 @@ fn a_missing_parameter_points_at_its_table() {
 }
 
 #[test]
-fn tables_and_values_are_not_confused() {
+fn tables_in_place_of_values_are_reported() {
     check(
         "[parameters]\nlog = 3\nmotors = 5\nrate = {}\noffsets = 1",
         &expect![[r#"
@@ -256,7 +256,7 @@ fn tables_and_values_are_not_confused() {
 }
 
 #[test]
-fn settings_of_middlewares() {
+fn settings_of_middlewares_are_checked() {
     let text = "[middleware.dds]\ndomian = 3\ndomain = 233\ninterfaces = \"eth0\"\npeers = [\"10.0.0.2\", 5, \"a:0\"]\n\
                 multicast = \"on\"\nlease = \"50ms\"\nqos = 1\n[middleware.iceoryx2]\nsegment = 5\n[middleware.ddss]\nx = 1\n";
     let (configuration, _, rendered) = read(text, None);
@@ -280,7 +280,7 @@ fn settings_of_middlewares() {
 }
 
 #[test]
-fn names_of_ros() {
+fn ros_names_are_checked() {
     let text = "[middleware.ros2]\nservice_mapping = \"cyclone\"\nnamespace = \"/robot\"\n\
                 [middleware.ros2.remap]\n\"LaserPub/newScan\" = \"/scan\"\nBase = \"~/base\"\n";
     let (configuration, _, rendered) = read(text, None);
@@ -310,7 +310,7 @@ fn names_of_ros() {
 }
 
 #[test]
-fn quality_of_service_of_ros() {
+fn ros_qos_overrides_are_checked() {
     let text = "[middleware.ros2.qos.LaserPub]\nreliability = \"best_effort\"\ndeadline = 500\n\
                 [middleware.ros2.qos.\"LaserPub/newScan\"]\ndepth = 1\ndeadline = \"none\"\n";
     let (configuration, _, rendered) = read(text, None);
@@ -348,7 +348,7 @@ fn quality_of_service_of_ros() {
 }
 
 #[test]
-fn what_belongs_to_the_framework() {
+fn tables_of_the_framework_are_checked() {
     let text = "[component]\nperiod = 0\nlog = \"inf\"\nperoid = 3\n[bindings]\na = 3\nb = \"x\"\n[middlewares.dds]\nx = 1\n";
     let (configuration, _, rendered) = read(text, None);
     expect![[r#"
@@ -375,7 +375,7 @@ fn what_belongs_to_the_framework() {
 }
 
 #[test]
-fn toml_that_is_none() {
+fn invalid_toml_is_reported() {
     check(
         "[parameters\nrate = 3",
         &expect![[r#"
@@ -397,7 +397,7 @@ fn toml_that_is_none() {
 }
 
 #[test]
-fn a_component_without_a_file() {
+fn a_component_without_a_pdsl_file_has_no_parameters() {
     assert_eq!(
         rc_configuration::defaults(None),
         Ok(Configuration::default())
@@ -419,7 +419,7 @@ fn a_component_without_a_file() {
 }
 
 #[test]
-fn the_template_is_a_configuration() {
+fn the_template_is_a_valid_configuration() {
     expect![[r##"
         #:schema ../generated/config.schema.json
         # The configuration of MotorBus. It was written once and is yours to change.
@@ -499,7 +499,7 @@ fn the_template_is_a_configuration() {
 }
 
 #[test]
-fn the_template_gives_the_defaults_again() {
+fn the_template_contains_the_defaults() {
     let model = load(
         r#"ComponentParams C {
             a int -3; b long 9007199254740993; c float 0.1; d double 1e300; e string "a\"b\\c\nd";
@@ -530,7 +530,7 @@ fn the_template_gives_the_defaults_again() {
         ),
         (2, 1, 0)
     );
-    // What is commented out is TOML, too.
+    // The commented lines are valid TOML, too.
     let uncommented = text
         .replace("# [component]", "[component]")
         .replace("# period", "period")
@@ -543,7 +543,7 @@ fn the_template_gives_the_defaults_again() {
 }
 
 #[test]
-fn what_is_secret_is_shown_in_no_line_of_a_finding() {
+fn no_diagnostic_quotes_a_secret() {
     let text = "[parameters]\npin = 12345678\ntoken = [\"hush \u{e4}\",\n  \"h2\"]\nlog = { keep = true }\n\n[[parameters.motors]]\nname = \"m\"\nid = 1\n";
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
@@ -576,7 +576,7 @@ fn what_is_secret_is_shown_in_no_line_of_a_finding() {
     .assert_eq(&render(&sources, &found, Format::Human));
 }
 
-/// All that is said, with the lines of the text; none of it may tell a secret.
+/// All diagnostics, with the quoted lines of the text. None of them may contain a secret.
 fn shown(text: &str, model: Option<&Parameters>) -> String {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", text);
@@ -588,7 +588,7 @@ fn shown(text: &str, model: Option<&Parameters>) -> String {
 }
 
 #[test]
-fn a_secret_at_the_wrong_place_is_not_shown_either() {
+fn no_diagnostic_quotes_a_misplaced_secret() {
     let model = load(
         "ComponentParams C { token string \"\" secret; speed double 1; group link { port int 1; \
          passwd string \"\" secret; }; list users { name string; key string secret; }; };",
@@ -605,7 +605,7 @@ fn a_secret_at_the_wrong_place_is_not_shown_either() {
         "[component]\ntoken = \"hunter2\"\n",
         "paramters = { token = \"hunter2\" }\n",
         "paramters.token = \"hunter2\"\n",
-        // In another form.
+        // With a value of another type.
         "[parameters]\ntoken.x = \"hunter2\"\n",
         "[parameters]\nlink = \"hunter2\"\n",
         "[parameters]\nusers = [\"hunter2\"]\n",
@@ -613,7 +613,7 @@ fn a_secret_at_the_wrong_place_is_not_shown_either() {
         "parameters = \"hunter2\"\n",
         "[bindings]\ntoken = [\"hunter2\"]\n",
         "[middleware]\ntoken = \"hunter2\"\n",
-        // In no TOML at all.
+        // In a text that is not TOML.
         "[parameters]\ntoken = hunter2\n",
         "[parameters]\ntoken = \"hunter2\n",
         "[parameters]\ntoken = 'hunter2'\ntoken = 'hunter2'\n",
@@ -628,7 +628,7 @@ fn a_secret_at_the_wrong_place_is_not_shown_either() {
     ] {
         let said = shown(text, Some(&model));
         assert!(!said.contains("hunter2"), "{text}\n{said}");
-        // Without a model nobody knows what is secret.
+        // Without a model, no parameter is known to be secret.
         let said = shown(text, None);
         assert!(!said.contains("hunter2"), "{text}\n{said}");
     }
@@ -641,7 +641,7 @@ fn a_secret_at_the_wrong_place_is_not_shown_either() {
         config.toml:3:9: error[toml-syntax]: string values must be quoted, expected literal string
         {"code":"toml-syntax","end":{"column":16,"line":3},"file":"config.toml","help":null,"labels":[],"message":"string values must be quoted, expected literal string","severity":"error","start":{"column":9,"line":3}}
     "#]].assert_eq(&shown("[parameters]\nspeed = 1\ntoken = hunter2\n", Some(&model)));
-    // What is no secret is shown where none is declared.
+    // Values that no declaration marks as secret are shown.
     let model = load("ComponentParams C { speed double 1; };");
     for text in [
         "[parameters]\nsped = 20.5\n",

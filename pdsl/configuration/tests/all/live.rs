@@ -1,4 +1,4 @@
-//! Changes of the parameters of a running component, and how they come back into its file.
+//! Changes of parameters at run time, and saving them to the configuration file.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -83,7 +83,7 @@ fn of(model: Parameters, text: &str) -> LiveParameters {
     LiveParameters::new(model, &configuration.parameters)
 }
 
-/// All that is said about changes.
+/// All diagnostics about the changes.
 fn try_all(
     live: &LiveParameters,
     changes: &[(&str, Value)],
@@ -119,7 +119,7 @@ fn value(live: &LiveParameters, path: &str) -> Value {
 }
 
 #[test]
-fn values_of_every_type_are_taken() {
+fn values_of_every_type_are_accepted() {
     let mut live = live(FILE);
     let changed = set(
         &mut live,
@@ -136,7 +136,7 @@ fn values_of_every_type_are_taken() {
             ("log.level", json!(3)),
             ("motors[1].max", json!(1.2)),
             ("token", json!("other")),
-            // Is so already.
+            // The parameter has this value already.
             ("limit", json!(5)),
         ],
     );
@@ -162,14 +162,14 @@ fn values_of_every_type_are_taken() {
     );
     assert_eq!(values.list("motors")[1].float("max"), 1.2);
     assert_eq!(values.duration("period").as_millis(), 200);
-    // An element of an array, too.
+    // A path may also name an element of an array.
     assert_eq!(
         set(&mut live, &[("gains[2]", json!(9))]),
         "gains[2]: 3.0 -> 9.0\n"
     );
     assert_eq!(value(&live, "gains"), json!([1.0, 2.5, 9.0]));
     assert_eq!(value(&live, "gains[2]"), json!(9.0));
-    // A time is also a number of milliseconds.
+    // A duration may also be a number of milliseconds.
     assert_eq!(
         set(&mut live, &[("period", json!(50))]),
         "period: \"200ms\" -> \"50ms\"\n"
@@ -177,7 +177,7 @@ fn values_of_every_type_are_taken() {
 }
 
 #[test]
-fn all_that_is_wrong_is_said_at_once_and_nothing_is_taken() {
+fn all_errors_are_reported_together_and_no_change_is_applied() {
     let live = live(FILE);
     refused(
         &live,
@@ -238,7 +238,7 @@ fn all_that_is_wrong_is_said_at_once_and_nothing_is_taken() {
 }
 
 #[test]
-fn rules_are_checked_of_all_changes_together() {
+fn rules_are_checked_after_all_changes_of_a_request() {
     let mut live = live(FILE);
     refused(
         &live,
@@ -273,8 +273,8 @@ fn rules_are_checked_of_all_changes_together() {
 }
 
 #[test]
-fn broken_rules_are_said_beside_all_else() {
-    // The rules about `speed` and `motors[1]` say nothing, since the values there are wrong by themselves.
+fn broken_rules_are_reported_with_the_other_errors() {
+    // The rules about `speed` and `motors[1]` are not checked, because these values are invalid.
     refused(
         &live(FILE),
         &[
@@ -302,9 +302,9 @@ fn broken_rules_are_said_beside_all_else() {
 }
 
 #[test]
-fn what_takes_effect_at_the_next_start_is_pending_and_keeps_the_rules_of_both() {
+fn restart_parameters_are_pending_and_checked_against_running_and_next_values() {
     let mut live = live(FILE);
-    // A larger top does not hold yet.
+    // A larger `top` is not in effect yet.
     assert_eq!(
         set(&mut live, &[("top", json!(15))]),
         "top: 10.0 -> 15.0, later\n"
@@ -316,7 +316,7 @@ fn what_takes_effect_at_the_next_start_is_pending_and_keeps_the_rules_of_both() 
         rule-broken: `limit` breaks a rule: the limit is above the top (`limit <= top` does not hold: `limit` is 12.0, `top` is 10.0)
     "#]],
     );
-    // A smaller one would hold then.
+    // A smaller `top` would be in effect at the next start.
     refused(
         &live,
         &[("top", json!(4))],
@@ -324,19 +324,19 @@ fn what_takes_effect_at_the_next_start_is_pending_and_keeps_the_rules_of_both() 
         rule-broken: `top` breaks a rule: the limit is above the top (`limit <= top` does not hold: `limit` is 5.0, `top` is 4.0, at the next start)
     "#]],
     );
-    let listed = &live.list(&["top"]).expect("it is there")[0];
+    let listed = &live.list(&["top"]).expect("the parameter")[0];
     assert_eq!(
         (&listed.value, &listed.pending),
         (&json!(10.0), &Some(json!(15.0)))
     );
     assert_eq!(live.values().float("top"), 10.0);
     set(&mut live, &[("top", json!(10))]);
-    assert_eq!(live.list(&["top"]).expect("it is there")[0].pending, None);
+    assert_eq!(live.list(&["top"]).expect("the parameter")[0].pending, None);
     assert!(live.unsaved().is_empty());
 }
 
 #[test]
-fn the_list_tells_what_may_be_changed() {
+fn the_list_contains_the_allowed_values() {
     let live = live(FILE);
     let all = live.list(&[]).expect("all");
     let paths: Vec<&str> = all.iter().map(|p| p.path.as_str()).collect();
@@ -359,14 +359,14 @@ fn the_list_tells_what_may_be_changed() {
         .list(&["log.levl", "moters"])
         .expect_err("two mistakes");
     assert_eq!(unknown.iter().count(), 2);
-    // Numbers that JSON does not have.
+    // JSON has no such numbers.
     let mut live = live;
     set(&mut live, &[("motors[0].max", json!("inf"))]);
     assert_eq!(value(&live, "motors[0].max"), json!("inf"));
 }
 
 #[test]
-fn a_file_keeps_all_but_the_values() {
+fn saving_changes_values_only() {
     let mut live = live(FILE);
     set(
         &mut live,
@@ -410,7 +410,7 @@ fn a_file_keeps_all_but_the_values() {
         # The end.
     "##]]
     .assert_eq(&text);
-    // Right again, and the same values at the next start.
+    // The file is valid again, and the next start has the same values.
     let again = self::live(&text);
     let mut expected = live.values().to_json();
     expected["device"] = json!("/dev/x");
@@ -425,7 +425,7 @@ fn a_file_keeps_all_but_the_values() {
 }
 
 #[test]
-fn files_of_every_form_are_written_into() {
+fn files_in_every_notation_are_saved() {
     for (text, expected) in [
         (
             "",
@@ -540,7 +540,7 @@ fn files_of_every_form_are_written_into() {
             ],
         );
         let saved = live.save(Path::new("config.toml"), &text).expect("saved");
-        // A text in a source file has no `\r`.
+        // A string in a source file contains no `\r`.
         let returns = saved.matches("\r\n").count();
         let wanted = if text.contains('\r') {
             saved.lines().count()
@@ -554,7 +554,7 @@ fn files_of_every_form_are_written_into() {
 }
 
 #[test]
-fn what_is_no_number_is_a_value_like_others() {
+fn nan_and_infinities_are_values() {
     let model = load(
         "ComponentParams C { x double 1 T; y float 1 restart; z double[] [] T; speed double 1 T; };",
     );
@@ -594,7 +594,7 @@ fn what_is_no_number_is_a_value_like_others() {
 }
 
 #[test]
-fn what_somebody_else_has_edited_is_not_overwritten() {
+fn edits_of_other_programs_are_not_overwritten() {
     let mut live = live(FILE);
     set(
         &mut live,
@@ -609,24 +609,24 @@ fn what_somebody_else_has_edited_is_not_overwritten() {
         Err(SaveError::Conflicts(lines)) => lines.join("\n"),
         Err(SaveError::Invalid(sources, found)) => render(&sources, &found, Format::Short),
     };
-    // Another line: both edits stay.
+    // Another line changed: both edits are kept.
     let other = FILE.replace("level = 2", "level = 3");
     let saved = save(&other);
     assert!(
         saved.contains("level = 3") && saved.contains("speed = 3.0       # rad/s"),
         "{saved}"
     );
-    // The same lines.
+    // The same lines changed.
     let same = FILE.replace("speed = 2.0 ", "speed = 2.5 ");
     let same = same.replace("log.level", "token = \"theirs\"\nlog.level");
     expect![[r#"
         `speed` was 2.0 when the file was read, is 2.5 in the file now, and 3.0 here
         `token` has another value in the file"#]]
     .assert_eq(&save(&same));
-    // The same value.
+    // The same value was set.
     let agreed = FILE.replace("speed = 2.0 ", "speed = 3 ");
     assert!(save(&agreed).contains("speed = 3    "), "{}", save(&agreed));
-    // A mistake, there before or made by both together.
+    // An error that is in the file already, or that both edits cause together.
     expect![[r#"
         config.toml:12:8: error[invalid-choice]: `mode` cannot be the string "slo" (allowed is a string, one of "slow", "fast"; did you mean `slow`?)
     "#]].assert_eq(&save(&FILE.replace("mode = 'slow'", "mode = 'slo'")));
@@ -637,7 +637,7 @@ fn what_somebody_else_has_edited_is_not_overwritten() {
 }
 
 #[test]
-fn an_element_of_a_list_that_was_moved_is_not_written_into() {
+fn a_moved_element_of_a_list_is_not_changed() {
     let save = |live: &LiveParameters, text: &str| match live.save(Path::new("config.toml"), text) {
         Ok(text) => text,
         Err(SaveError::Conflicts(lines)) => lines.join("\n"),
@@ -658,14 +658,14 @@ fn an_element_of_a_list_that_was_moved_is_not_written_into() {
         format!("{file}max = 3.0\nmin = 0.5\n")
             .replace("max = 3.0\nmin = 0.5", "min = 0.5\nmax = 3.0")
     );
-    // Exchanged.
+    // The elements are swapped.
     expect![[r#"
         `motors[1].name` was "r" when the file was read and is "l" in the file now: `motors[1].min` may belong to another element
         `motors[1].max` was 1.0 when the file was read, is 1.5 in the file now, and 3.0 here"#]].assert_eq(&save(
         &live,
         &format!("[parameters]\nspeed = 2.0\n{right}{left}"),
     ));
-    // One more, one less.
+    // One element is added, one is removed.
     expect![[r#"
         `motors` had 2 elements when the file was read and has 3 now: `motors[1].min` may belong to another element
         `motors` had 2 elements when the file was read and has 3 now: `motors[1].max` may belong to another element"#]].assert_eq(&save(&live, &format!("{file}{right}")));
@@ -673,11 +673,11 @@ fn an_element_of_a_list_that_was_moved_is_not_written_into() {
         `motors[1].min` is not in the file
         `motors[1].max` is not in the file"#]]
     .assert_eq(&save(&live, &format!("[parameters]\nspeed = 2.0\n{left}")));
-    // Another one at its place.
+    // Another element is in its place.
     expect![[r#"
         `motors[1].name` was "r" when the file was read and is "x" in the file now: `motors[1].min` may belong to another element
         `motors[1].name` was "r" when the file was read and is "x" in the file now: `motors[1].max` may belong to another element"#]].assert_eq(&save(&live, &file.replace("\"r\"", "\"x\"")));
-    // The other elements and all else may change, and what is the same already is no matter.
+    // Other elements and parameters may change. Values that are equal already cause no conflict.
     let other = file
         .replace("speed = 2.0", "speed = 1.0")
         .replace("1.5", "2.5");
@@ -687,7 +687,7 @@ fn an_element_of_a_list_that_was_moved_is_not_written_into() {
 }
 
 #[test]
-fn what_stands_over_the_whole_file_stays_there() {
+fn comments_at_the_head_of_the_file_stay_there() {
     let motors = "[[parameters.motors]]\nname = \"l\"\n";
     let values = "[parameters]\nspeed = 3.0\n";
     for (header, about) in [
@@ -707,7 +707,7 @@ fn what_stands_over_the_whole_file_stays_there() {
         let saved = live.save(Path::new("config.toml"), &text).expect("saved");
         assert_eq!(saved, format!("{header}{values}{about}{motors}"));
     }
-    // Nothing but comments.
+    // The file contains comments only.
     let model = load("ComponentParams c { speed double 1 T; };");
     for (text, gap) in [
         ("# All.\n\n# [component]\n", "\n"),

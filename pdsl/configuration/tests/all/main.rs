@@ -1,4 +1,4 @@
-//! All integration tests of configurations, in one program.
+//! All integration tests of configurations in one program.
 
 mod check;
 mod live;

@@ -1,7 +1,7 @@
-//! Parameters made by chance, some of them imported: the configuration that comes of their defaults is accepted, and
-//! each single fault in it is refused, with its code, its path and its line; by the schema, too, where it can say so. An
-//! update puts right what is unknown and what is not there, and touches nothing else. A change of a running component
-//! that is accepted is saved as a configuration that is accepted, and touches one line.
+//! Random parameters, some of them imported. A configuration with their defaults is accepted. Each
+//! single fault in it is rejected with the right code, path and line, and by the schema if JSON
+//! Schema can express it. An update corrects unknown and missing parameters and nothing else. An
+//! accepted change at run time is saved as a valid configuration and changes one line.
 
 mod changes;
 mod schema;
@@ -17,31 +17,32 @@ use std::time::Duration;
 
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// One parameter, group or list, with what a test has to know of it.
+/// A parameter, group or list, with the values to try.
 struct Node {
     name: String,
     kind: Kind,
 }
 
 enum Kind {
-    /// An allowed value in TOML, and values that are not: each with the code of its fault and what follows the name
-    /// in its path.
+    /// A valid value in TOML and the invalid ones. Each invalid value has the code of its error and
+    /// the suffix of its path.
     Scalar {
         value: String,
         required: bool,
         wrong: Vec<Wrong>,
     },
-    /// The first of a pair of which the other one has to be larger; the second is what comes after it.
+    /// The first parameter of a pair whose rule requires it to be the smaller one. `High` follows
+    /// it.
     Low,
     High,
-    /// Every element of the list around it has another one.
+    /// A parameter with a different value in each element of the list.
     Id,
     Group(Vec<Node>),
     List(Vec<Node>),
 }
 
-/// Values that a schema cannot refuse: a number of 32 bits that is too large, a time beyond its range, a date, which JSON
-/// does not know.
+/// Values that a schema cannot reject: a float that is too large for 32 bits, a duration beyond its
+/// range, and a date, a type that JSON does not have.
 const BEYOND: [&str; 3] = ["1e39", "'2s'", "1979-05-27"];
 
 struct Wrong {
@@ -58,8 +59,8 @@ fn wrong(code: &'static str, value: &str, path: &'static str) -> Wrong {
     }
 }
 
-/// A type: its word, an allowed value, a range with a value outside, choices with a value beside, a value of another
-/// type, a value that the type cannot hold.
+/// A type: keyword, valid value, range and a value outside it, choices and a value that is none of
+/// them, a value of another type, a value beyond the type's limits.
 type Sample = (
     &'static str,
     &'static str,
@@ -117,7 +118,7 @@ const SAMPLES: [Sample; 8] = [
 
 const FLAGS: [&str; 5] = ["", "T", "F", "restart", "T secret"];
 
-/// Declarations and the same as nodes.
+/// Random declarations as text and as nodes.
 fn block(u: &mut Unstructured<'_>, depth: usize, out: &mut String) -> Result<Vec<Node>> {
     let mut nodes = Vec::new();
     for at in 0..u.int_in_range(1..=4)? {
@@ -166,7 +167,7 @@ fn scalar(u: &mut Unstructured<'_>, name: String, out: &mut String) -> Result<No
     let required = u.ratio(1, 3)?;
     let mut wrongs = vec![wrong("wrong-type", &array(other), element)];
     let mut limit = "";
-    // Without a default, what follows the type has to be something that no default can be.
+    // Without a default, the text after the type must not begin like a default.
     match (u.int_in_range(0..=2)?, range, choices) {
         (0, Some((range, outside)), _) => {
             limit = range;
@@ -196,7 +197,7 @@ fn scalar(u: &mut Unstructured<'_>, name: String, out: &mut String) -> Result<No
     Ok(Node { name, kind })
 }
 
-/// Two parameters and the rule that the first is the smaller one.
+/// Two parameters and the rule that the first is smaller.
 fn pair(
     u: &mut Unstructured<'_>,
     name: &str,
@@ -226,17 +227,17 @@ fn pair(
     Ok(())
 }
 
-/// One line of a configuration that sets something.
+/// A line of a configuration that sets a value.
 struct Line<'n> {
     at: usize,
-    /// The line of the table around it.
+    /// The line of its table's header.
     table: usize,
-    /// The path of that table, with a dot at its end where it has one.
+    /// The path of that table with a trailing dot. Empty for the top level.
     within: String,
     node: &'n Node,
 }
 
-/// The template with everything in it that must be set, and the lines that set something.
+/// The template with all required values, and the lines that set values.
 fn fill<'n>(template: &str, nodes: &'n [Node]) -> (Vec<String>, Vec<Line<'n>>) {
     let (mut text, mut lines) = (Vec::new(), Vec::new());
     let mut counts: HashMap<String, usize> = HashMap::new();
@@ -263,7 +264,8 @@ fn fill<'n>(template: &str, nodes: &'n [Node]) -> (Vec<String>, Vec<Line<'n>>) {
                 within.push('.');
             }
         } else if let Some((name, _)) = line.split_once(" = ") {
-            // A list that may be empty is all comment: `# # name = …` in it is not `# name = …`.
+            // An optional list is commented out as a whole: its lines begin with `# #`, not with
+            // `#`.
             let name = name.strip_prefix("# ").unwrap_or(name).to_owned();
             let must = line.ends_with("# must be set");
             let node = here.iter().find(|n| n.name == name);
@@ -295,14 +297,14 @@ fn fill<'n>(template: &str, nodes: &'n [Node]) -> (Vec<String>, Vec<Line<'n>>) {
 struct Property {
     model: Parameters,
     pdsl: String,
-    /// How many faults were tried.
+    /// The number of faults tried.
     faults: usize,
-    /// What the schema has to say about each.
+    /// The documents, each with whether the schema must accept it.
     case: Case,
 }
 
 impl Property {
-    /// Exactly one fault is found: this one, about `path` on line `at` (from 0).
+    /// Checks that exactly one error is found: `code`, about `path`, on line `at` (from 0).
     fn refuses(&mut self, toml: &[String], code: &str, path: &str, at: usize) {
         let (found, shown) = check(&self.model, &toml.join("\n"));
         let about = format!("`{path}`");
@@ -321,14 +323,15 @@ impl Property {
         let whole = toml.join("\n");
         let text = whole.lines().nth(at).unwrap_or_default();
         if !BEYOND.iter().any(|value| text.contains(value)) {
-            // A rule is beyond a schema as well; it must not refuse what it does not understand.
+            // A schema cannot express rules. It must accept a configuration that breaks one.
             let allows = code == "rule-broken";
             let instance = json_of(&whole);
             self.case.instances.push((instance, allows));
         }
     }
 
-    /// An update says this one thing, and then nothing is wrong any more, and nothing is left to say.
+    /// Checks that an update reports only this change, and that its result is valid and needs no
+    /// update.
     fn updates(&self, toml: &[String], expected: &str) {
         let once = |text: &str| {
             let mut sources = SourceMap::new();
@@ -352,7 +355,7 @@ impl Property {
         assert!(kept, "{before}\n\n{text}");
     }
 
-    /// Every fault that one line can have.
+    /// Tries every fault of one line.
     fn faults_of(&mut self, text: &[String], line: &Line<'_>, next: Option<&Line<'_>>) {
         let Line {
             at,
@@ -392,8 +395,9 @@ impl Property {
             Kind::Low => {
                 let toml = with(*at, format!("{} = 20", node.name));
                 self.refuses(&toml, "rule-broken", &path, *at);
-                // The rule names this one first, though the other one was changed.
-                let high = next.expect("the other one");
+                // The error refers to the first parameter of the rule, although the second was
+                // changed.
+                let high = next.expect("the second parameter of the pair");
                 let toml = with(high.at, format!("{} = -1000", high.node.name));
                 self.refuses(&toml, "rule-broken", &path, *at);
             }
@@ -406,7 +410,7 @@ impl Property {
     }
 }
 
-/// The code, line and message of everything that is found, and all of it as text.
+/// The code, line and message of each diagnostic, and the rendered diagnostics.
 fn check(model: &Parameters, toml: &str) -> (Vec<(String, usize, String)>, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("config.toml", toml);
@@ -421,7 +425,7 @@ fn check(model: &Parameters, toml: &str) -> (Vec<(String, usize, String)>, Strin
     )
 }
 
-/// A model, its text, and the same as nodes.
+/// A random model with its text and its nodes.
 fn made(u: &mut Unstructured<'_>) -> Result<(Parameters, String, Vec<Node>)> {
     let mut loader = MemoryLoader::default();
     let (mut pdsl, mut nodes) = (String::new(), Vec::new());
@@ -491,7 +495,7 @@ fn property(u: &mut Unstructured<'_>) -> Result<Property> {
     Ok(property)
 }
 
-/// What the framework's own tables may hold.
+/// Values of the tables of the framework.
 fn framework() -> Case {
     let slots = ["Laser", "Laser1"].map(|name| rc_configuration::Slot {
         name,
@@ -559,14 +563,15 @@ fn framework() -> Case {
 }
 
 #[test]
-fn defaults_are_accepted_and_every_fault_is_refused() {
+fn defaults_are_accepted_and_every_fault_is_rejected() {
     let (mut faults, mut cases) = (0, vec![framework()]);
-    // The seeds are numbered, so that every run tries the same; half of a seed is how many bytes of chance there are.
+    // Numbered seeds make each run identical. The lower half of a seed is the number of random
+    // bytes.
     for n in 1..=400_u64 {
         arbtest(|u| {
             let property = property(u)?;
             faults += property.faults;
-            // The validator is slow.
+            // The validator is slow, so it gets only every eighth case.
             if n % 8 == 0 {
                 cases.push(property.case);
             }

@@ -1,4 +1,4 @@
-//! Configurations whose `.pdsl` has changed.
+//! Updates of configurations after a change of the `.pdsl` file.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -32,7 +32,7 @@ fn load(text: &str) -> Parameters {
     model.expect("parameters")
 }
 
-/// The changes and the new text, which needs no further change.
+/// The reported changes and the new text. Checks that the new text needs no further update.
 fn updated(model: &Parameters, toml: &str) -> (Vec<String>, String) {
     let once = |toml: &str| {
         let mut sources = SourceMap::new();
@@ -58,7 +58,7 @@ fn update(toml: &str, expected: &Expect) {
 }
 
 #[test]
-fn what_is_new_comes_to_its_place_with_its_comment() {
+fn new_parameters_are_added_in_order_with_their_comments() {
     update(
         r#"# My robot.
 [component]
@@ -152,7 +152,7 @@ low = 0.25
 }
 
 #[test]
-fn what_is_gone_is_kept_as_a_comment() {
+fn removed_parameters_become_comments() {
     update(
         r#"[parameters]
 device = "/dev/x"
@@ -239,7 +239,7 @@ limits = { low = 0.0, middle = 0.5, high = 1.0 }
 }
 
 #[test]
-fn a_value_goes_to_another_name_only_where_that_is_certain() {
+fn a_value_moves_to_a_new_name_only_if_the_rename_is_certain() {
     update(
         r#"[parameters]
 divice = "/dev/x"
@@ -309,7 +309,7 @@ limits = { low = 0.1, High = 0.2 }
 }
 
 #[test]
-fn keys_with_dots_and_tables_in_braces() {
+fn dotted_keys_and_inline_tables_are_updated() {
     update(
         r#"parameters.device = "/dev/x"
 parameters.log.path = "/var" # here
@@ -364,7 +364,7 @@ parameters.motors = [
 }
 
 #[test]
-fn tables_that_only_have_tables() {
+fn tables_without_values_are_updated() {
     update(
         "[parameters.log]\npath = \"/var\"\n",
         &expect![[r#"
@@ -429,7 +429,7 @@ fn tables_that_only_have_tables() {
 }
 
 #[test]
-fn what_stands_over_the_whole_file_stays_there() {
+fn comments_at_the_head_of_the_file_stay_there() {
     let model = load("ComponentParams c { a int 1; list l { x int 2; }; };");
     let (_, text) = updated(
         &model,
@@ -468,7 +468,7 @@ fn what_stands_over_the_whole_file_stays_there() {
 }
 
 #[test]
-fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
+fn files_and_components_without_parameters() {
     update(
         "[component]\nlog = \"warn\"",
         &expect![[r#"
@@ -550,7 +550,7 @@ fn a_file_without_parameters_and_one_of_a_component_that_has_none() {
 }
 
 #[test]
-fn lines_end_as_they_did_and_braces_over_several_lines_are_left_alone() {
+fn line_ends_and_multi_line_inline_tables_are_kept() {
     let model = load("ComponentParams c { a int 1; b int 2; };");
     let (_, text) = updated(&model, "[parameters]\r\na = 3\r\nc = 4\r\n");
     assert_eq!(text.matches('\n').count(), text.matches("\r\n").count());
@@ -567,7 +567,7 @@ fn lines_end_as_they_did_and_braces_over_several_lines_are_left_alone() {
 }
 
 #[test]
-fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
+fn an_ambiguous_rename_is_left_to_the_user() {
     let model = load(
         "ComponentParams c { max_speed double 300 0:1000; name string \"\"; \
          group limits { low double 0; force double 5; }; list points { x double 0; }; \
@@ -592,17 +592,17 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
     let limits = "limits = { low = 1, force = 2 }\n";
     let speed = "`max_speed` (300.0 by default)";
     for (lines, expected) in [
-        // Another name.
+        // Renamed.
         (
             format!("speed = 20.0 # slow!\nname = ''\njoints = []\npoints = []\n{limits}"),
             vec![left("speed", speed)],
         ),
-        // Into a group.
+        // Moved into a group.
         (
             format!("force = 2.5\n{all}"),
             vec![left("force", "`limits` or in it")],
         ),
-        // A group and a list.
+        // Moved into a group and a list.
         (
             format!("bounds = {{ low = 3 }}\n{all}"),
             vec![left("bounds", "`limits` or in it")],
@@ -611,7 +611,7 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
             format!("way = [{{ x = 3 }}]\njoints = []\n{rest}{limits}"),
             vec![left("way", "`points` ([] by default)")],
         ),
-        // In braces.
+        // In an inline table.
         (
             format!(
                 "joints = [{{ most = 3.0 }}, {{most='a', vmin=1}}]\npoints = []\n{rest}{limits}"
@@ -625,7 +625,7 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
                 "add `joints[1].vmax` = 1.0".to_owned(),
             ],
         ),
-        // Several of each.
+        // Several of each kind.
         (
             format!("speed = 20.0\naccel = 3\nlabel = 'x'\njoints = []\npoints = []\n{limits}"),
             vec![
@@ -637,7 +637,7 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
     ] {
         assert_eq!(told(&lines), expected, "{lines}");
     }
-    // A value that nothing new can take is a comment, as ever.
+    // A value that fits no new parameter becomes a comment.
     let (_, text) = updated(&model, "[parameters]\nspeed = 2000.0\nname = 'x'\n");
     assert!(
         text.contains("# speed = 2000.0") && text.contains("max_speed = 300.0"),
@@ -646,7 +646,7 @@ fn a_value_that_may_be_meant_for_a_default_is_left_to_a_person() {
 }
 
 #[test]
-fn what_is_right_and_what_is_wrong_otherwise_stays() {
+fn valid_values_and_values_with_other_errors_stay() {
     let model = load(BUS);
     let template =
         rc_configuration::template("bus", std::time::Duration::from_millis(100), Some(&model));
@@ -655,7 +655,7 @@ fn what_is_right_and_what_is_wrong_otherwise_stays() {
     assert_eq!(updated(&model, wrong), (Vec::new(), wrong.to_owned()));
 }
 
-/// Lines of configurations, right and wrong.
+/// Lines of configurations, valid and invalid.
 const LINES: [&str; 34] = [
     "[parameters]",
     "[parameters.log]",
@@ -694,7 +694,7 @@ const LINES: [&str; 34] = [
 ];
 
 #[test]
-fn whatever_is_written_stays_or_becomes_a_comment() {
+fn every_line_stays_or_becomes_a_comment() {
     let model = load(BUS);
     let (mut updates, mut changes) = (0, 0);
     for n in 1..=800_u64 {
@@ -714,7 +714,7 @@ fn whatever_is_written_stays_or_becomes_a_comment() {
             changes += said.len();
             let source = sources.add("config.toml", text.as_str());
             let (_, found) = rc_configuration::check(&sources, source, Some(&model));
-            // What may be another parameter stays wrong until somebody decides.
+            // A key that may be a renamed parameter stays invalid until the user decides.
             let left = |d: &&rc_diagnostics::Diagnostic| {
                 let path = d.message.strip_prefix("unknown parameter ");
                 path.is_none_or(|path| {
@@ -725,7 +725,7 @@ fn whatever_is_written_stays_or_becomes_a_comment() {
             let bad = ["toml-syntax", "unknown-parameter"];
             let bad = found.iter().filter(|d| bad.contains(&d.code)).find(left);
             assert!(bad.is_none(), "{bad:?}\n{toml}\n-----\n{text}");
-            // What is in braces is written anew; its numbers stay.
+            // Inline tables are printed anew. Their numbers stay.
             for line in toml.lines().filter(|line| !line.contains('{')) {
                 let kept = |now: &str| now == line || now.strip_prefix("# ") == Some(line);
                 assert!(text.lines().any(kept), "{line}\n{toml}\n-----\n{text}");

@@ -1,4 +1,4 @@
-//! Single changes of a running component, and how they come back into its file.
+//! Single changes of random parameters at run time, and saving them.
 
 use super::{Kind, Line, PERIOD, check, fill, made};
 use arbtest::arbitrary::{Result, Unstructured};
@@ -11,18 +11,18 @@ use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// What has been tried.
+/// The numbers of changes tried.
 #[derive(Default)]
 struct Count {
     accepted: usize,
     refused: usize,
-    /// Accepted, and not in the file before.
+    /// Accepted changes of parameters that the file did not contain.
     added: usize,
-    /// Accepted, and not a number.
+    /// Accepted values that are NaN or infinite.
     nan: usize,
 }
 
-/// A value of the type that `allowed` begins with, which its limits may refuse.
+/// A random value of the type that `allowed` begins with. It may be outside the limits.
 fn value(u: &mut Unstructured<'_>, allowed: &str) -> Result<Json> {
     let word: String = allowed
         .chars()
@@ -77,14 +77,14 @@ fn read(model: &Parameters, text: &str) -> Configuration {
     configuration
 }
 
-/// What each parameter is at the next start.
+/// The value of each parameter at the next start.
 fn next(live: &LiveParameters) -> HashMap<String, Json> {
     let all = live.list(&[]).expect("all parameters");
     let value = |p: ParameterStatus| (p.path, p.pending.unwrap_or(p.value));
     all.into_iter().map(value).collect()
 }
 
-/// What a change took out of a text, and what it put there, in lines.
+/// The lines that a change removed from a text, and the lines that it added.
 fn difference<'t>(old: &'t str, new: &'t str) -> (Vec<&'t str>, Vec<&'t str>) {
     let (mut old, mut new): (Vec<_>, Vec<_>) = (old.lines().collect(), new.lines().collect());
     let same = old.iter().zip(&new).take_while(|(a, b)| a == b).count();
@@ -97,7 +97,8 @@ fn difference<'t>(old: &'t str, new: &'t str) -> (Vec<&'t str>, Vec<&'t str>) {
     (old, new)
 }
 
-/// One component, started with a configuration that leaves some things to defaults, and some changes of it.
+/// Starts a component with a configuration that omits some optional parameters, and changes some of
+/// its parameters.
 fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
     let (model, pdsl, nodes) = made(u)?;
     let (mut lines, set) = fill(
@@ -144,7 +145,7 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
                 render(&sources, &found, rc_diagnostics::Format::Short)
             ),
         };
-        // The values of the next start.
+        // The saved file has the values of the next start.
         let configuration = read(&model, &saved);
         let again = LiveParameters::new(model.clone(), &configuration.parameters);
         assert_eq!(next(&again), next(&live), "{saved}\n{about}");
@@ -154,13 +155,13 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
             .iter()
             .any(|p| p.pending.is_some());
         if !waiting {
-            // What is secret, too.
+            // Secret values are saved, too.
             assert!(
                 configuration.parameters == live.values(),
                 "{saved}\n{about}"
             );
         }
-        // The rest of the text.
+        // The rest of the text is unchanged.
         let (old, new) = difference(&text, &saved);
         let name = chosen.path.rsplit('.').next().unwrap_or_default();
         let own = |line: &&str| line.starts_with(&format!("{name} = "));
@@ -183,7 +184,7 @@ fn changes(u: &mut Unstructured<'_>, count: &mut Count) -> Result<()> {
 }
 
 #[test]
-fn accepted_changes_are_saved_and_all_else_stays() {
+fn accepted_changes_are_saved_and_all_other_lines_stay() {
     let mut count = Count::default();
     for n in 1..=600_u64 {
         arbtest(|u| changes(u, &mut count))

@@ -1,5 +1,5 @@
-//! The schema, judged by a validator that is not ours: the Python package `jsonschema`, in an environment of its own
-//! below the target folder.
+//! Checks the schema with an independent validator: the Python package `jsonschema`, in a virtual
+//! environment below the target folder.
 
 use serde_json::{Value as Json, json};
 use std::io::Write;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use toml_edit::{Document, Item, TableLike, Value};
 
-/// Answers with what it does not judge as it should: a line each, then `done`.
+/// Prints a line for each wrong verdict, then `done`.
 const PROGRAM: &str = r#"
 import json, sys
 from jsonschema import Draft7Validator
@@ -22,13 +22,13 @@ print("done")
 "#;
 const PACKAGE: &str = "jsonschema==4.23.0";
 
-/// A schema, and documents with whether it allows them.
+/// A schema, and documents with whether it must accept them.
 pub(crate) struct Case {
     pub(crate) schema: String,
     pub(crate) instances: Vec<(Json, bool)>,
 }
 
-/// A Python with the package; where there is none, that is said in the output of the test run.
+/// A Python interpreter with the package. Without one, prints that the check is skipped.
 pub(crate) fn python() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("jsonschema");
     let python = folder.join("bin/python");
@@ -55,7 +55,7 @@ pub(crate) fn python() -> Option<PathBuf> {
         Ok(()) => Some(python),
         Err(why) => {
             let why = why.lines().last().unwrap_or("python3 failed").to_owned();
-            // Not by `eprintln!`, which nobody sees where the test succeeds.
+            // Written directly, because the test harness captures `eprintln!`.
             let _ = writeln!(
                 std::io::stderr(),
                 "skipped: the schema of configurations by an independent validator ({PACKAGE}): {why}"
@@ -65,7 +65,7 @@ pub(crate) fn python() -> Option<PathBuf> {
     }
 }
 
-/// Has every document judged.
+/// Checks the verdict on every document.
 pub(crate) fn judge(python: &Path, cases: &[Case]) {
     let lines: String = cases
         .iter()
@@ -84,10 +84,10 @@ pub(crate) fn judge(python: &Path, cases: &[Case]) {
         .stderr(Stdio::piped())
         .spawn()
         .expect("python");
-    // The answer is short until something is wrong, so nobody waits for anybody.
+    // The reply is short until a verdict is wrong, so the pipes cannot fill up and block.
     let mut stdin = child.stdin.take().expect("its input");
     let writer = std::thread::spawn(move || stdin.write_all(lines.as_bytes()));
-    let output = child.wait_with_output().expect("an answer");
+    let output = child.wait_with_output().expect("a reply");
     let _ = writer.join();
     let told = String::from_utf8_lossy(&output.stdout);
     assert_eq!(
@@ -98,7 +98,7 @@ pub(crate) fn judge(python: &Path, cases: &[Case]) {
     );
 }
 
-/// A configuration as JSON, as editors see it: a date is a text, and what JSON has no number for is nothing.
+/// A configuration as JSON, as editors validate it: a date is a string, NaN and infinities are null.
 pub(crate) fn json_of(toml: &str) -> Json {
     let document = Document::parse(toml).expect("TOML");
     table(document.as_table())
