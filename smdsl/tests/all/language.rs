@@ -1,16 +1,16 @@
-//! What is said about `.smdsl` texts, and what is understood of them.
+//! Diagnostics and models of `.smdsl` texts.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use crate::shown::{read, shown};
 use expect_test::{Expect, expect};
 
-/// What is found in a whole file.
+/// Checks the diagnostics for a whole file.
 fn check(text: &str, expected: &Expect) {
     expected.assert_eq(&read("m.smdsl", text).0);
 }
 
-/// What is understood of a file in which nothing is found.
+/// Checks the model of a file, and that there are no diagnostics.
 fn model(text: &str, expected: &Expect) {
     let (found, machine) = read("m.smdsl", text);
     assert_eq!(found, "");
@@ -18,7 +18,7 @@ fn model(text: &str, expected: &Expect) {
 }
 
 #[test]
-fn a_machine_with_everything() {
+fn every_construct_reaches_the_model() {
     model(
         "/// Drives around.\nrover {\n  end_state off;\n  /// Waits.\n  initial_state idle;\n  states\n    /// Moves.\n    drive,\n    dock;\n  transitions {\n    /// Told to go.\n    idle => drive, off;\n    drive => drive, dock; dock => idle;\n  };\n};\n\
          /// Both at once.\n:drive parallel { states wheels, lidar; transitions { wheels => wheels; lidar => lidar; }; };\n\
@@ -51,7 +51,7 @@ fn a_machine_with_everything() {
 }
 
 #[test]
-fn habits_of_real_files() {
+fn constructs_of_real_files_are_accepted() {
     model(
         "\n/* Change the name\n   with the states. */\n\n m{\r\n\tstates b;\r\n\tinitial_state a;;\r\n\tend_state z;\r\n\ttransitions{\r\n\t\ta => b;\r\n//\t\tb => a;\r\n\t\tb => b,z;\r\n\t};\r\n};;\r\n\n/* ----\n:b parallel{\n} ---- */\n",
         &expect![[r#"
@@ -64,7 +64,7 @@ fn habits_of_real_files() {
             b => z
         "#]],
     );
-    // No semicolon after a brace, keywords in any case, a block before that of its parent.
+    // A redundant `;` after a brace, keywords in any case, a block before the block of its parent.
     model(
         "M { Initial_State a; STATES b; TRANSITION { a=>b; } }\n:c Parallel { States d, e; }\n:b { initial_STATE c; }",
         &expect![[r#"
@@ -95,7 +95,7 @@ fn habits_of_real_files() {
 }
 
 #[test]
-fn keywords_are_names_elsewhere() {
+fn keywords_are_valid_names() {
     model(
         "states { initial_state parallel; states states, transitions, initial_state; end_state end_state;\n\
          transitions { parallel => states, transitions; transition => end_state; states => initial_state; initial_state => transition; }; };\n\
@@ -119,7 +119,7 @@ fn keywords_are_names_elsewhere() {
 }
 
 #[test]
-fn whole_files() {
+fn errors_outside_clauses() {
     check(
         "",
         &expect![[r#"
@@ -195,7 +195,7 @@ fn whole_files() {
 }
 
 #[test]
-fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
+fn a_missing_semicolon_is_one_error_at_its_location() {
     check(
         "m { states b, c // the others\ninitial_state a\nend_state z\ntransitions { a => b, c\n b => c c => z }\n}\n:b parallel { states d }",
         &expect![[r#"
@@ -211,7 +211,7 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
 }
 
 #[test]
-fn what_cannot_be_read() {
+fn syntax_errors_are_reported() {
     check(
         "m {\ninitial_state a;\nstates b c;\nstate d;\ninitial e;\nfinal f;\n:a { initial_state x; };\nend_state;\ninitial_state = a;\n§;\nstates b, ;\n};",
         &expect![[r#"
@@ -246,7 +246,7 @@ fn what_cannot_be_read() {
             m.smdsl:4:55: error[unknown-state]: unknown state `F` (did you mean `f`?)
         "#]],
     );
-    // What is not read may declare what is named.
+    // A clause with a syntax error may declare the unknown states.
     check(
         "m { initial_state a; states b = c; transitions { a => b, c, A; }; };",
         &expect![[r#"
@@ -263,7 +263,7 @@ fn what_cannot_be_read() {
 }
 
 #[test]
-fn states_are_known() {
+fn unknown_states_are_reported() {
     check(
         "m {\ninitial_state idle; states drive;\ntransitions { idle => driev, Drive, park;\nstop => idle; idle => drive; };\n};\n:drvie { initial_state x; };",
         &expect![[r#"
@@ -277,7 +277,7 @@ fn states_are_known() {
 }
 
 #[test]
-fn states_are_declared_once() {
+fn repeated_states_are_reported() {
     check(
         "m {\ninitial_state a; states b, c, b;\nend_state C;\ntransitions { a => b, c, C; };\n};\n:b {\n initial_state B1; states a, b1;\n transitions { B1 => b1; };\n};",
         &expect![[r#"
@@ -303,7 +303,7 @@ fn states_are_declared_once() {
 }
 
 #[test]
-fn clauses_come_once() {
+fn repeated_clauses_are_reported() {
     check(
         "m {\ninitial_state a; initial_state b, a;\nend_state y, z;\nstates c; States d;\ntransitions { a => c, d; }; transition { a => b; a => y; b => z; };\n};",
         &expect![[r#"
@@ -337,7 +337,7 @@ fn every_block_but_a_parallel_one_has_an_initial_state() {
 }
 
 #[test]
-fn an_end_state_ends() {
+fn an_end_state_has_no_transitions_or_substates() {
     check(
         "m { initial_state a; end_state z;\ntransitions { a => z;\nz => a; }; };\n:z { initial_state y; };",
         &expect![[r#"
@@ -348,7 +348,7 @@ fn an_end_state_ends() {
 }
 
 #[test]
-fn blocks_have_one_place() {
+fn blocks_belong_to_one_declared_state() {
     check(
         "m { initial_state a; };\n:a { initial_state b; };\n:a { initial_state c; };",
         &expect![[r#"
@@ -365,7 +365,7 @@ fn blocks_have_one_place() {
 }
 
 #[test]
-fn blocks_nest_to_a_limit() {
+fn the_nesting_of_blocks_is_limited() {
     let mut text = "m { initial_state s0; };\n".to_owned();
     for i in 0..101 {
         text += &format!(":s{i} {{ initial_state s{}; }};\n", i + 1);
@@ -379,7 +379,7 @@ fn blocks_nest_to_a_limit() {
 }
 
 #[test]
-fn every_state_can_be_reached() {
+fn unreachable_states_are_reported() {
     check(
         "m {\ninitial_state a; states b, c, d, e, f; end_state z;\ntransitions { a => b; b => a; c => c; d => e; e => d; f => z; };\n};\n\
          :b parallel { states b1, b2; };\n:b1 { initial_state b11; states b12; transitions { b11 => b11; }; };\n:c { initial_state c1; states c2; };",
@@ -392,12 +392,12 @@ fn every_state_can_be_reached() {
             m.smdsl:6:33: warning[no-way-in]: no transition leads to state `b12`
         "#]],
     );
-    // The other parts of a parallel state are entered with it.
+    // The other regions of a parallel state are entered with it.
     check(
         "m { initial_state a; states p; transitions { a => p11; }; };\n:p parallel { states p1, p2; };\n:p1 { initial_state p10; states p11; transitions { p11 => p10; }; };\n:p2 { initial_state p21; };",
         &expect![[""]],
     );
-    // A state that is entered through a substate is not entered with its initial state.
+    // A state that is entered through a substate does not enter its initial state.
     check(
         "m { initial_state a; states b; transitions { a => b2; }; };\n:b { initial_state b1; states b2; };",
         &expect![[r#"
@@ -407,7 +407,7 @@ fn every_state_can_be_reached() {
 }
 
 #[test]
-fn transitions_are_there_and_stand_once() {
+fn missing_and_repeated_transitions_are_reported() {
     check(
         "m { initial_state a; states b; };",
         &expect![[r#"

@@ -1,4 +1,4 @@
-//! All integration tests of the SMDSL, in one program.
+//! All integration tests of SMDSL in one program.
 
 mod language;
 mod page;

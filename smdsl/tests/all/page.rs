@@ -1,10 +1,10 @@
-//! What the page about the language shows is what the language is.
+//! Checks the examples on the grammar page.
 
 use rc_diagnostics::{Format, SourceMap, render};
 
 const PAGE: &str = include_str!("../../src/grammar.md");
 
-/// The blocks of the page that are marked as whole files of a language.
+/// The code blocks of the page that contain whole files of a language.
 fn files(language: &str) -> Vec<&'static str> {
     let begin = format!("```{language}\n");
     let blocks = PAGE.split(begin.as_str()).skip(1);
@@ -12,7 +12,7 @@ fn files(language: &str) -> Vec<&'static str> {
 }
 
 #[test]
-fn every_file_on_the_page_is_right() {
+fn every_file_on_the_page_is_valid() {
     for language in ["smdsl", "scxml"] {
         let files = files(language);
         assert!(!files.is_empty(), "{language}");
@@ -27,7 +27,7 @@ fn every_file_on_the_page_is_right() {
 }
 
 #[test]
-fn every_finding_is_on_the_page() {
+fn every_diagnostic_is_on_the_page() {
     let sources = [
         include_str!("../../src/check.rs"),
         include_str!("../../src/parse.rs"),

@@ -1,16 +1,16 @@
-//! What is said about `.scxml` texts, and what is understood of them.
+//! Diagnostics and models of `.scxml` texts.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 use crate::shown::{read, shown};
 use expect_test::{Expect, expect};
 
-/// What is found in a whole file.
+/// Checks the diagnostics for a whole file.
 fn check_file(text: &str, expected: &Expect) {
     expected.assert_eq(&read("m.scxml", text).0);
 }
 
-/// What is understood of a whole file in which nothing is found.
+/// Checks the model of a whole file, and that there are no diagnostics.
 fn model_of_file(text: &str, expected: &Expect) {
     let (found, machine) = read("m.scxml", text);
     assert_eq!(found, "");
@@ -24,18 +24,18 @@ fn file(body: &str) -> String {
     )
 }
 
-/// What is found in a body.
+/// Checks the diagnostics for a body.
 fn check(body: &str, expected: &Expect) {
     check_file(&file(body), expected);
 }
 
-/// What is understood of a body in which nothing is found.
+/// Checks the model of a body, and that there are no diagnostics.
 fn model(body: &str, expected: &Expect) {
     model_of_file(&file(body), expected);
 }
 
 #[test]
-fn the_whole_subset() {
+fn every_supported_element_reaches_the_model() {
     model(
         r#"<!-- a comment -->
         <state id="idle">
@@ -94,8 +94,8 @@ fn the_whole_subset() {
 }
 
 #[test]
-fn whole_files() {
-    // The first state is entered, and the name is that of the file.
+fn errors_outside_states() {
+    // The first state is the initial one. The machine gets the name of the file.
     model_of_file(
         "\u{feff}<?xml version=\"1.0\"?>\n<scxml><state id=\"a\"><transition target=\"b\"/></state><final id=\"b\"/></scxml>",
         &expect![[r#"
@@ -188,7 +188,7 @@ fn whole_files() {
 }
 
 #[test]
-fn what_could_grow_without_end() {
+fn sizes_are_limited() {
     check_file(
         "<?xml version=\"1.0\"?>\n<!DOCTYPE b [<!ENTITY a \"x\"><!ENTITY b \"&a;&a;&a;\">]>\n<scxml><state id=\"&b;\"/></scxml>",
         &expect![[r#"
@@ -222,7 +222,7 @@ fn what_could_grow_without_end() {
 }
 
 #[test]
-fn anything_else_is_refused_at_its_place() {
+fn other_elements_are_rejected_at_their_location() {
     check(
         "<datamodel><data id=\"x\"/></datamodel>\n<state id=\"a\" x=\"1\">\n<invoke src=\"x\"/>\n<onentry><script>x</script><send event=\"e\"/><assign location=\"x\" expr=\"1\"/></onentry>\n<transition type=\"internal\" target=\"b\"><if cond=\"x\"/></transition>\n text in between\n and more\n</state>\n<final id=\"b\"><donedata/></final>\n<t:info xmlns:t=\"urn:t\" a=\"1\"/>\n<state id=\"c\" t:at=\"1\" xmlns:t=\"urn:t\"/>",
         &expect![[r#"
@@ -249,7 +249,7 @@ fn anything_else_is_refused_at_its_place() {
 }
 
 #[test]
-fn elements_stand_where_they_mean_something() {
+fn misplaced_elements_are_reported() {
     check(
         "<history id=\"h\"/>\n<transition target=\"a\"/>\n<onentry/>\n<state id=\"a\">\n<raise event=\"e\"/><scxml/>\n<onentry><state id=\"x\"/><raise event=\"e\"><log/></raise></onentry>\n</state>\n<final id=\"z\">\n<state id=\"y\"/>\n</final>",
         &expect![[r#"
@@ -266,7 +266,7 @@ fn elements_stand_where_they_mean_something() {
 }
 
 #[test]
-fn attributes_that_are_missing_or_wrong() {
+fn missing_and_invalid_attributes_are_reported() {
     check(
         "<state>\n<transition/><transition event=\"e\"><raise/></transition>\n<transition target=\"\"/><transition event=\" \"/></state>\n<state id=\"\"/><state id=\"a b\"/>\n<state id=\"s\"><history id=\"h\" type=\"dep\"><transition event=\"e\" target=\"s1\"/></history><state id=\"s1\"/></state>",
         &expect![[r#"
@@ -292,7 +292,7 @@ fn attributes_that_are_missing_or_wrong() {
 }
 
 #[test]
-fn ids_are_known_and_unique() {
+fn unknown_and_repeated_ids_are_reported() {
     check(
         "<state id=\"idle\"><transition target=\"driev\"/><transition target=\"Idle  park\"/></state>\n<state id=\"drive\"/><state id=\"drive\"/>\n<state id=\"DRIVE\"/>",
         &expect![[r#"
@@ -306,7 +306,7 @@ fn ids_are_known_and_unique() {
 }
 
 #[test]
-fn what_is_entered_first() {
+fn initial_states_are_checked() {
     check(
         "<state id=\"a\" initial=\"b\">\n<state id=\"c\"/></state>\n<state id=\"b\" initial=\"nothing\"/>\n<state id=\"d\" initial=\"e\">\n<initial><transition target=\"e\"/></initial>\n<state id=\"e\"/></state>\n<state id=\"f\"><initial/><state id=\"g\"/></state>\n<state id=\"h\"><history id=\"i\"><transition target=\"h\"/></history></state>",
         &expect![[r#"
@@ -330,7 +330,7 @@ fn what_is_entered_first() {
 }
 
 #[test]
-fn what_is_entered_together() {
+fn parallel_targets_are_checked() {
     check(
         "<state id=\"a\"><transition target=\"p1 p2\"/>\n<transition target=\"p1x q1\"/>\n<transition target=\"p1x p1y\"/><transition target=\"b p1\"/></state>\n<state id=\"b\"/>\n<parallel id=\"p\"><state id=\"p1\"><state id=\"p1x\"/><state id=\"p1y\"/></state><state id=\"p2\"><state id=\"q1\"/></state></parallel>",
         &expect![[r#"
@@ -341,7 +341,7 @@ fn what_is_entered_together() {
 }
 
 #[test]
-fn the_checks_of_smdsl() {
+fn the_checks_of_smdsl_apply_to_scxml() {
     check(
         "<state id=\"a\"><transition event=\"e\" target=\"b\"/><transition event=\"f\" target=\"b\"/>\n<transition event=\"e\" target=\"b\"/></state>\n<final id=\"b\"/>\n<state id=\"c\"/><state id=\"d\"><transition target=\"e\"/></state><state id=\"e\"/>",
         &expect![[r#"

@@ -1,11 +1,11 @@
-//! What is read of a text, as lines.
+//! Prints models as lines.
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_smdsl::StateMachine;
 use rc_smdsl::model::{Action, Region, StateKind};
 use rc_syntax::Name;
 
-/// What is found in the file `name`, and what is understood of it.
+/// The diagnostics and the model of the text `text` of the file `name`.
 pub(crate) fn read(name: &str, text: &str) -> (String, Option<StateMachine>) {
     let mut sources = SourceMap::new();
     let source = sources.add(name, text);
@@ -13,7 +13,7 @@ pub(crate) fn read(name: &str, text: &str) -> (String, Option<StateMachine>) {
     (render(&sources, &found, Format::Short), machine)
 }
 
-/// The states, those inside others further to the right, then the transitions.
+/// The states, indented below their parents, then the transitions.
 pub(crate) fn shown(machine: &StateMachine) -> String {
     let mut out = format!("{}{}\n", machine.name.text, doc(&machine.top.doc));
     region(machine, &machine.top, 1, &mut out);
