@@ -1,4 +1,4 @@
-//! What is said about `.ddsl` texts, before their components are looked at.
+//! Diagnostics and models of `.ddsl` texts without their components.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -8,7 +8,7 @@ use rc_ddsl::model::{Instance, InstanceOrGroup, Restart};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::{MemoryLoader, Name};
 
-/// What is found in `n.ddsl`, which may import the other files.
+/// Checks the diagnostics for `n.ddsl`, which can import `others`.
 fn check_files(text: &str, others: &[(&str, &str)], expected: &Expect) -> Option<Deployment> {
     let mut sources = SourceMap::new();
     let source = sources.add("n.ddsl", text);
@@ -19,19 +19,19 @@ fn check_files(text: &str, others: &[(&str, &str)], expected: &Expect) -> Option
     deployment
 }
 
-/// What is found in a whole file `n.ddsl`.
+/// Checks the diagnostics for a whole file `n.ddsl`.
 fn check_file(text: &str, expected: &Expect) {
     check_files(text, &[], expected);
 }
 
-/// What is found in `body`, which stands in a deployment from line 2 on.
+/// Checks the diagnostics for `body`, which is in a deployment from line 2 on.
 fn check(body: &str, expected: &Expect) -> Deployment {
     let text = format!("Deployment n {{\n{body}\n}};\n");
     check_files(&text, &[], expected).expect("a deployment")
 }
 
 #[test]
-fn whole_files() {
+fn errors_outside_declarations() {
     check_file(
         "",
         &expect![[r#"
@@ -72,7 +72,7 @@ fn whole_files() {
 }
 
 #[test]
-fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
+fn a_missing_semicolon_is_one_error_at_its_location() {
     check(
         "middleware iceoryx2\nComponent a { cdsl \"a.cdsl\"\nafter b // first\nready 5s\nargs \"x\", \"y\"\nenv { A \"1\" B \"2\" }\n}\n\
          Component b { cdsl \"b.cdsl\" config \"c.toml\" }\nbind a.Laser -> b.Laser",
@@ -92,7 +92,7 @@ fn a_forgotten_semicolon_is_one_error_where_it_belongs() {
 }
 
 #[test]
-fn what_cannot_be_read_does_not_hide_the_rest() {
+fn a_syntax_error_does_not_hide_later_errors() {
     check(
         "Component a { cdls \"a.cdsl\"; cdsl a.cdsl; after ; after \"b\"; ready soon; stop 0s; env A \"1\"; env { A = \"1\"; }; args x; restart always max 3; };\n\
          Compnent b { cdsl \"b\"; };\nbind a.Laser b.Laser;\nbind a -> b;\nbind a.Laser => b.Laser;\nmiddleware iceorix2;\ndomain x;\n§;\nComponent c cdsl \"c\"; };",
@@ -121,7 +121,7 @@ fn what_cannot_be_read_does_not_hide_the_rest() {
 }
 
 #[test]
-fn names_are_known_and_unique() {
+fn unknown_and_repeated_names_are_reported() {
     check(
         "middleware iceoryx2; middleware dds;\nComponent a { cdsl \"a\"; cdsl \"b\"; after bb, c; };\nComponent A { cdsl \"a\"; };\nComponent bbb { };\n\
          Component rcdeploy { cdsl \"a\"; };\nbind a.Laser -> bb.Laser;\nbind x.Laser -> a.b.Laser;",
@@ -141,7 +141,7 @@ fn names_are_known_and_unique() {
 }
 
 #[test]
-fn circles_of_after() {
+fn cycles_of_after_are_reported() {
     check(
         "Component a { cdsl \"a\"; after b; };\nComponent b { cdsl \"b\"; after c; };\nComponent c { cdsl \"c\"; after a; };\nComponent d { cdsl \"d\"; after d; };\nComponent e { cdsl \"d\"; after a; };",
         &expect![[r#"
@@ -151,7 +151,7 @@ fn circles_of_after() {
     );
 }
 
-/// What is set of middlewares, as the command line of a component takes it.
+/// The middleware settings of an instance, in the form of a component's command line.
 fn settings(instance: &Instance) -> String {
     let settings = instance.settings.iter();
     let texts = settings.map(|s| format!("{}.{}={}", s.middleware.word(), s.key, s.value));
@@ -159,7 +159,7 @@ fn settings(instance: &Instance) -> String {
 }
 
 #[test]
-fn settings_of_middlewares_hold_for_a_block() {
+fn settings_of_middlewares_apply_to_their_block() {
     let deployment = check(
         "middleware iceoryx2; middleware dds { domain 7; interfaces \"eth0\"; peers \"10.0.0.2\", \"10.0.0.3:7410\"; multicast off; lease 500ms; };\n\
          Component a { cdsl \"a\"; };\nComponent b { cdsl \"b\"; middleware dds { Lease 2s; MULTICAST true; }; domain 3; };\n\
@@ -199,7 +199,7 @@ fn settings_of_middlewares_hold_for_a_block() {
 }
 
 #[test]
-fn ros_has_words_and_names() {
+fn ros_settings_are_checked() {
     let deployment = check(
         "middleware ros2 { service_mapping Cyclone; namespace \"/robot\"; };\n\
          Component a { cdsl \"a\"; middleware ros2 { node \"lidar\"; remap \"LaserPub/newScan:=/scan\", \"Base:=~/b\"; qos \"LaserPub.depth:=1\", \"Base/a.deadline:=0.5s\"; }; };",
@@ -300,7 +300,7 @@ fn every_construct_reaches_the_model() {
 }
 
 #[test]
-fn a_name_stands_once_in_a_block() {
+fn names_are_unique_in_a_block() {
     check(
         "Component a { cdsl \"a\"; };\nGroup A { Component a { cdsl \"a\"; }; };\nComponent a { cdsl \"a\"; };\n\
          Host h { address \"h\"; };\nHost H { address \"h\"; };\nHost a { address \"h\"; };\nHost localhost { address \"x\"; };\n\
@@ -320,7 +320,7 @@ fn a_name_stands_once_in_a_block() {
 }
 
 #[test]
-fn names_are_not_too_long() {
+fn the_length_of_names_is_limited() {
     let long = "a".repeat(40);
     check_file(
         &format!(
@@ -334,7 +334,7 @@ fn names_are_not_too_long() {
 }
 
 #[test]
-fn hosts_are_known_and_complete() {
+fn unknown_and_incomplete_hosts_are_reported() {
     check(
         "Host h { };\nHost robot { address \"10.0.0.2\"; address \"10.0.0.3\"; usr \"pi\"; };\nHost bad { address \"10 0 0 2\"; };\nHost open { user \"pi\" };\n\
          Component a { cdsl \"a\"; host robt; };\nComponent b { cdsl \"b\"; host g; };\nComponent c { cdsl \"c\"; host bad; };\n\
@@ -359,12 +359,12 @@ fn hosts_are_known_and_complete() {
             n.ddsl:3:6: warning[unused-host]: no component runs on host `h`
         "#]],
     );
-    // A file that only declares machines is for others.
+    // A file that declares only hosts is meant for import.
     check("Host h { address \"h\"; };", &expect![[""]]);
 }
 
 #[test]
-fn endpoints_are_addresses_and_a_machine_has_each_port_once() {
+fn endpoints_are_checked_and_unique_on_a_host() {
     check(
         "Host one { address \"10.0.0.2\"; };\nHost same { address \"10.0.0.2\"; };\nHost here { address \"127.0.0.1\"; };\n\
          Component a { cdsl \"a\"; endpoint \"0.0.0.0:7000\"; };\nComponent b { cdsl \"a\"; endpoint \"[::1]:7000\"; host here; };\n\
@@ -382,7 +382,7 @@ fn endpoints_are_addresses_and_a_machine_has_each_port_once() {
 }
 
 #[test]
-fn numbers_times_and_words_are_what_they_can_be() {
+fn values_of_settings_are_checked() {
     check(
         "domain 233;\nComponent a { cdsl \"a\"; cpu 1, 1024, -1, 1.5; priority 0; restart allways; ready 2min; stop 1441min; };\n\
          Component b { cdsl \"b\"; priority 100; restart on_failure max 0 within 0s backoff 0; env { A \"1\"; B \"2\"; A \"3\"; }; };\n\
@@ -411,7 +411,7 @@ fn numbers_times_and_words_are_what_they_can_be() {
 }
 
 #[test]
-fn an_empty_group_is_suspicious() {
+fn an_empty_group_causes_a_warning() {
     check(
         "Group g { };\nGroup h { Group i { }; };\nGroup j { Component a { cdsl \"a\"; }; };\nGroup k { Componnt a { cdsl \"a\"; }; };",
         &expect![[r#"
@@ -424,7 +424,7 @@ fn an_empty_group_is_suspicious() {
 }
 
 #[test]
-fn paths_lead_through_groups_as_far_as_these_export() {
+fn paths_into_groups_need_exports() {
     check(
         "Component out { cdsl \"a\"; };\nGroup arm { export Goal;\n\
          Group left { export Goal, Pose; Component motor { cdsl \"m\"; }; bind motor.Goal -> out.Goal; bind motor.Goal -> twin.Goal; bind arm.left.motor.Hidden -> left.Goal; };\n\
@@ -448,7 +448,7 @@ fn paths_lead_through_groups_as_far_as_these_export() {
 }
 
 #[test]
-fn after_a_group_is_after_all_of_it() {
+fn after_a_group_waits_for_all_its_components() {
     let deployment = check(
         "Component a { cdsl \"a\"; after g; };\nGroup g { Component b { cdsl \"b\"; after c, h; }; Group h { Component d { cdsl \"d\"; }; }; };\nComponent c { cdsl \"c\"; after d; };",
         &expect![[r#"
@@ -498,7 +498,7 @@ fn imports_are_merged() {
 }
 
 #[test]
-fn circles_of_imports() {
+fn cycles_of_imports_are_reported() {
     check_files(
         "import \"b.ddsl\";\nDeployment n { Component a { cdsl \"a\"; }; };",
         &[

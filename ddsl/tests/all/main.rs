@@ -1,4 +1,4 @@
-//! All integration tests of the DDSL, in one program.
+//! All integration tests of DDSL in one program.
 
 mod language;
 mod network;

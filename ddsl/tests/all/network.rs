@@ -1,4 +1,4 @@
-//! What is said about the networks that `.ddsl` texts describe, and who talks to whom in them.
+//! Diagnostics and connections of the networks that `.ddsl` texts describe.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -8,7 +8,7 @@ use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 use std::collections::HashMap;
 
-/// Every interface that the components of these tests know.
+/// All interfaces of these tests.
 const INTERFACES: [(&str, &str); 2] = [
     (
         "Laser.idsl",
@@ -20,7 +20,8 @@ const INTERFACES: [(&str, &str); 2] = [
     ),
 ];
 
-/// The component `name`; one whose communications begin with `old` has another definition of `Laser`.
+/// A component named `name`. If its communications begin with `old`, it has an older definition of
+/// `Laser`.
 fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
     let mut interfaces = INTERFACES;
     let communications = match communications.strip_prefix("old") {
@@ -44,7 +45,8 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
     component.expect("a component")
 }
 
-/// The connections of a deployment whose components `(cdsl, communications)` are given, and what is found in it.
+/// Checks the diagnostics for a deployment of the components `(cdsl, communications)`, and returns
+/// its connections.
 fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<String> {
     let mut sources = SourceMap::new();
     let components: HashMap<&str, Component> = described
@@ -74,7 +76,8 @@ fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<Str
         .collect()
 }
 
-/// The same for instances `(name, communications)` outside of groups; `binds` begins line 2.
+/// Like [`network`], for instances `(name, communications)` outside groups. `binds` begins on line
+/// 2.
 fn connect(instances: &[(&str, &str)], binds: &str, expected: &Expect) -> Vec<String> {
     let components = instances
         .iter()
@@ -84,7 +87,7 @@ fn connect(instances: &[(&str, &str)], binds: &str, expected: &Expect) -> Vec<St
 }
 
 #[test]
-fn slots_find_each_other() {
+fn matching_slots_are_connected() {
     let connections = connect(
         &[
             ("a", "requires Laser; subscribesTo Pub;"),
@@ -102,7 +105,7 @@ fn slots_find_each_other() {
 }
 
 #[test]
-fn providers_that_are_missing_or_too_many() {
+fn missing_and_ambiguous_providers_are_reported() {
     connect(
         &[("a", "requires Laser; subscribesTo Pub;")],
         "",
@@ -132,7 +135,7 @@ fn providers_that_are_missing_or_too_many() {
 }
 
 #[test]
-fn binds_join_what_belongs_together() {
+fn binds_connect_matching_slots_only() {
     let three = [
         ("a", "requires Laser; subscribesTo Pub;"),
         ("b", "implements Laser; publishes Pub;"),
@@ -176,7 +179,7 @@ fn binds_join_what_belongs_together() {
 }
 
 #[test]
-fn both_ends_agree() {
+fn both_ends_must_agree_on_type_and_qos() {
     connect(
         &[("a", "requires Laser;"), ("b", "oldimplements Laser;")],
         "",
@@ -230,7 +233,7 @@ fn both_ends_agree() {
 }
 
 #[test]
-fn circles_of_requires() {
+fn cycles_of_requires_are_reported() {
     connect(
         &[
             ("a", "requires Laser as other; implements Laser;"),
@@ -244,7 +247,7 @@ fn circles_of_requires() {
 }
 
 #[test]
-fn after_what_requires_it() {
+fn after_a_requirer_is_reported() {
     let wanted = expect![[r#"
         n.ddsl:2:39: error[after-cycle]: cyclic start order: lidar after g contains g.one requires lidar (remove this `after`: providers start first, and components that require each other start together)
     "#]];
@@ -256,7 +259,7 @@ const LIDAR: (&str, &str) = ("lidar", "implements Laser; publishes Pub;");
 const USER: (&str, &str) = ("user", "requires Laser; subscribesTo Pub;");
 
 #[test]
-fn what_a_group_does_not_export_serves_only_inside() {
+fn slots_without_export_connect_inside_their_group_only() {
     let connections = network(
         "Group g {\n Component lidar { cdsl \"lidar\"; };\n Component user { cdsl \"user\"; };\n Group h { Component user { cdsl \"user\"; }; };\n};\n",
         &[LIDAR, USER],
@@ -283,7 +286,7 @@ fn what_a_group_does_not_export_serves_only_inside() {
 }
 
 #[test]
-fn what_a_group_exports_serves_outside_as_far_as_it_is_exported() {
+fn exported_slots_connect_in_every_group_that_exports_them() {
     let text = "Group g { export Laser, Pub;\n Group h { export Laser; Component lidar { cdsl \"lidar\"; }; };\n Component other { cdsl \"other\"; };\n};\nComponent user { cdsl \"user\"; };\n";
     let connections = network(
         text,
@@ -350,13 +353,13 @@ fn an_exported_name_means_one_slot() {
             n.ddsl:7:11: warning[no-publisher]: `user.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at user.cdsl:2:64
         "#]],
     );
-    // A component that could not be read may have the slot.
+    // A component with a syntax error may have the slot.
     network(
         "Group g { export Laser; Component one { cdsl \"unread\"; }; };\n",
         &[],
         &expect![[""]],
     );
-    // The one that provides is meant, not those that use it inside.
+    // An exported name means the provider, not the requirers inside the group.
     let connections = network(
         "Group g { export Laser; Component lidar { cdsl \"lidar\"; }; Component user { cdsl \"user\"; }; };\nComponent user { cdsl \"user\"; };\n",
         &[("lidar", "implements Laser;"), ("user", "requires Laser;")],
@@ -369,7 +372,7 @@ fn an_exported_name_means_one_slot() {
 }
 
 #[test]
-fn middleware_and_domain_may_differ_from_group_to_group() {
+fn ends_in_different_middleware_or_domains_are_reported() {
     let components = [("lidar", "implements Laser;"), ("user", "requires Laser;")];
     let text = "middleware dds;\nGroup g { domain 3; export Laser; Component lidar { cdsl \"lidar\"; }; };\nComponent user { cdsl \"user\"; };\n";
     network(
@@ -390,7 +393,7 @@ fn middleware_and_domain_may_differ_from_group_to_group() {
 }
 
 #[test]
-fn both_ends_of_a_call_tell_requests_apart_in_one_way() {
+fn both_ends_of_a_call_use_the_same_service_mapping() {
     let components = [
         ("lidar", "implements Laser; publishes Pub;"),
         ("user", "requires Laser; subscribesTo Pub;"),
@@ -412,7 +415,7 @@ fn both_ends_of_a_call_tell_requests_apart_in_one_way() {
 }
 
 #[test]
-fn what_is_bound_to_nothing_is_reported_once() {
+fn an_invalid_bind_is_reported_once() {
     network(
         "Component a { cdsl \"lidar\"; };\nComponent b { cdsl \"lidar\"; };\nComponent user { cdsl \"user\"; };\nbind user.Laser -> a.Lasre;\nbind user.Pub -> a.Pub;\nbind user.Pub -> a.Pub;\n",
         &[LIDAR, USER],

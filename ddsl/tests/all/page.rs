@@ -1,11 +1,11 @@
-//! What the page for users says is so: its examples can be read, and no finding is missing from it.
+//! Checks the examples on the grammar page, and that the page lists every diagnostic.
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
 const PAGE: &str = include_str!("../../src/grammar.md");
 
-/// The texts of the page in the language, in their order.
+/// The examples on the page, in order.
 fn examples() -> Vec<&'static str> {
     let blocks = PAGE.split("```ddsl\n").skip(1);
     blocks
@@ -14,12 +14,12 @@ fn examples() -> Vec<&'static str> {
 }
 
 #[test]
-fn every_example_can_be_read() {
+fn every_example_is_valid() {
     let (files, parts): (Vec<&str>, Vec<&str>) = examples()
         .into_iter()
         .partition(|e| e.contains("Deployment "));
     assert!(files.len() >= 3 && parts.len() >= 3);
-    // A file that others import says its name first.
+    // The first line of an imported file is a comment with its name.
     let named = files.iter().filter_map(|text| {
         let (first, _) = text.split_once('\n')?;
         Some((first.strip_prefix("// ")?, *text))
@@ -41,7 +41,7 @@ fn every_example_can_be_read() {
 }
 
 #[test]
-fn every_finding_is_on_the_page() {
+fn every_diagnostic_is_on_the_page() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src");
     let mut codes = Vec::new();
     for entry in std::fs::read_dir(folder).expect("the sources").flatten() {

@@ -1,5 +1,5 @@
-//! A large text takes the time of its size. The limits are far above what it takes, and far below what walking through
-//! everything for everything would.
+//! Large texts are processed in linear time. The limit is far above that time, and far below
+//! quadratic time.
 
 use rc_diagnostics::SourceMap;
 use rc_syntax::MemoryLoader;
@@ -19,7 +19,7 @@ fn read(text: String) -> (usize, usize) {
 }
 
 #[test]
-fn a_megabyte_is_read() {
+fn a_megabyte_of_components_is_read() {
     let chain = |i: usize| {
         format!(
             "Component c{i} {{ cdsl \"../a/a.cdsl\"; after c{}; }};\nbind c{i}.A -> c0.A;\n",
@@ -27,7 +27,7 @@ fn a_megabyte_is_read() {
         )
     };
     let chain: String = (0..10_000).map(chain).collect();
-    // Whether the last one ends a chain or closes a ring.
+    // The last component ends the chain or closes a cycle.
     for (last, expected) in [("", 0), ("after c0;", 1)] {
         let last = format!("Component c10000 {{ cdsl \"a\"; {last} }};");
         let text = format!("Deployment n {{\n{chain}{last}}};");
