@@ -1,14 +1,14 @@
-//! Random texts of a language, derived from its own grammar: what the grammar can say, this will say one day.
+//! Random texts of a language, derived from its grammar, so that every construct occurs.
 
 use crate::random::Random;
 use pest_meta::ast::{Expr, Rule, RuleType};
 use std::collections::HashMap;
 
-/// Deeper than this, and after so many words, only what ends soon is chosen.
+/// Beyond this depth, or this number of words, the shortest alternative is chosen.
 const DEEP: usize = 40;
 const LONG: usize = 400;
 
-/// Names that are words of some language, of Rust, or of people with their own style.
+/// Names that are keywords of one of the languages or of Rust, or that have an unusual style.
 const NAMES: [&str; 24] = [
     "Laser",
     "laser",
@@ -62,21 +62,21 @@ const GAPS: [&str; 13] = [
     "\n/** one */ ",
 ];
 
-/// A language's grammar, read from its file.
+/// The grammar of a language.
 pub(crate) struct Grammar(HashMap<String, Rule>);
 
 impl Grammar {
-    /// The grammar in `text`, after the part that all languages share.
+    /// Reads the grammar in `text`. Adds the part that all languages share.
     pub(crate) fn new(text: &str) -> Self {
         let common = include_str!("../../../syntax/src/common.pest");
         let text = format!("{common}\n{text}");
         let pairs = pest_meta::parser::parse(pest_meta::parser::Rule::grammar_rules, &text)
-            .expect("pest itself has read this grammar");
-        let rules = pest_meta::parser::consume_rules(pairs).expect("its rules are sound");
+            .expect("a valid grammar");
+        let rules = pest_meta::parser::consume_rules(pairs).expect("valid rules");
         Self(rules.into_iter().map(|r| (r.name.clone(), r)).collect())
     }
 
-    /// The words of a random text. Look-ahead is not obeyed: a few texts are none of the language.
+    /// The words of a random text. Look-ahead is ignored, so a few texts are invalid.
     pub(crate) fn words(&self, random: &mut Random) -> Vec<String> {
         let mut words = Vec::new();
         self.rule("file", random, 0, &mut words);
@@ -139,7 +139,7 @@ impl Grammar {
         }
     }
 
-    /// What an atomic rule reads is one word.
+    /// The text of an atomic rule is a single word.
     fn text(&self, expr: &Expr, random: &mut Random) -> String {
         let mut out = Vec::new();
         match expr {
@@ -169,7 +169,7 @@ impl Grammar {
     }
 }
 
-/// The alternatives of a choice, but not those that stand for mistakes.
+/// The alternatives of a choice, without those that match mistakes.
 fn alternatives(expr: &Expr) -> Vec<&Expr> {
     match expr {
         Expr::Choice(first, second) => [alternatives(first), alternatives(second)].concat(),
@@ -178,12 +178,12 @@ fn alternatives(expr: &Expr) -> Vec<&Expr> {
     }
 }
 
-/// The words with random white space and comments between them.
+/// Joins the words with random white space and comments.
 pub(crate) fn lay_out(words: &[String], random: &mut Random) -> String {
     let mut text = String::new();
     let word = |c: char| c.is_alphanumeric() || c == '_';
     for next in words {
-        // Without a gap, words become one word, and marks another mark.
+        // Two words, or two marks, would become one without a separator.
         let joins = text.ends_with(|c: char| word(c) || "-=<>!:/*.".contains(c))
             && next.starts_with(|c: char| word(c) || "-=<>!:/*.".contains(c));
         if joins || random.chance(2) {

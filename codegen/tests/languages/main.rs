@@ -1,4 +1,4 @@
-//! What holds for every language: printing changes no meaning, and no text does any harm.
+//! Properties of every language: formatting keeps the meaning, and no text causes a panic.
 
 mod grammar;
 mod random;
@@ -10,7 +10,7 @@ use rc_diagnostics::{Diagnostics, Format, SourceId, SourceMap, Span, render};
 use rc_syntax::{MemoryLoader, Trivia};
 use std::time::{Duration, Instant};
 
-/// The tree of a text without places, and what was wrong with it.
+/// The syntax tree of a text without locations, and whether it has errors.
 fn tree(language: Language, text: &str) -> (String, bool) {
     let mut sources = SourceMap::new();
     let source = sources.add(format!("a.{}", language.extension), text);
@@ -22,20 +22,20 @@ fn tree(language: Language, text: &str) -> (String, bool) {
         "ddsl" => debug(rc_ddsl::parse(&sources, source)),
         other => panic!("no tree of a .{other}"),
     };
-    (without_places(&tree), found.has_errors())
+    (without_locations(&tree), found.has_errors())
 }
 
 fn debug<T: std::fmt::Debug>((tree, found): (T, Diagnostics)) -> (String, Diagnostics) {
     (format!("{tree:?}"), found)
 }
 
-fn without_places(tree: &str) -> String {
-    // A rule of a .pdsl keeps its text beside its tree, to be shown.
+fn without_locations(tree: &str) -> String {
+    // The syntax tree of a rule of a .pdsl contains its text, for messages.
     let tree = without(tree, "}, text: \"", "\", message: ");
     without(&tree, "Span {", "}")
 }
 
-/// The text without what stands between `from` and `to`.
+/// The text without the parts between `from` and `to`.
 fn without(text: &str, from: &str, to: &str) -> String {
     let mut parts = text.split(from);
     let mut out = parts.next().unwrap_or_default().to_owned();
@@ -67,7 +67,7 @@ fn grammar_of(language: Language) -> Grammar {
 }
 
 #[test]
-fn printing_keeps_the_tree_and_the_comments_and_is_final() {
+fn formatting_keeps_tree_and_comments_and_is_idempotent() {
     for language in LANGUAGES {
         let grammar = grammar_of(language);
         let (mut tried, mut read) = (0, 0);
@@ -93,18 +93,18 @@ fn printing_keeps_the_tree_and_the_comments_and_is_final() {
             assert_eq!(before, after, "the meaning of {what}");
             assert_eq!(comments(&text), comments(&printed), "comments of {what}");
             let again = rc_syntax::format(&printed, language.style);
-            assert_eq!(printed, again, "printed twice, {what}");
+            assert_eq!(printed, again, "formatted twice, {what}");
         }
         assert!(
             read * 4 > tried,
-            "only {read} of {tried} .{} were any",
+            "only {read} of {tried} .{} texts were valid",
             language.extension
         );
     }
 }
 
-/// Everything that a tool does with a text.
-fn use_it(language: Language, text: &str) {
+/// Passes a text through every step of the tools.
+fn process(language: Language, text: &str) {
     let mut sources = SourceMap::new();
     let loader = MemoryLoader::new([("a.idsl", "module A { interface Laser { void x(); }; };")]);
     let source = sources.add(format!("b.{}", language.extension), text);
@@ -135,7 +135,7 @@ fn check(
     }
 }
 
-/// A text with a few mistakes such as hands, merges and disks make.
+/// A text with a few mistakes, like those of typing, merging and bad storage.
 fn spoil(mut words: Vec<String>, other: &[String], random: &mut Random) -> Vec<u8> {
     for _ in 0..=random.below(4) {
         if words.is_empty() {
@@ -179,9 +179,9 @@ fn spoil(mut words: Vec<String>, other: &[String], random: &mut Random) -> Vec<u
     bytes
 }
 
-/// A short run of what `cargo xtask fuzz` does for as long as it is told.
+/// A short run of `cargo xtask fuzz`.
 #[test]
-fn no_text_does_harm() {
+fn no_text_causes_a_panic() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
     let seconds = number("RC_FUZZ_SECONDS").map(Duration::from_secs);
     let first = number("RC_FUZZ_SEED").unwrap_or(0);
@@ -199,10 +199,11 @@ fn no_text_does_harm() {
             let bytes = spoil(grammar.words(&mut random), &other, &mut random);
             let text = String::from_utf8_lossy(&bytes);
             if seconds.is_some() {
-                // A stack that overflows tells nothing; the last line does.
+                // A stack overflow ends the process without a message; the last line names the
+                // seed.
                 println!("RC_FUZZ_SEED={seed} .{}", language.extension);
             }
-            let done = std::panic::catch_unwind(|| use_it(language, &text));
+            let done = std::panic::catch_unwind(|| process(language, &text));
             assert!(
                 done.is_ok(),
                 "RC_FUZZ_SEED={seed}, .{}:\n{text}",
@@ -214,9 +215,9 @@ fn no_text_does_harm() {
     println!("{texts} texts, seeds from {first}");
 }
 
-/// Eight times the text takes about eight times as long, whether it is right or wrong.
+/// A text of eight times the length takes about eight times as long, whether or not it has errors.
 #[test]
-fn time_grows_with_the_text_only() {
+fn time_is_linear_in_the_length() {
     for language in LANGUAGES {
         let grammar = grammar_of(language);
         let mut random = Random::new(7);
@@ -244,7 +245,7 @@ fn time_grows_with_the_text_only() {
             let time = |length| {
                 let text = of_length(length, spoilt);
                 let started = Instant::now();
-                use_it(language, &text);
+                process(language, &text);
                 started.elapsed()
             };
             let (short, long) = (time(1 << 14), time(1 << 17));
