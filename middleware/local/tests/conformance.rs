@@ -1,4 +1,4 @@
-//! The suite that every backend passes.
+//! The conformance suite of backends.
 
 use rc_middleware::{Backend, Environment, OpenError};
 

@@ -1,4 +1,4 @@
-//! The suite that every backend passes.
+//! The conformance suite of backends.
 
 use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ impl rc_conformance::Subject for Iceoryx2 {
         rc_iceoryx2::connect(environment)
     }
 
-    /// Its root stays, and 16 bytes of shared memory; all else goes with the last end.
+    /// The root folder and 16 bytes of shared memory stay. The last endpoint removes the rest.
     fn leftovers(&self, directory: &RunDirectory) -> Vec<PathBuf> {
         let mut left = rc_iceoryx2::leftovers(directory);
         left.retain(|path| !path.is_dir() && !path.to_string_lossy().ends_with("global_mgmt"));

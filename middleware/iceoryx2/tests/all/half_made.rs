@@ -1,5 +1,6 @@
-//! Processes that die in the middle of making a file: the system ends them at the first one that is larger than a
-//! limit, when it is there and has neither size nor content. Nobody is harmed, whoever else is alive.
+//! Processes that die while they create a file. The kernel kills each one when it makes a file
+//! larger than a limit; the file then exists without size or content. Other processes must not be
+//! affected.
 
 use crate::processes::{From, Network, ask, map};
 use rc_conformance::network::{endpoint, receive};
@@ -7,18 +8,18 @@ use std::os::unix::process::ExitStatusExt;
 
 const ROLES: [&str; 4] = ["server", "publisher", "client", "subscriber"];
 
-/// Starts processes of `role` that die at ever larger files, until one does not, and says how many died. After each
-/// death `check` is done.
+/// Starts processes of `role` that die at larger and larger files, until one survives. Calls
+/// `check` after each death. Returns the number of deaths.
 fn die_at_each_file(network: &Network, role: &str, from: From, mut check: impl FnMut()) -> usize {
     let mut deaths = 0;
     for power in (3_u32..40).step_by(3) {
-        // Less than the smallest file, then eight times as much each time.
+        // First less than the smallest file, then eight times as much each time.
         let bytes = if power == 3 { 0 } else { 1_u64 << power };
         let mut process = network.doomed(role, from, bytes);
         let Some(status) = process.outcome() else {
             return deaths;
         };
-        // A file that could be written in part is an error, at which it ends by itself.
+        // A partial write is an error instead, after which the process exits by itself.
         let at_the_limit = rustix::process::Signal::XFSZ.as_raw();
         deaths += usize::from(status.signal() == Some(at_the_limit));
         check();
@@ -26,7 +27,7 @@ fn die_at_each_file(network: &Network, role: &str, from: From, mut check: impl F
     panic!("every {role} dies")
 }
 
-/// The network does its work: those who come meet, and a call and values go through.
+/// Checks that new endpoints connect, and that a call and samples arrive.
 fn works(network: &Network) {
     let backend = network.join("check");
     let _server = network.start("server");
@@ -43,7 +44,7 @@ fn works(network: &Network) {
     receive(&mut *late, 2);
 }
 
-/// Each role in a network of its own, all at once.
+/// Runs `test` for all roles concurrently, each in a network of its own.
 fn each_of(roles: &[&str], name: &str, test: impl Fn(&Network, &str) + Sync) {
     std::thread::scope(|scope| {
         for role in roles {
@@ -55,7 +56,7 @@ fn each_of(roles: &[&str], name: &str, test: impl Fn(&Network, &str) + Sync) {
 }
 
 #[test]
-fn where_nobody_else_is() {
+fn death_while_creating_files_alone_harms_nobody() {
     each_of(&ROLES, "hn", |network, role| {
         let deaths = die_at_each_file(network, role, From::Start, || works(network));
         assert!(deaths > 1, "{role}");
@@ -63,7 +64,7 @@ fn where_nobody_else_is() {
 }
 
 #[test]
-fn where_others_have_no_such_service() {
+fn death_while_creating_files_of_an_unused_service_harms_nobody() {
     each_of(&ROLES, "ho", |network, role| {
         let _bystander = network.join("bystander");
         let deaths = die_at_each_file(network, role, From::Joined, || works(network));
@@ -72,7 +73,7 @@ fn where_others_have_no_such_service() {
 }
 
 #[test]
-fn where_others_wait_for_it() {
+fn death_while_creating_files_that_others_wait_for_harms_nobody() {
     each_of(&ROLES, "hw", |network, role| {
         let backend = network.join("bystander");
         let mut client = backend
@@ -93,9 +94,9 @@ fn where_others_wait_for_it() {
     });
 }
 
-/// Connections are made by both ends, also while they send and receive.
+/// Both ends set up connections, also while they send and receive.
 #[test]
-fn where_others_serve_it() {
+fn death_while_creating_files_that_others_serve_harms_nobody() {
     each_of(&["client", "subscriber"], "hs", |network, role| {
         let backend = network.join("bystander");
         let _server = network.start("server");

@@ -1,4 +1,4 @@
-//! What happens when processes are really killed.
+//! Killed processes.
 
 use crate::processes::{Network, Process, ask, map};
 use rc_conformance::network::{
@@ -27,7 +27,7 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
             "{refused:?}"
         );
 
-        // Killed while it holds the call.
+        // Kill the server while it handles the call.
         let (died, late) = std::thread::scope(|scope| {
             let killer = scope.spawn(|| {
                 server.says("holding");
@@ -36,7 +36,7 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
             });
             let died = ask(&mut *client, b"hold");
             let noticed = Instant::now();
-            let killed = killer.join().expect("a killer");
+            let killed = killer.join().expect("the killing thread");
             (died, noticed.saturating_duration_since(killed))
         });
         assert_eq!(died, Err(CallError::ServerDied("default/Motor".to_owned())));
@@ -45,7 +45,7 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
         assert_eq!(ask(&mut *client, b"still?"), nobody);
         assert_eq!(client.peers(), 0);
 
-        // Killed while nobody looks.
+        // Kill the server while no call is pending.
         let mut server = network.start("server");
         assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
         server.kill();
@@ -54,7 +54,7 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
             Err(CallError::NoServer("default/Motor".to_owned()))
         );
     }
-    // The place of a dead server is free for one in a process that has the service open.
+    // A process that has the service open can take the place of a dead server.
     let mut server = network.start("server");
     assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
     server.kill();
@@ -64,9 +64,9 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
     assert_eq!(own.peers(), 1);
 }
 
-/// What the dead leave takes seconds to remove, which is not done in the time of those who call.
+/// Removing the files of dead processes takes seconds. Calls do not wait for it.
 #[test]
-fn a_call_keeps_its_deadline_where_many_are_killed() {
+fn a_call_keeps_its_deadline_while_many_processes_die() {
     const TIMEOUT: Duration = Duration::from_secs(1);
     let network = Network::new("km");
     let backend = network.join("client");
@@ -78,7 +78,7 @@ fn a_call_keeps_its_deadline_where_many_are_killed() {
     killed.iter_mut().for_each(|process| process.says("ready"));
     assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
 
-    // As one does that was stopped while it opened an end: it holds every clean-up up for half a second.
+    // Holds up every clean-up for half a second, like a process stopped while it opens an endpoint.
     let root = network
         .environment("client")
         .directory
@@ -120,15 +120,15 @@ fn a_call_keeps_its_deadline_where_many_are_killed() {
     drop(successor);
     until("what the dead left is gone", || {
         assert_eq!(client.peers(), 0);
-        // A folder for each node.
+        // One folder per node.
         let nodes = entries(&root.join("nodes"));
         nodes.iter().filter(|path| path.is_dir()).count() == 1
     });
 }
 
-/// The lock that keeps openings out is free after each of the dead.
+/// The clean-up releases the lock for openings after each dead process.
 #[test]
-fn openings_come_in_between_the_clean_up_of_many() {
+fn openings_proceed_during_the_clean_up_of_many_processes() {
     const DEAD: usize = 12;
     let network = Network::new("kb");
     let holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
@@ -159,9 +159,9 @@ fn openings_come_in_between_the_clean_up_of_many() {
     assert!(turns >= DEAD / 2, "{turns} turns");
 }
 
-/// Killed in between: what was lent is written, and not sent.
+/// The processes die with a loan that is written and not sent.
 #[test]
-fn what_the_dead_had_on_loan_is_neither_sent_nor_lost() {
+fn loans_of_dead_processes_are_neither_sent_nor_leaked() {
     let network = Network::new("kl");
     let backend = network.join("both");
     let mut scan = backend
@@ -198,18 +198,19 @@ fn what_the_dead_had_on_loan_is_neither_sent_nor_lost() {
         assert_eq!(died, told, "round {round}");
         assert!(receive_all(&mut *scan).is_empty(), "round {round}");
     }
-    // A page more in each round would be twice this. (Of the last rounds, one may not have been cleaned up after yet.)
+    // An additional page per round would double the usage. (One of the last rounds may not be
+    // cleaned up yet.)
     let (early, late) = (used[9], used[25..].iter().min().expect("a round"));
     assert!(*late <= early + early / 10, "{used:?}");
 }
 
-/// The clean-up removes the tag of a dead end before it frees the end's place. Who is killed in between leaves the dead
-/// without tags, and what it had remembered of them.
+/// The clean-up removes the tag of a dead endpoint before it frees the endpoint's place. A cleaner
+/// killed in between leaves dead endpoints without tags, and backups of the tags.
 #[test]
 fn a_killed_cleaner_is_replaced() {
     let network = Network::new("kk");
     let backend = network.join("bystander");
-    // Has the service open, so that it stays.
+    // Keeps the service open.
     let _client = backend
         .client(&endpoint("default/Motor"))
         .expect("a client");
@@ -231,7 +232,7 @@ fn a_killed_cleaner_is_replaced() {
                 }
             }
         }
-        // A server, and the listener that wakes it.
+        // A server and its listener.
         assert_eq!(tags, 2);
         let mut server = network.start("server");
         assert!(entries(&root.join("tags")).is_empty());
@@ -254,7 +255,7 @@ fn a_killed_publisher_is_replaced() {
         .subscriber(&endpoint("default/Laser/scan"))
         .expect("a subscriber");
     let mut late = backend.subscriber(&map()).expect("a subscriber");
-    // More than there may be at a time.
+    // More than the maximum number at a time.
     for _ in 0..20 {
         let mut publisher = network.start("publisher");
         receive(&mut *scan, 20);
@@ -269,7 +270,7 @@ fn a_killed_publisher_is_replaced() {
 }
 
 #[test]
-fn killed_subscribers_and_clients_are_forgotten() {
+fn killed_subscribers_and_clients_free_their_places() {
     let network = Network::new("kc");
     let backend = network.join("all");
     let mut publisher = backend
@@ -292,7 +293,7 @@ fn killed_subscribers_and_clients_are_forgotten() {
             .client(&endpoint("default/Motor"))
             .expect("a client");
         until("the server is there", || client.peers() == 1);
-        // More than there may be at a time.
+        // More than the maximum number at a time.
         for _ in 0..20 {
             let mut killed: Vec<_> = (0..4).map(|_| network.start("client")).collect();
             killed.push(network.start("subscriber"));
@@ -306,7 +307,7 @@ fn killed_subscribers_and_clients_are_forgotten() {
 }
 
 #[test]
-fn a_holder_keeps_and_a_wipe_removes() {
+fn a_holder_keeps_services_and_a_wipe_removes_them() {
     let network = Network::new(&format!("a-network-with-a-name-of-{}", "x".repeat(60)));
     let environment = network.environment("holder");
     let mut holder = rc_iceoryx2::Holder::new(&environment).expect("a holder");
@@ -326,21 +327,22 @@ fn a_holder_keeps_and_a_wipe_removes() {
     server.kill();
     assert_eq!(holder.clean(), 1);
     assert_eq!(client.peers(), 0);
-    // The last one out leaves nothing.
+    // The last process that leaves removes everything.
     assert!(!rc_iceoryx2::leftovers(&environment.directory).is_empty());
     drop((client, backend, holder));
     assert!(rc_iceoryx2::leftovers(&environment.directory).is_empty());
-    // One that is killed cannot tidy up: the deployer does.
+    // A killed process cannot clean up; `wipe` does.
     network.start("server").kill();
     assert!(!rc_iceoryx2::leftovers(&environment.directory).is_empty());
     assert!(rc_iceoryx2::wipe(&environment.directory).expect("to wipe") > 0);
     assert!(rc_iceoryx2::leftovers(&environment.directory).is_empty());
 }
 
-/// Kills at every moment of a start, while somebody holds the services: whoever comes next is not harmed. (Without a
-/// holder a kill can leave a service half made; then an opening fails after its time limit, see the README.)
+/// Kills processes at many moments of their start while a holder keeps the services open. Later
+/// processes must not be affected. (Without a holder, a kill can leave an incomplete service;
+/// openings then fail after their time limit, see the README.)
 #[test]
-fn a_start_that_is_killed_harms_nobody() {
+fn a_process_killed_at_its_start_harms_nobody() {
     let network = Network::new("st");
     let mut holder = rc_iceoryx2::Holder::new(&network.environment("holder")).expect("a holder");
     holder

@@ -1,12 +1,14 @@
-//! Other processes that leave at once, or that stand in a folder with a configuration of iceoryx2.
+//! Processes that end right after sending, and a foreign configuration of iceoryx2 in the working
+//! directory.
 
 use crate::processes::{Network, ask};
 use rc_conformance::network::{StopOnDrop, endpoint, receive, serve_until, until};
 use rc_middleware::WakeEvent;
 
-/// A receiver maps a piece of shared memory when it receives the first value in it, and it is gone when the sender is.
+/// A receiver maps a segment of shared memory when it receives the first sample in it. The sender's
+/// exit removes the segment.
 #[test]
-fn what_is_sent_before_leaving_arrives() {
+fn messages_sent_right_before_exit_arrive() {
     let network = Network::new("lv");
     let stop = WakeEvent::new().expect("a wake event");
     let orders = std::sync::atomic::AtomicUsize::new(0);
@@ -31,7 +33,7 @@ fn what_is_sent_before_leaving_arrives() {
             let mut leaving = network.begin("leaving");
             let values = receive(&mut *scan, 1);
             assert_eq!(values[0].1, b"last words");
-            let status = leaving.outcome().expect("it ends");
+            let status = leaving.outcome().expect("an exit status");
             assert!(status.success(), "{status}");
             until("the order is there", || {
                 orders.load(std::sync::atomic::Ordering::Relaxed) == round
@@ -40,9 +42,9 @@ fn what_is_sent_before_leaving_arrives() {
     });
 }
 
-/// Without a configuration of its own, iceoryx2 would read this one.
+/// By default, iceoryx2 would read this configuration.
 #[test]
-fn no_configuration_in_the_way_is_read() {
+fn a_configuration_in_the_working_directory_is_ignored() {
     let network = Network::new("cf");
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::create_dir(folder.path().join("config")).expect("a folder");

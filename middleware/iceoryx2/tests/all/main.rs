@@ -1,16 +1,16 @@
-//! All integration tests of the backend, in one program.
+//! All integration tests of the backend in one program.
 
 mod conformance;
+mod external_programs;
 mod half_made;
 mod killed;
 mod leaving;
 mod memory;
 mod processes;
 mod stopped;
-mod strangers;
 mod wakes;
 
-/// Not a test: the body of each process that a test starts.
+/// The entry point of the processes that tests start; no test by itself.
 #[test]
 fn role() {
     let Some((role, network)) = processes::role() else {
@@ -18,7 +18,7 @@ fn role() {
     };
     match role.strip_prefix("stopped ") {
         Some(role) => stopped::play(role, &network),
-        None if role == "stranger" => strangers::stranger(&network),
+        None if role == "external" => external_programs::external(&network),
         None => processes::play(&role, &network),
     }
 }

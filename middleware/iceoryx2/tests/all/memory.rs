@@ -1,10 +1,10 @@
-//! Where bodies lie in shared memory, and how much of it is used.
+//! Alignment of message bodies in shared memory, and memory usage.
 
 use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
 use rc_middleware::{Backend, Encoding, Environment, RunDirectory, Settings, WakeEvent};
 use std::os::unix::fs::MetadataExt;
 
-/// A network of this process; wiped when it goes.
+/// A network of this process. Dropping it removes its files.
 struct Network(RunDirectory, Box<dyn Backend>);
 
 impl Network {
@@ -15,7 +15,7 @@ impl Network {
         Self(directory, backend)
     }
 
-    /// Bytes of shared memory that exist.
+    /// The allocated shared memory, in bytes.
     fn used(&self) -> u64 {
         let found = rc_iceoryx2::leftovers(&self.0);
         let sizes = found.iter().filter_map(|path| path.metadata().ok());
@@ -41,7 +41,7 @@ impl Drop for Network {
     }
 }
 
-/// A plain type of any alignment up to 16 can be read where it lies.
+/// A plain type with an alignment of up to 16 can be read in place.
 #[test]
 fn bodies_are_aligned() {
     let network = Network::new("al");
@@ -62,9 +62,10 @@ fn bodies_are_aligned() {
     }
 }
 
-/// A value that is written in place costs what was written of it, and is read at the address where it was sent from.
+/// A sample written in place uses memory only for its written part, and is read at the address at
+/// which it was written.
 #[test]
-fn what_is_unused_in_place_does_not_exist() {
+fn the_unused_part_of_a_loan_is_not_allocated() {
     const SIZE: usize = 16 << 20;
     const USED: usize = 5000;
     let network = Network::new("in");
@@ -95,9 +96,9 @@ fn what_is_unused_in_place_does_not_exist() {
     );
 }
 
-/// Memory is reserved for the worst case, and exists for what is under way.
+/// Memory is reserved for the worst case and allocated for pending messages only.
 #[test]
-fn memory_is_used_for_what_is_under_way() {
+fn memory_is_allocated_for_pending_messages_only() {
     const MIB: usize = 1 << 20;
     let network = Network::new("me");
     let (backend, at) = (&network.1, endpoint("default/Camera/image"));

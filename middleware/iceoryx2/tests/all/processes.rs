@@ -1,5 +1,5 @@
-//! Networks of real processes: the test program again, started for its one test `role` with the role in an
-//! environment variable.
+//! Networks of real processes. A process is this test program, started with its test `role` only.
+//! An environment variable contains the role.
 
 use rc_conformance::network::{LIMIT, endpoint, header, receive, serve_until, until};
 use rc_middleware::qos::Durability;
@@ -19,19 +19,19 @@ const NETWORK: &str = "RC_TEST_NETWORK";
 const FILES: &str = "RC_TEST_FILES";
 const FOLDER: &str = "RC_TEST_FOLDER";
 const WHEN: &str = "RC_TEST_WHEN";
-/// After this a waiting end looks into its queue all the same.
+/// A waiting endpoint polls its queue after this time even without a notification.
 const CYCLE: Duration = Duration::from_millis(50);
 
-/// From when on a process cannot make a file larger than its limit.
+/// When the limit on the size of files takes effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum From {
-    /// From its beginning.
+    /// At the start of the process.
     Start,
-    /// When it has joined the network, and has no end yet.
+    /// After joining the network, before opening an endpoint.
     Joined,
 }
 
-/// A network of processes; wiped when it goes.
+/// A network of processes. Dropping it removes its files.
 pub(crate) struct Network(pub(crate) String);
 
 impl Network {
@@ -53,26 +53,26 @@ impl Network {
         rc_iceoryx2::connect(&self.environment(instance)).expect("the network")
     }
 
-    /// A process in `role` that says it is ready.
+    /// Starts a process in `role` and waits until it is ready.
     pub(crate) fn start(&self, role: &str) -> Process {
         let mut process = self.begin(role);
         process.says("ready");
         process
     }
 
-    /// A process in `role` that has just begun.
+    /// Starts a process in `role` without waiting.
     pub(crate) fn begin(&self, role: &str) -> Process {
         self.spawn(role, &[])
     }
 
-    /// A process in `role` that the system ends at the first file that it makes larger than `bytes`: between two
-    /// steps, the file is there, and has neither size nor content.
+    /// Starts a process in `role` that the kernel kills when it first makes a file larger than
+    /// `bytes`. The file then exists without size or content.
     pub(crate) fn doomed(&self, role: &str, from: From, bytes: u64) -> Process {
         let variables = [(FILES, bytes.to_string()), (WHEN, format!("{from:?}"))];
         self.spawn(role, &variables)
     }
 
-    /// A process in `role` that says it is ready, in the working directory `folder`.
+    /// Starts a process in `role` in the working directory `folder` and waits until it is ready.
     pub(crate) fn start_in(&self, folder: &Path, role: &str) -> Process {
         let mut process = self.spawn(role, &[(FOLDER, folder.display().to_string())]);
         process.says("ready");
@@ -101,21 +101,21 @@ impl Drop for Network {
     }
 }
 
-/// A process that is killed at the latest when the test ends.
+/// A child process. Dropping it kills the process.
 pub(crate) struct Process {
     pub(crate) child: Child,
     output: BufReader<ChildStdout>,
 }
 
 impl Process {
-    /// Waits until it has said `word`.
+    /// Waits for a line that ends with `word`.
     pub(crate) fn says(&mut self, word: &str) {
         let mut lines = (&mut self.output).lines();
         let said = lines.any(|line| line.expect("a line").ends_with(word));
         assert!(said, "it ended before it was {word}");
     }
 
-    /// Waits until it is ready, or has ended and why.
+    /// Waits until the process is ready. If it exits before, returns its status.
     pub(crate) fn outcome(&mut self) -> Option<ExitStatus> {
         let mut lines = (&mut self.output).lines();
         if lines.any(|line| line.expect("a line").ends_with("ready")) {
@@ -128,7 +128,7 @@ impl Process {
         kill_process(Pid::from_child(&self.child), signal).expect("it runs");
     }
 
-    /// Sends SIGSTOP, and waits until it stands still.
+    /// Sends SIGSTOP and waits until the process has stopped.
     pub(crate) fn stop(&self) {
         self.signal(Signal::STOP);
         let stat = format!("/proc/{}/stat", self.child.id());
@@ -161,7 +161,7 @@ pub(crate) fn map() -> Endpoint {
     map
 }
 
-/// Limits the size of files, where that was ordered for `now`.
+/// Limits the size of files if the parent requested that for `now`.
 fn limit_files(now: From) {
     let (Ok(bytes), Ok(when)) = (std::env::var(FILES), std::env::var(WHEN)) else {
         return;
@@ -175,13 +175,14 @@ fn limit_files(now: From) {
     }
 }
 
-/// The role of this process and its network, which it leaves as it is; none where it runs the tests.
+/// The role and the network of this process; `None` in the process that runs the tests. Never
+/// removes the network's files.
 pub(crate) fn role() -> Option<(String, ManuallyDrop<Network>)> {
     let network = Network(std::env::var(NETWORK).ok()?);
     Some((std::env::var(ROLE).ok()?, ManuallyDrop::new(network)))
 }
 
-/// The body of a process in a role that several tests use.
+/// Runs a role that several test files use.
 pub(crate) fn play(role: &str, network: &Network) {
     if let Ok(folder) = std::env::var(FOLDER) {
         std::env::set_current_dir(folder).expect("a working directory");

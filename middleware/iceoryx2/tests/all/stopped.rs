@@ -1,5 +1,5 @@
-//! What happens to others while a process stands still: nothing. It is stopped as a debugger or Ctrl-Z does, and goes on
-//! afterwards.
+//! A stopped process must not affect others. The tests stop processes as a debugger or Ctrl-Z does,
+//! and continue them later.
 
 use crate::processes::{Network, Process};
 use rc_conformance::network::{
@@ -11,12 +11,12 @@ use rustix::process::Signal;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// A deadline that is meant to pass.
+/// A deadline that the tests let expire.
 const SHORT: Duration = Duration::from_millis(100);
-/// The number of the last value.
+/// The sequence number of the last sample.
 const LAST: u64 = 500;
 
-/// The body of a process in a role of these tests.
+/// Runs a role of these tests.
 pub(crate) fn play(role: &str, network: &Network) {
     let backend = network.join(role);
     let (scan, motor) = (endpoint("default/Laser/scan"), endpoint("default/Motor"));
@@ -78,7 +78,7 @@ fn ask(client: &mut dyn Client, request: &[u8], limit: Duration) -> Result<Vec<u
     answered.map(|()| reply)
 }
 
-/// Does `work` while `process` stands still. If that holds it up, the process goes on again, and the test fails.
+/// Runs `work` while `process` is stopped. If `work` blocks, continues the process and fails.
 fn while_stopped<R>(process: &Process, work: impl FnOnce() -> R) -> R {
     process.stop();
     let (result, held_up) = std::thread::scope(|scope| {
@@ -97,7 +97,7 @@ fn while_stopped<R>(process: &Process, work: impl FnOnce() -> R) -> R {
 }
 
 #[test]
-fn a_stopped_subscriber_delays_nobody_and_counts_what_it_lost() {
+fn a_stopped_subscriber_delays_nobody_and_counts_lost_samples() {
     let network = Network::new("ss");
     let backend = network.join("both");
     let scan = endpoint("default/Laser/scan");
@@ -112,19 +112,19 @@ fn a_stopped_subscriber_delays_nobody_and_counts_what_it_lost() {
     receive(&mut *quick, 1);
     while_stopped(&stopped, || {
         for sequence in 2..=LAST {
-            // Large ones need new memory now and then.
+            // Large samples need new segments from time to time.
             let size = if sequence % 50 == 0 { 100_000 } else { 1000 };
             let published = publisher.publish(header(sequence), &vec![1; size]);
             published.expect("to publish");
             assert_eq!(sequences(&receive_all(&mut *quick)), [sequence]);
         }
     });
-    // It has the newest ten.
+    // It still receives the newest ten samples.
     stopped.says("got 11 and lost 489");
 }
 
 #[test]
-fn a_stopped_server_ends_calls_by_their_deadline_and_goes_on() {
+fn calls_to_a_stopped_server_end_at_their_deadline() {
     let network = Network::new("sv");
     let backend = network.join("client");
     let server = network.start("stopped server");
@@ -138,7 +138,7 @@ fn a_stopped_server_ends_calls_by_their_deadline_and_goes_on() {
             let late = ask(&mut *client, b"b", SHORT);
             assert!(matches!(late, Err(CallError::Deadline { .. })), "{late:?}");
             assert!(start.elapsed() >= SHORT, "{:?}", start.elapsed());
-            // Its queue takes commands until it is full, and then says so.
+            // The queue accepts commands until it is full. Then `send` fails.
             let before = sent;
             let refused = loop {
                 match client.send(header(1), b"command") {
@@ -157,14 +157,14 @@ fn a_stopped_server_ends_calls_by_their_deadline_and_goes_on() {
         until("there is room in the queue", || {
             ask(&mut *client, b"d", LIMIT) != Err(CallError::QueueFull("default/Motor".to_owned()))
         });
-        // What was accepted was done, in order, before this.
+        // All accepted commands were handled in order before this call.
         let answered = ask(&mut *client, b"e", LIMIT);
         assert_eq!(answered, Ok(vec![sent as u8, b'e']), "round {round}");
     }
 }
 
 #[test]
-fn a_stopped_client_holds_no_server_up() {
+fn a_stopped_client_does_not_block_the_server() {
     let network = Network::new("sc");
     let stop = WakeEvent::new().expect("a wake event");
     let motor = endpoint("default/Motor");
@@ -184,7 +184,7 @@ fn a_stopped_client_holds_no_server_up() {
         let backend = network.join("client");
         let mut client = backend.client(motor).expect("a client");
         let mut stopped = network.start("stopped client");
-        // Each time it stands at another place of a call.
+        // The client stops at a different point of its call in each round.
         for round in 0..30 {
             stopped.says("answered");
             wait(&[], Duration::from_micros(17 * round));
@@ -194,7 +194,7 @@ fn a_stopped_client_holds_no_server_up() {
                 }
             });
         }
-        // And one that never goes on again.
+        // Finally, the stopped client is killed.
         stopped.stop();
         stopped.signal(Signal::KILL);
         assert_eq!(ask(&mut *client, b"here", LIMIT), Ok(b"here".to_vec()));
@@ -219,7 +219,7 @@ fn a_stopped_publisher_harms_nobody() {
                     .expect("to publish");
                 assert_eq!(sequences(&receive(&mut *subscriber, 1)), [sequence]);
             }
-            // Who comes now finds its place, too.
+            // A late subscriber finds a place, too.
             let mut late = backend.subscriber(&scan).expect("a subscriber");
             own.publish(header(21), &[2; 500]).expect("to publish");
             assert_eq!(sequences(&receive(&mut *late, 1)), [21]);

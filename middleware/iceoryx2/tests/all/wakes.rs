@@ -1,8 +1,9 @@
-//! Who sleeps is woken by what comes, also where several ring at the same time: a wake-up that is lost leaves what was
-//! sent where it is until the sleeper looks by itself.
+//! Wake-ups with several concurrent notifiers. After a lost wake-up, a message stays in its queue
+//! until the receiver polls by itself.
 //!
-//! iceoryx2 0.10.0 can lose one where a sender is interrupted at one place and another one rings meanwhile (see
-//! `bell.rs`), about once in a million; what must not happen is that it does so again and again.
+//! iceoryx2 0.10.0 can lose a wake-up if a notifier is interrupted at a certain point while another
+//! one notifies (see `notifier.rs`), about once in a million. These tests fail if that happens
+//! repeatedly.
 
 use crate::processes::Network;
 use rc_conformance::network::{endpoint, header, keep_last};
@@ -12,16 +13,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 const SENDERS: usize = 3;
-/// What each of them sends, as fast as it can, before all wait until everything has arrived.
+/// The number of messages that each sender sends without a pause. Then all wait until everything
+/// has arrived.
 const BURST: usize = 12;
-/// How long a sleep may be, as in the runtime.
+/// The longest sleep, as in the runtime.
 const CYCLE: Duration = Duration::from_millis(50);
-/// How long bursts are sent.
+/// The time for which bursts are sent.
 const RUN: Duration = Duration::from_secs(1);
-/// So many lost wake-ups are one too many: in a million there is hardly one.
+/// The number of lost wake-ups that fails the test.
 const LOST: usize = 2;
 
-/// The end that is rung for.
+/// A receiving endpoint.
 trait End {
     fn descriptor(&self) -> BorrowedFd<'_>;
     fn acknowledge(&mut self, woken: bool);
@@ -56,7 +58,7 @@ impl End for Box<dyn Server> {
     }
 }
 
-/// What all have done; `wanted` is the sum after which the senders pause.
+/// The progress of all senders. They pause when `sent` reaches `wanted`.
 #[derive(Default)]
 struct Progress {
     wanted: AtomicUsize,
@@ -64,7 +66,7 @@ struct Progress {
 }
 
 impl Progress {
-    /// Sends bursts until nothing more is wanted.
+    /// Sends bursts until `wanted` is `usize::MAX`.
     fn send(&self, mut send: impl FnMut(u64)) {
         let mut burst = 0;
         loop {
@@ -82,7 +84,8 @@ impl Progress {
         }
     }
 
-    /// Takes what is sent, as the runtime does; gives how often it slept, and how often on although all was sent.
+    /// Receives as the runtime does. Returns the number of sleeps, and of sleeps that a lost
+    /// wake-up prolonged.
     fn receive(&self, end: &mut dyn End) -> (usize, usize) {
         let (mut taken, mut sleeps, mut lost) = (0, 0, 0);
         let start = Instant::now();
@@ -92,7 +95,7 @@ impl Progress {
             }
             let woken = wait(&[end.descriptor()], CYCLE) != 0;
             if !woken {
-                // Where a sender is late, its ring is still to come.
+                // The notification of a slow sender may still follow.
                 if self.sent.load(Ordering::SeqCst) < self.wanted.load(Ordering::SeqCst)
                     || wait(&[end.descriptor()], Duration::ZERO) != 0
                 {
@@ -114,7 +117,7 @@ impl Progress {
     }
 }
 
-/// One end is rung for by senders on threads of their own, each of which has joined the network.
+/// Several senders notify one endpoint. Each sender has its own thread and joins the network.
 fn wakes<E: End>(
     name: &str,
     receiver: impl Fn(&dyn Backend) -> E,

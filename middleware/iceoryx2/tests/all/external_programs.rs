@@ -10,7 +10,7 @@ use rc_middleware::{Gaps, wait};
 use std::os::unix::ffi::OsStrExt;
 use std::time::{Duration, Instant};
 
-/// What is beside each value, as the README says.
+/// The user header of each sample, as documented in the README.
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("RcHeader1")]
 #[repr(C)]
@@ -26,7 +26,7 @@ struct Header1 {
 
 /// A node in `network`.
 fn node(network: &Network) -> Node<ipc::Service> {
-    let directory = network.environment("stranger").directory;
+    let directory = network.environment("external").directory;
     let root = directory.middleware(rc_iceoryx2::NAME);
     let mut config = Config::default();
     let root = Path::new(root.as_os_str().as_bytes()).expect("a path");
@@ -40,51 +40,51 @@ fn node(network: &Network) -> Node<ipc::Service> {
         .expect("a node")
 }
 
-/// Says when it was rung for.
-pub(crate) fn stranger(network: &Network) {
+/// Prints a line for each notification.
+pub(crate) fn external(network: &Network) {
     let node = node(network);
     let name = ServiceName::new("default/Laser/scan").expect("a name");
-    let bell = node.service_builder(&name).event().open();
-    let bell = bell.expect("the bell of the topic");
-    let listener = bell.listener_builder().create().expect("a listener");
+    let events = node.service_builder(&name).event().open();
+    let events = events.expect("the events of the topic");
+    let listener = events.listener_builder().create().expect("a listener");
     println!("ready");
     let end = Instant::now() + LIMIT;
     while Instant::now() < end {
-        let mut rung = false;
-        listener.try_wait(|_| rung = true).expect("to listen");
-        if rung {
-            println!("rung");
+        let mut notified = false;
+        listener.try_wait(|_| notified = true).expect("to listen");
+        if notified {
+            println!("notified");
         }
         wait(&[], Duration::from_millis(5));
     }
 }
 
-/// They hold no lock, and are in the network all the same.
+/// External programs hold no lock of this crate, but their nodes count as users of the network.
 #[test]
-fn the_last_one_out_leaves_a_stranger_what_it_uses() {
+fn the_last_process_keeps_files_that_an_external_program_uses() {
     let network = Network::new("ls");
     let scan = endpoint("default/Laser/scan");
     let first = network.join("publisher");
     let publisher = first.publisher(&scan).expect("a publisher");
-    let mut stranger = network.start("stranger");
+    let mut external = network.start("external");
     drop((first, publisher));
 
     for _ in 0..2 {
         let next = network.join("publisher");
         let mut publisher = next.publisher(&scan).expect("a publisher");
         publisher.publish(header(1), b"x").expect("to publish");
-        stranger.says("rung");
+        external.says("notified");
     }
-    stranger.kill();
-    // With nobody else in it, what all have left goes.
+    external.kill();
+    // The last process removes all that the others left.
     drop(network.join("last"));
     let directory = network.environment("last").directory;
     assert!(rc_iceoryx2::leftovers(&directory).is_empty());
 }
 
-/// An error is not a loss as well.
+/// An unreadable sample counts as an error and not also as a loss.
 #[test]
-fn a_header_that_cannot_be_read_is_counted_once() {
+fn an_unreadable_header_is_counted_once() {
     let network = Network::new("su");
     let backend = network.join("subscriber");
     let mut scan = backend
@@ -115,7 +115,7 @@ fn a_header_that_cannot_be_read_is_counted_once() {
         assert_eq!(reached.expect("to send"), 1);
     };
     let (mut gaps, mut got, mut lost, mut errors) = (Gaps::default(), 0, 0, 0);
-    // Two are sent that cannot be read, and two are not sent.
+    // Two samples are unreadable, and two sequence numbers are skipped.
     for (sequence, encoding) in [(1, 1), (2, 77), (3, 1), (5, 1), (6, 77), (8, 1), (9, 1)] {
         send(sequence, encoding);
         let received = scan.receive(&mut |header, _| {
