@@ -1,9 +1,11 @@
 //! Diagnostics about source texts, shared by all languages and tools of this project.
 //!
 //! [`SourceMap`] owns the texts, a [`Span`] is a byte range in one of them, and [`render`] prints
-//! [`Diagnostics`]. This crate knows none of the languages.
+//! [`Diagnostics`]. This crate knows none of the languages. [`foreign`] cleans text from
+//! outside.
 
 mod diagnostic;
+pub mod foreign;
 mod nearest;
 pub mod render;
 mod source;

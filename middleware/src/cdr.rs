@@ -33,7 +33,16 @@ pub trait Cdr: Sized {
 
     /// Reads several values. Arrays of numbers are copied at once.
     fn decode_all(count: usize, reader: &mut Reader<'_>) -> Result<Vec<Self>, DecodeError> {
-        (0..count).map(|_| Self::decode(reader)).collect()
+        let size = size_of::<Self>();
+        reader.charge(count, size)?;
+        let mut items = Vec::new();
+        items
+            .try_reserve_exact(count)
+            .map_err(|_| EncodeError::NoMemory(count.saturating_mul(size)))?;
+        for _ in 0..count {
+            items.push(Self::decode(reader)?);
+        }
+        Ok(items)
     }
 }
 
@@ -70,6 +79,7 @@ macro_rules! numbers {
                 reader.align(size_of::<Self>());
                 let size = count.checked_mul(size_of::<Self>()).ok_or(DecodeError::Truncated(reader.at))?;
                 let bytes = reader.raw(size)?;
+                reader.charge(size, 1)?;
                 // Aligned numbers, which are the rule, are copied without filling the memory with
                 // zeros first.
                 if let Ok(items) = <[Self]>::ref_from_bytes(bytes) {
@@ -109,7 +119,9 @@ impl Cdr for String {
     }
 
     fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
-        reader.text().map(str::to_owned)
+        let text = reader.text()?;
+        reader.charge(text.len(), 1)?;
+        Ok(text.to_owned())
     }
 }
 
@@ -183,9 +195,13 @@ impl<K: Cdr + Ord, V: Cdr> Cdr for BTreeMap<K, V> {
 
     fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
         let count = reader.length()?;
-        (0..count)
-            .map(|_| Ok((K::decode(reader)?, V::decode(reader)?)))
-            .collect()
+        let mut map = Self::new();
+        for _ in 0..count {
+            // A node of the tree has room for more entries than it holds.
+            reader.charge(2, size_of::<(K, V)>())?;
+            map.insert(K::decode(reader)?, V::decode(reader)?);
+        }
+        Ok(map)
     }
 }
 
@@ -238,6 +254,45 @@ mod tests {
             place.copy_from_slice(&bytes);
             assert_eq!(Reader::new(place).get::<Vec<f64>>().as_ref(), Ok(&items));
         }
+    }
+
+    #[test]
+    fn values_take_memory_in_proportion_to_their_bytes() {
+        // Each empty sequence takes 4 bytes, and 24 as a value.
+        let empty = |count: u32| {
+            let mut bytes = count.to_le_bytes().to_vec();
+            bytes.resize(4 + 4 * count as usize, 0);
+            bytes
+        };
+        let few = Reader::new(&empty(100_000)).get::<Vec<Vec<u8>>>();
+        assert_eq!(few.map(|values| values.len()), Ok(100_000));
+        let many = empty(3_000_000);
+        let inflated = DecodeError::Inflated(many.len());
+        let mut reader = Reader::new(&many);
+        assert_eq!(reader.get::<Vec<Vec<u8>>>(), Err(inflated.clone()));
+        assert_eq!(reader.at, 4, "it is refused before anything is allocated");
+        assert_eq!(
+            Reader::new(&many).get::<Vec<Option<String>>>(),
+            Err(inflated.clone())
+        );
+        // The same a level deeper, where no single sequence is large.
+        let mut nested = 2500_u32.to_le_bytes().to_vec();
+        for _ in 0..2500 {
+            nested.extend(empty(1000));
+        }
+        let result = Reader::new(&nested).get::<Vec<Vec<Vec<u8>>>>();
+        assert_eq!(result, Err(DecodeError::Inflated(nested.len())));
+        let mut map = 1_000_000_u32.to_le_bytes().to_vec();
+        for key in 0..1_000_000_u32 {
+            map.extend(key.to_le_bytes());
+            map.extend([0; 4]);
+        }
+        let result = Reader::new(&map).get::<BTreeMap<u32, Vec<u8>>>();
+        assert_eq!(result, Err(DecodeError::Inflated(map.len())));
+        // Numbers and texts take as much as they are long, however large they are.
+        let numbers = bytes_of(&vec![7_u8; 32 << 20]);
+        let read = Reader::new(&numbers).get::<Vec<u8>>();
+        assert_eq!(read.map(|values| values.len()), Ok(32 << 20));
     }
 
     #[test]

@@ -32,14 +32,17 @@ impl RunDirectory {
     /// Opens the directory of `network`, and creates it if necessary. It fails where other users
     /// may write to the parent folder.
     pub fn open(network: &str) -> io::Result<Self> {
-        let base = base();
+        Self::open_below(&base(), network, rustix::process::getuid().as_raw())
+    }
+
+    /// The same in `base`, for a user.
+    fn open_below(base: &Path, network: &str, uid: u32) -> io::Result<Self> {
         let path = base.join(network);
         std::fs::DirBuilder::new()
             .recursive(true)
             .mode(0o700)
             .create(&path)?;
-        let owner = std::fs::symlink_metadata(&base)?;
-        let uid = rustix::process::getuid().as_raw();
+        let owner = std::fs::symlink_metadata(base)?;
         if !owner.is_dir() || owner.uid() != uid || owner.mode() & 0o022 != 0 {
             let message = format!(
                 "{} is not a private folder of this user; remove it, or set XDG_RUNTIME_DIR to a private folder",
@@ -106,5 +109,41 @@ fn base() -> PathBuf {
         memory.join(name)
     } else {
         std::env::temp_dir().join(name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::Permissions;
+    use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn a_folder_that_others_own_or_may_change_is_refused() {
+        let folder = std::env::temp_dir().join(format!("rc-run-{}", std::process::id()));
+        let base = folder.join("robocomp");
+        let uid = rustix::process::getuid().as_raw();
+        let open = |uid| RunDirectory::open_below(&base, "net", uid);
+        let directory = open(uid).expect("a directory");
+        assert_eq!(directory.path(), base.join("net"));
+        let mode = |path: &Path| std::fs::metadata(path).expect("a folder").mode() & 0o7777;
+        assert_eq!((mode(&base), mode(directory.path())), (0o700, 0o700));
+        let refused = |result: io::Result<RunDirectory>| {
+            let error = result.expect_err("it is not private");
+            assert_eq!(error.kind(), io::ErrorKind::PermissionDenied);
+            assert!(error.to_string().contains("XDG_RUNTIME_DIR"), "{error}");
+        };
+        refused(open(uid + 1));
+        for others in [0o720, 0o702, 0o777] {
+            std::fs::set_permissions(&base, Permissions::from_mode(others)).expect("its owner");
+            refused(open(uid));
+        }
+        std::fs::set_permissions(&base, Permissions::from_mode(0o755)).expect("its owner");
+        open(uid).expect("others may look");
+        // A link leads wherever its owner wants.
+        std::fs::rename(&base, folder.join("other")).expect("it can be moved");
+        std::os::unix::fs::symlink(folder.join("other"), &base).expect("a link");
+        refused(open(uid));
+        std::fs::remove_dir_all(folder).expect("it is ours");
     }
 }

@@ -5,12 +5,16 @@ use crate::Header;
 /// Number of senders that are remembered: twice as many as publish on one topic, so that there is
 /// room for their successors.
 const SENDERS: usize = 2 * crate::qos::MAX_PUBLISHERS;
+/// A gap of more samples counts once the next sample of the sender follows it.
+const DOUBTFUL: u64 = 1000;
+/// No sender sends so many samples: 49 days of a sample each millisecond.
+const INCREDIBLE: u64 = 1 << 32;
 
 /// Counts the gaps in the sequences of the senders of one topic.
 ///
 /// The first sample of a sender is no gap, whatever its number: a late subscriber has lost nothing,
 /// and a sender that was started again is another one. Of many senders, the one that was silent the
-/// longest is forgotten. Requests need no such count: their queue refuses what it cannot hold, and
+/// longest is forgotten. A single wild number counts for nothing. Requests need no such count: their queue refuses what it cannot hold, and
 /// the client gets an error.
 ///
 /// ```
@@ -23,8 +27,17 @@ const SENDERS: usize = 2 * crate::qos::MAX_PUBLISHERS;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Gaps {
-    /// Senders, each with the number of its last sample; the most recent sender comes first.
-    heard: Vec<(u128, u64)>,
+    /// The most recent sender comes first.
+    heard: Vec<Sender>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sender {
+    id: u128,
+    /// The number of its last sample.
+    last: u64,
+    /// The number of a sample since then, if it is doubtful.
+    doubtful: Option<u64>,
 }
 
 impl Gaps {
@@ -38,16 +51,40 @@ impl Gaps {
         if sender == 0 || sequence == 0 {
             return 0;
         }
-        let Some(at) = self.heard.iter().position(|(known, _)| *known == sender) else {
+        let Some(at) = self.heard.iter().position(|known| known.id == sender) else {
             self.heard.reserve_exact(SENDERS - self.heard.len());
             self.heard.truncate(SENDERS - 1);
-            self.heard.insert(0, (sender, sequence));
+            let new = Sender {
+                id: sender,
+                last: sequence,
+                doubtful: None,
+            };
+            self.heard.insert(0, new);
             return 0;
         };
-        let last = std::mem::replace(&mut self.heard[at].1, sequence);
         self.heard[..=at].rotate_right(1);
+        self.heard[0].note(sequence)
+    }
+}
+
+impl Sender {
+    fn note(&mut self, sequence: u64) -> u64 {
         // The sender has begun anew if its number does not grow.
-        sequence.saturating_sub(last).saturating_sub(1)
+        let missing = |from: u64| sequence.saturating_sub(from).saturating_sub(1);
+        let lost = missing(self.last);
+        let doubtful = self.doubtful.take();
+        let is_confirmed =
+            doubtful.is_some_and(|before| sequence > before && missing(before) <= DOUBTFUL);
+        if lost > DOUBTFUL && !is_confirmed {
+            self.doubtful = Some(sequence);
+            return 0;
+        }
+        self.last = sequence;
+        if lost >= INCREDIBLE {
+            return 0;
+        }
+        // The doubtful sample arrived.
+        lost - u64::from(is_confirmed && lost > 0)
     }
 }
 
@@ -109,7 +146,20 @@ mod tests {
         assert_eq!(lost(gaps, 1, &[7, 8, 9]), 0, "one that came late");
         assert_eq!(lost(gaps, 1, &[13, 14, 16]), 4);
         assert_eq!(lost(gaps, 1, &[1, 2]), 0, "it has begun anew");
-        assert_eq!(lost(gaps, 1, &[u64::MAX, 1]), u64::MAX - 3);
+    }
+
+    #[test]
+    fn a_wild_number_counts_for_nothing() {
+        let gaps = &mut Gaps::default();
+        for wild in [u64::MAX, 1 << 40, 70_000, 2000] {
+            assert_eq!(lost(gaps, 1, &[2, wild, 3, wild, wild, 4]), 0, "{wild}");
+            // As before, a sender may begin anew.
+            assert_eq!(lost(gaps, 1, &[1]), 0);
+        }
+        // A long gap is one: the samples after it follow each other.
+        assert_eq!(lost(gaps, 2, &[7, 10_007, 10_008]), 9999);
+        assert_eq!(lost(gaps, 2, &[30_000, 30_010, 30_011]), 19_991 + 9);
+        assert_eq!(lost(gaps, 3, &[7, u64::MAX - 1, u64::MAX]), 0, "incredible");
     }
 
     #[test]

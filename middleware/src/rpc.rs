@@ -13,6 +13,7 @@
 
 use crate::backend::Profile;
 use crate::cdr::{DecodeError, Reader, Writer};
+use rc_diagnostics::foreign::clean;
 
 /// Identifies a request by client GUID and sequence number, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -117,7 +118,7 @@ pub fn open_reply(
         }
         return Ok((id, ReplyKind::Case(reader.get()?)));
     }
-    let reason = reader.get::<u8>().and_then(|_| reader.get::<String>());
+    let reason = reader.get::<u8>().and_then(|_| reader.text());
     let known = match outcome {
         1 => "not supported",
         2 => "invalid argument",
@@ -125,10 +126,7 @@ pub fn open_reply(
         4 => "unknown operation",
         _ => "it failed",
     };
-    Ok((
-        id,
-        ReplyKind::Refused(reason.unwrap_or_else(|_| known.to_owned())),
-    ))
+    Ok((id, ReplyKind::Refused(clean(reason.unwrap_or(known)))))
 }
 
 /// `dds::SampleIdentity`: a GUID and a sequence number in two halves, the high one first.
@@ -167,6 +165,28 @@ mod tests {
         open_request(&mut reader).expect("an envelope");
         open_body(&mut reader, Profile::Ros);
         assert!(reader.rest().is_empty());
+    }
+
+    #[test]
+    fn a_reason_is_short_and_forges_nothing() {
+        let mut writer = Writer::default();
+        let long = format!("no\nerror: forged\u{1b}[2J{}", "x".repeat(1 << 20));
+        refuse(
+            &mut writer,
+            RequestId::default(),
+            Outcome::UnknownException,
+            &long,
+        );
+        let bytes = writer.into_bytes();
+        let (_, reply) = open_reply(&mut Reader::new(&bytes), 3).expect("a reply");
+        let ReplyKind::Refused(reason) = reply else {
+            panic!("{reply:?}");
+        };
+        assert!(
+            reason.starts_with("no\\nerror: forged\\u{1b}[2Jxxx"),
+            "{reason}"
+        );
+        assert_eq!(reason.chars().count(), 257);
     }
 
     #[test]

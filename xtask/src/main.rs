@@ -1,7 +1,8 @@
 //! `cargo xtask`: the project's own commands. `test` is the whole test run, `fuzz` searches for
-//! texts that harm a parser. Benchmarks and long tests are in `trials`, so that this program is
+//! texts that harm a parser, `mutants` for code that no test checks. Benchmarks and long tests are in `trials`, so that this program is
 //! built in a second.
 
+mod mutants;
 mod timings;
 
 use std::os::unix::process::CommandExt;
@@ -14,11 +15,12 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test", ref rest @ ..] => test(rest),
+        ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         ["bench" | "soak" | "chaos", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench … | soak … | chaos … | fuzz SECONDS"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | bench … | soak … | chaos … | fuzz SECONDS | mutants [--count N] [--seed S]"
             );
             return ExitCode::from(2);
         }

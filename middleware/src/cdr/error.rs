@@ -53,6 +53,9 @@ pub enum DecodeError {
         /// The number that was found.
         value: i64,
     },
+    /// The values would take far more memory than the message.
+    #[error("the values in these {0} bytes take more than four times as much memory, and 16 MiB")]
+    Inflated(usize),
     /// A string is not UTF-8 or lacks its end.
     #[error("a string is not UTF-8 with a zero at its end")]
     BadString,

@@ -1,4 +1,5 @@
-//! Reads a body of CDR. Any bytes may arrive: a false length allocates no memory.
+//! Reads a body of CDR. Any bytes may arrive: a false length allocates no memory, and what is read
+//! takes memory in proportion to the bytes.
 
 use super::{Cdr, DecodeError};
 use crate::header::Encoding;
@@ -19,7 +20,15 @@ pub struct Reader<'a> {
     pub(super) at: usize,
     /// The rest is the memory image of a plain type.
     image: bool,
+    /// How many bytes of memory the values may still take.
+    memory: usize,
 }
+
+/// How many times its own length a message may take in memory as values, besides [`ALLOWANCE`]. An
+/// empty sequence takes six times as much.
+const FACTOR: usize = 4;
+/// How many bytes every message may take.
+const ALLOWANCE: usize = 16 << 20;
 
 impl<'a> Reader<'a> {
     /// Reads a body from its start.
@@ -33,6 +42,7 @@ impl<'a> Reader<'a> {
             bytes,
             at: 0,
             image: encoding == Encoding::Image,
+            memory: bytes.len().saturating_mul(FACTOR).saturating_add(ALLOWANCE),
         }
     }
 
@@ -94,6 +104,15 @@ impl<'a> Reader<'a> {
             return Err(DecodeError::Truncated(self.bytes.len()));
         }
         Ok(length)
+    }
+
+    /// Accounts for `count` values of `size` bytes each, before they are allocated.
+    pub(crate) fn charge(&mut self, count: usize, size: usize) -> Result<(), DecodeError> {
+        let left = count
+            .checked_mul(size)
+            .and_then(|bytes| self.memory.checked_sub(bytes));
+        self.memory = left.ok_or(DecodeError::Inflated(self.bytes.len()))?;
+        Ok(())
     }
 
     /// Reads a string, in the memory of the message.

@@ -1,0 +1,129 @@
+//! Text from outside: other programs, other components, the network.
+//!
+//! Whoever reads such a text passes it through [`clean`] where it enters, so that no message,
+//! log, terminal or JSON holds a line that somebody else forged, or more of it than a reader needs.
+
+/// How many characters of a foreign text are kept.
+pub const MOST: usize = 256;
+
+/// The text with control characters shown as escapes, cut after [`MOST`] characters.
+///
+/// Characters that change the direction of text, and other invisible ones, count as control
+/// characters. A cut text ends with `…`. To clean a text twice changes nothing.
+///
+/// ```
+/// use rc_diagnostics::foreign::clean;
+///
+/// assert_eq!(clean("lidar\n\u{1b}[2J"), "lidar\\n\\u{1b}[2J");
+/// assert_eq!(clean(&"x".repeat(1000)), format!("{}…", "x".repeat(256)));
+/// ```
+pub fn clean(text: &str) -> String {
+    clean_to(text, MOST)
+}
+
+/// The same for bytes; U+FFFD replaces invalid UTF-8.
+pub fn clean_bytes(bytes: &[u8]) -> String {
+    // No character is longer than four bytes.
+    let some = &bytes[..bytes.len().min(4 * (MOST + 1))];
+    clean(&String::from_utf8_lossy(some))
+}
+
+/// The same with another limit, for a text whose kind is longer: a printed line, a type's name.
+pub fn clean_to(text: &str, most: usize) -> String {
+    let mut out = String::with_capacity(text.len().min(most));
+    let mut count = 0;
+    for c in text.chars() {
+        let shown = if is_hidden(c) {
+            c.escape_default().len()
+        } else {
+            1
+        };
+        if count + shown > most {
+            out.push('…');
+            break;
+        }
+        count += shown;
+        if is_hidden(c) {
+            out.extend(c.escape_default());
+        } else {
+            out.push(c);
+        }
+    }
+    out
+}
+
+/// The same for a text of several lines, which it keeps: a reason with the last lines of a log.
+pub fn clean_lines(text: &str, most: usize) -> String {
+    let mut left = most;
+    let mut lines = Vec::new();
+    for line in text.split('\n') {
+        let line = clean_to(line, left);
+        let count = line.chars().count();
+        lines.push(line);
+        if count >= left {
+            break;
+        }
+        // The end of a line counts, too.
+        left -= count + 1;
+    }
+    lines.join("\n")
+}
+
+/// Whether a terminal obeys the character rather than showing it. A tab does no harm.
+fn is_hidden(c: char) -> bool {
+    (c.is_control() && c != '\t')
+        || matches!(
+            c,
+            '\u{ad}'
+                | '\u{61c}'
+                | '\u{180e}'
+                | '\u{200b}'..='\u{200f}'
+                | '\u{2028}'..='\u{202e}'
+                | '\u{2060}'..='\u{206f}'
+                | '\u{feff}'
+                | '\u{fff9}'..='\u{fffb}'
+                | '\u{e0000}'..='\u{e0fff}'
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_obeys_is_shown() {
+        assert_eq!(
+            clean("a\r\n\tb\u{7f}\u{9b}1m"),
+            "a\\r\\n\tb\\u{7f}\\u{9b}1m"
+        );
+        assert_eq!(clean("\u{202e}drib\u{feff}"), r"\u{202e}drib\u{feff}");
+        assert_eq!(clean("größer, 大, C:\\x"), "größer, 大, C:\\x");
+        assert_eq!(clean_bytes(b"a\xff\n"), "a\u{fffd}\\n");
+    }
+
+    #[test]
+    fn a_long_text_is_cut_at_a_character_and_once() {
+        let cut = clean(&"\n".repeat(20_000_000));
+        assert_eq!(cut, format!("{}…", r"\n".repeat(MOST / 2)));
+        for text in [&*cut, &"大".repeat(1000), &"x".repeat(MOST), "\u{1b}"] {
+            let once = clean(text);
+            assert!(once.chars().count() <= MOST + 1);
+            assert_eq!(clean(&once), once);
+        }
+        let whole = "x".repeat(MOST);
+        assert_eq!(clean(&whole), whole);
+        assert_eq!(
+            clean_bytes("大".repeat(1000).as_bytes()),
+            clean(&"大".repeat(1000))
+        );
+    }
+
+    #[test]
+    fn lines_stay_lines() {
+        assert_eq!(clean_lines("one\n\u{1b}two\n", 100), "one\n\\u{1b}two\n");
+        assert_eq!(clean_lines("12345\n67890", 7), "12345\n6…");
+        assert_eq!(clean_lines("12345\n67890", 5), "12345");
+        let many = "x\n".repeat(1_000_000);
+        assert!(clean_lines(&many, 100).chars().count() <= 101);
+    }
+}

@@ -1,0 +1,204 @@
+//! Changes the code in small ways, one at a time, and counts the changes that no test notices.
+//!
+//! `cargo-mutants` makes the changes. It is installed below the target folder. A run takes a sample
+//! of all changes, spread over all files, which the seed chooses.
+
+use crate::outcome;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The version of `cargo-mutants`.
+const VERSION: &str = "25.3.1";
+/// What is changed.
+const FILES: [&str; 5] = [
+    "middleware/src/**/*.rs",
+    "runtime/management/src/**/*.rs",
+    "deploy/src/supervisor/**/*.rs",
+    "deploy/src/guard/**/*.rs",
+    "pdsl/configuration/src/**/*.rs",
+];
+/// How many changes a run makes, unless it is told otherwise.
+const COUNT: usize = 60;
+/// Tests that run whole networks: they take minutes, and need programs of other packages.
+const SKIPPED: [&str; 4] = ["--skip", "network::", "--skip", "an_end_that_does_not_fit"];
+/// The least part of the changes that tests have to notice, in percent.
+const GOAL: usize = 90;
+
+/// What became of the changes: one text each.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Score {
+    /// A test failed, or ran without end.
+    pub(crate) caught: usize,
+    /// No test noticed it.
+    pub(crate) survivors: Vec<String>,
+    /// It could not be compiled.
+    pub(crate) unviable: usize,
+}
+
+impl Score {
+    /// Reads the results of `cargo-mutants` in its folder.
+    pub(crate) fn read(folder: &Path) -> std::io::Result<Self> {
+        let lines = |name: &str| -> std::io::Result<Vec<String>> {
+            match fs::read_to_string(folder.join("mutants.out").join(name)) {
+                Ok(text) => Ok(text.lines().map(str::to_owned).collect()),
+                Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+                Err(error) => Err(error),
+            }
+        };
+        Ok(Self {
+            caught: lines("caught.txt")?.len() + lines("timeout.txt")?.len(),
+            survivors: lines("missed.txt")?,
+            unviable: lines("unviable.txt")?.len(),
+        })
+    }
+
+    /// The part of the viable changes that tests notice, in percent, rounded down.
+    pub(crate) fn percent(&self) -> usize {
+        let all = self.caught + self.survivors.len();
+        (self.caught * 100).checked_div(all).unwrap_or(100)
+    }
+}
+
+/// `cargo xtask mutants [--count N] [--seed S]`
+pub(crate) fn run(args: &[&str]) -> Result<(), String> {
+    let number = |name: &str, default: usize| match args.iter().position(|arg| *arg == name) {
+        None => Ok(default),
+        Some(at) => {
+            let number = args.get(at + 1).and_then(|text| text.parse().ok());
+            number.ok_or_else(|| format!("expected a number after `{name}`"))
+        }
+    };
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let count = number("--count", COUNT)?.max(1);
+    let seed = number("--seed", now.map_or(0, |since| since.as_secs() as usize))?;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let program = match install() {
+        Ok(program) => program,
+        Err(why) => {
+            println!("skipped: mutants: {why}");
+            return Ok(());
+        }
+    };
+    let files: Vec<&str> = FILES.iter().flat_map(|file| ["--file", *file]).collect();
+    let all = Command::new(&program)
+        .args(["mutants", "--list"])
+        .args(&files)
+        .current_dir(&root)
+        .output()
+        .map_err(|error| format!("{} cannot be started: {error}", program.display()))?;
+    let all = String::from_utf8_lossy(&all.stdout).lines().count();
+    let shards = all.div_ceil(count).max(1);
+    let shard = format!("{}/{shards}", seed % shards);
+    println!("{all} changes; --count {count} --seed {seed} is the shard {shard}");
+    let target = target();
+    let output = target.join("mutants");
+    let mut command = Command::new(&program);
+    command
+        .args(["mutants", "--shard", &shard, "--sharding", "round-robin"])
+        .args(["--no-shuffle", "--minimum-test-timeout", "60", "--output"])
+        .arg(&output)
+        .args(&files)
+        .args(["--", "--"])
+        .args(SKIPPED)
+        // The libraries of others are compiled once for all runs.
+        .env("CARGO_TARGET_DIR", output.join("target"))
+        .current_dir(&root);
+    let status = command
+        .status()
+        .map_err(|error| format!("{} cannot be started: {error}", program.display()))?;
+    // 0: all were caught; 2: some were missed; 3: some ran too long.
+    if !matches!(status.code(), Some(0 | 2 | 3)) {
+        return outcome(&["mutants"], Ok(status));
+    }
+    let score = Score::read(&output).map_err(|error| error.to_string())?;
+    for survivor in &score.survivors {
+        println!("survived: {survivor}");
+    }
+    let (percent, viable) = (score.percent(), score.caught + score.survivors.len());
+    println!(
+        "{percent} % of {viable} viable changes were noticed; {} could not be compiled",
+        score.unviable
+    );
+    if percent < GOAL {
+        return Err(format!("fewer than {GOAL} % of the changes were noticed"));
+    }
+    Ok(())
+}
+
+/// The target folder of cargo.
+pub(crate) fn target() -> PathBuf {
+    // This program is `TARGET/PROFILE/xtask`, or a test in `TARGET/PROFILE/deps`.
+    let own = std::env::current_exe().unwrap_or_default();
+    let mut folders = own.ancestors().skip(1);
+    let profile = folders.find(|folder| !folder.ends_with("deps"));
+    let target = profile.and_then(Path::parent);
+    target.map_or_else(|| "target".into(), Path::to_path_buf)
+}
+
+/// Where `cargo-mutants` is installed.
+pub(crate) fn program() -> PathBuf {
+    target().join("tools/bin/cargo-mutants")
+}
+
+/// Installs `cargo-mutants`. The error says why that is not possible.
+fn install() -> Result<PathBuf, String> {
+    let program = program();
+    if program.exists() {
+        return Ok(program);
+    }
+    let root = target().join("tools");
+    let install = ["install", "cargo-mutants", "--locked", "--version", VERSION];
+    println!("+ cargo {} --root {}", install.join(" "), root.display());
+    let status = Command::new("cargo")
+        .args(install)
+        .arg("--root")
+        .arg(root)
+        .status();
+    match status {
+        Ok(status) if status.success() => Ok(program),
+        Ok(_) => Err(format!("`cargo {}` failed", install.join(" "))),
+        Err(error) => Err(format!("cargo cannot be started: {error}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A crate with a tested and an untested function.
+    const CODE: &str = "pub fn tested(a: u32) -> bool { a > 7 }\n\
+                        pub fn untested(a: u32) -> bool { a > 7 }\n\
+                        #[test] fn test() { assert!(tested(8) && !tested(7)); }\n";
+
+    #[test]
+    fn changes_that_no_test_notices_are_listed() {
+        let program = program();
+        if !program.exists() {
+            let reason = "`cargo xtask mutants` installs cargo-mutants";
+            println!("skipped: changes_that_no_test_notices_are_listed: {reason}");
+            return;
+        }
+        let folder = std::env::temp_dir().join(format!("rc-mutants-{}", std::process::id()));
+        fs::create_dir_all(folder.join("src")).expect("a folder");
+        let manifest = "[package]\nname = \"small\"\nedition = \"2024\"\n[workspace]\n";
+        fs::write(folder.join("Cargo.toml"), manifest).expect("written");
+        fs::write(folder.join("src/lib.rs"), CODE).expect("written");
+        let out = Command::new(program)
+            .args(["mutants", "--output", "."])
+            .current_dir(&folder)
+            .output()
+            .expect("it starts");
+        assert_eq!(out.status.code(), Some(2), "{out:?}");
+        let score = Score::read(&folder).expect("the results");
+        assert!(score.caught >= 4 && score.survivors.len() >= 4, "{score:?}");
+        assert!(score.survivors.iter().all(|line| line.contains("untested")));
+        assert_eq!(
+            score.percent(),
+            score.caught * 100 / (score.caught + score.survivors.len())
+        );
+        fs::remove_dir_all(folder).expect("it is ours");
+    }
+}
