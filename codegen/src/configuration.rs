@@ -3,7 +3,7 @@
 
 use crate::load;
 use crate::project::Project;
-use rc_configuration::Update;
+use rc_configuration::{Parameters, Update};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Loader;
 use std::io;
@@ -99,6 +99,8 @@ pub struct Updated {
     /// What changes, and the whole new text.
     pub update: Update,
     text: String,
+    /// Whether the component has secret parameters.
+    has_secrets: bool,
 }
 
 impl Updated {
@@ -110,7 +112,11 @@ impl Updated {
     /// Writes the new text in place of the old one, or nothing at all.
     pub fn write(&self) -> io::Result<()> {
         if self.differs() {
-            rc_files::replace(&self.path, &self.text, &self.update.text)?;
+            if self.has_secrets {
+                rc_files::replace_hidden(&self.path, &self.text, &self.update.text)?;
+            } else {
+                rc_files::replace(&self.path, &self.text, &self.update.text)?;
+            }
         }
         Ok(())
     }
@@ -161,7 +167,15 @@ pub fn update(
     };
     let source = sources.add(&path, text.clone());
     match rc_configuration::update(sources, source, project.parameters.as_ref()) {
-        Ok(update) => Ok(Some(Updated { path, update, text })),
+        Ok(update) => {
+            let parameters = project.parameters.as_ref();
+            Ok(Some(Updated {
+                path,
+                update,
+                text,
+                has_secrets: parameters.is_some_and(Parameters::has_secrets),
+            }))
+        }
         Err(more) => {
             found.extend(more);
             Ok(None)

@@ -1,8 +1,10 @@
 //! The result of a generation in memory, and the one place that writes it.
 
 use crate::load::named;
-use std::collections::BTreeMap;
-use std::io;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 /// Who owns a file.
@@ -60,6 +62,8 @@ pub struct Files {
     all: BTreeMap<PathBuf, (Owner, String)>,
     /// What the edited files held before.
     before: BTreeMap<PathBuf, String>,
+    /// The files that only their user may read.
+    hidden: BTreeSet<PathBuf>,
 }
 
 /// The folder that belongs to the generator.
@@ -69,6 +73,11 @@ impl Files {
     /// Adds a file.
     pub fn add(&mut self, path: impl Into<PathBuf>, owner: Owner, text: String) {
         self.all.insert(path.into(), (owner, text));
+    }
+
+    /// Lets only the user read a file that is created.
+    pub(crate) fn hide(&mut self, path: impl Into<PathBuf>) {
+        self.hidden.insert(path.into());
     }
 
     /// Edits a file of the user, if it still holds `old`.
@@ -172,7 +181,12 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
         let result = if staged.iter().any(|(_, other)| *other == target) {
             Err(io::Error::other("two parts of one generation write it"))
         } else {
-            stage(&target, files.text(&step.path).unwrap_or_default())
+            let mode = if files.hidden.contains(&step.path) {
+                0o600
+            } else {
+                0o666
+            };
+            stage(&target, files.text(&step.path).unwrap_or_default(), mode)
         };
         if let Err(error) = result {
             for (temporary, _) in &staged {
@@ -211,11 +225,20 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
     Ok(plans)
 }
 
-fn stage(target: &Path, text: &str) -> io::Result<()> {
+/// Writes the file under another name. `mode` is what the umask leaves of it.
+fn stage(target: &Path, text: &str, mode: u32) -> io::Result<()> {
     if let Some(parent) = target.parent() {
         std::fs::create_dir_all(parent)?;
     }
-    std::fs::write(temporary_of(target), text)
+    let temporary = temporary_of(target);
+    // One that is left of a generation that was killed keeps its mode.
+    match std::fs::remove_file(&temporary) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    let mut options = File::options();
+    let file = options.write(true).create_new(true).mode(mode);
+    file.open(temporary)?.write_all(text.as_bytes())
 }
 
 fn temporary_of(target: &Path) -> PathBuf {

@@ -5,6 +5,7 @@ use crate::project::Project;
 use crate::rust::{self, print::Printer};
 use crate::{markdown, view};
 use rc_cdsl::model::Backend;
+use rc_configuration::Parameters;
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 use std::path::Path;
@@ -114,6 +115,13 @@ pub fn component(
         project.parameters.as_ref(),
     );
     files.add("etc/config.toml", Owner::Specific, configuration);
+    if project
+        .parameters
+        .as_ref()
+        .is_some_and(Parameters::has_secrets)
+    {
+        files.hide("etc/config.toml");
+    }
     for (name, text) in markdown::pages(&view)? {
         files.add(Path::new(GENERATED).join(name), Owner::Generic, text);
     }

@@ -89,7 +89,7 @@ pub enum Field {
     Host(Name),
     /// `after simulator, arm;`
     After(Vec<Name>),
-    /// `restart on_failure max 3 within 1min backoff 500ms;`
+    /// `restart on_failure hung 5s max 3 within 1min backoff 500ms;`
     Restart(Restart),
     /// `ready 5s;`
     Ready(Literal),
@@ -114,6 +114,8 @@ pub enum Field {
 pub struct Restart {
     /// The name of the policy. May be unknown.
     pub policy: Name,
+    /// `hung T`
+    pub hung: Option<Literal>,
     /// `max N within T`
     pub limit: Option<(Literal, Literal)>,
     /// `backoff T`

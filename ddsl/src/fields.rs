@@ -2,7 +2,7 @@
 
 use crate::ast::{self, Field};
 use crate::duplicates::{check_unique, report_duplicate};
-use crate::model::{BACKOFF, Instance, Policy, READY, Restart, STOP};
+use crate::model::{BACKOFF, HUNG, Instance, Policy, READY, Restart, STOP};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, Name};
@@ -182,6 +182,14 @@ fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
                 .suggest(&tree.policy.text, words),
         );
     }
+    let hung = tree.hung.as_ref().and_then(|literal| {
+        let hung = duration(literal, &word("hung"), found)?;
+        if hung < HUNG {
+            let message = "`hung` takes a duration of at least two seconds: a component counts as hung after that time";
+            found.push(Diagnostic::error("bad-time", literal.span, message));
+        }
+        Some(hung)
+    });
     let limit = tree.limit.as_ref().and_then(|(count, within)| {
         let count = whole_number(count, "a number of restarts", &RESTARTS, found);
         let within = duration(within, &word("within"), found);
@@ -192,9 +200,9 @@ fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
     let policy = known.map_or(Policy::Never, |(_, policy)| *policy);
     if known.is_some()
         && policy == Policy::Never
-        && (tree.limit.is_some() || tree.backoff.is_some())
+        && (tree.hung.is_some() || tree.limit.is_some() || tree.backoff.is_some())
     {
-        let message = "`max` and `backoff` have no effect with the policy `never`";
+        let message = "`hung`, `max` and `backoff` have no effect with the policy `never`";
         found.push(Diagnostic::warning(
             "restart-without-effect",
             tree.policy.span,
@@ -203,6 +211,7 @@ fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
     }
     Restart {
         policy,
+        hung,
         limit,
         backoff: backoff.unwrap_or(BACKOFF),
     }

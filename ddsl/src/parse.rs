@@ -279,7 +279,7 @@ fn middleware(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Middlewa
 }
 
 fn restart(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
-    let (mut policy, mut limit, mut backoff) = (None, None, None);
+    let (mut policy, mut hung, mut limit, mut backoff) = (None, None, None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => policy = Some(r.name(&part)),
@@ -287,6 +287,7 @@ fn restart(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
                 let mut values = values(r, part).into_iter();
                 limit = values.next().zip(values.next());
             }
+            Rule::hung => hung = values(r, part).into_iter().next(),
             Rule::backoff => backoff = values(r, part).into_iter().next(),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
@@ -294,6 +295,7 @@ fn restart(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Restart> {
     }
     Some(Restart {
         policy: policy?,
+        hung,
         limit,
         backoff,
     })

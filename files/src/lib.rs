@@ -29,6 +29,19 @@ pub fn read(path: &Path) -> io::Result<String> {
 /// The file is unchanged if it is read-only, larger than [`LARGEST`], does not contain `old`, is
 /// locked by another process, or the system refuses an operation.
 pub fn replace(path: &Path, old: &str, new: &str) -> io::Result<()> {
+    replace_keeping(path, old, new, 0o7777)
+}
+
+/// The same for a new text with secrets: other users lose their permissions.
+///
+/// # Errors
+/// As [`replace`].
+pub fn replace_hidden(path: &Path, old: &str, new: &str) -> io::Result<()> {
+    replace_keeping(path, old, new, 0o7700)
+}
+
+/// Replaces the content; of the permissions, the new file has those in `kept`.
+fn replace_keeping(path: &Path, old: &str, new: &str, kept: u32) -> io::Result<()> {
     if new.len() as u64 > LARGEST {
         return Err(too_large());
     }
@@ -57,7 +70,7 @@ pub fn replace(path: &Path, old: &str, new: &str) -> io::Result<()> {
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
         _ => {}
     }
-    let staged = stage(&temporary, &file, new)
+    let staged = stage(&temporary, &file, new, kept)
         .and_then(|()| check_unchanged(&path, &file, old))
         .and_then(|()| fs::rename(&temporary, &path));
     if let Err(error) = staged {
@@ -78,8 +91,9 @@ fn temporary_path(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Writes `new` to `temporary` with the owner, group and permissions of `file`.
-fn stage(temporary: &Path, file: &File, new: &str) -> io::Result<()> {
+/// Writes `new` to `temporary` with the owner, group and permissions of `file`, as far as `kept`
+/// has them.
+fn stage(temporary: &Path, file: &File, new: &str, kept: u32) -> io::Result<()> {
     let wanted = file.metadata()?;
     let mut options = OpenOptions::new();
     // Other users cannot read the file before it has its final owner and permissions.
@@ -100,7 +114,7 @@ fn stage(temporary: &Path, file: &File, new: &str) -> io::Result<()> {
             io::Error::new(ErrorKind::PermissionDenied, why)
         })?;
     }
-    out.set_permissions(Permissions::from_mode(wanted.mode() & 0o7777))?;
+    out.set_permissions(Permissions::from_mode(wanted.mode() & kept))?;
     out.write_all(new.as_bytes())?;
     out.sync_all()
 }
@@ -201,6 +215,9 @@ mod tests {
         let now = fs::metadata(&path).expect("a file");
         assert_eq!((now.uid(), now.gid()), owner);
         assert_eq!(now.mode() & 0o7777, 0o640);
+        replace_hidden(&link, "new", "secret").expect("to replace");
+        let now = fs::metadata(&path).expect("a file");
+        assert_eq!(now.mode() & 0o7777, 0o600);
         assert!(fs::symlink_metadata(&link).expect("a link").is_symlink());
         assert_eq!(names(&folder).len(), 2, "{:?}", names(&folder));
     }

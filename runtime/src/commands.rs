@@ -16,32 +16,56 @@ pub(crate) enum Command {
     Parameters(Arc<Proposal>),
 }
 
-/// The commands that wait for the worker thread.
+/// The commands that wait for the worker thread: at most one of each kind, the newest. A worker that hangs collects no
+/// others.
 #[derive(Debug)]
 pub(crate) struct CommandQueue {
-    commands: Mutex<Vec<Command>>,
+    waiting: Mutex<Waiting>,
     wake_event: WakeEvent,
+}
+
+#[derive(Debug, Default)]
+struct Waiting {
+    period: Option<Duration>,
+    emergency: Option<bool>,
+    /// An earlier change has been withdrawn when the next one comes.
+    parameters: Option<Arc<Proposal>>,
 }
 
 impl CommandQueue {
     pub(crate) fn new(wake_event: WakeEvent) -> Self {
         Self {
-            commands: Mutex::default(),
+            waiting: Mutex::default(),
             wake_event,
         }
     }
 
     /// Adds a command and wakes the worker thread.
     pub(crate) fn push(&self, command: Command) {
-        self.commands().push(command);
+        let mut waiting = self.waiting();
+        match command {
+            Command::Period(period) => waiting.period = Some(period),
+            Command::Emergency(active) => waiting.emergency = Some(active),
+            Command::Parameters(proposal) => waiting.parameters = Some(proposal),
+        }
+        drop(waiting);
         self.wake_event.wake();
     }
 
-    pub(crate) fn take(&self) -> Vec<Command> {
-        std::mem::take(&mut *self.commands())
+    /// Takes the commands, an emergency first.
+    pub(crate) fn take(&self) -> impl Iterator<Item = Command> + use<> {
+        let Waiting {
+            period,
+            emergency,
+            parameters,
+        } = std::mem::take(&mut *self.waiting());
+        let emergency = emergency.map(Command::Emergency);
+        let period = period.map(Command::Period);
+        let parameters = parameters.map(Command::Parameters);
+        emergency.into_iter().chain(period).chain(parameters)
     }
 
-    fn commands(&self) -> MutexGuard<'_, Vec<Command>> {
-        self.commands.lock().unwrap_or_else(PoisonError::into_inner)
+    fn waiting(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

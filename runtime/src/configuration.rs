@@ -9,6 +9,7 @@ use rc_configuration::{Configuration, LiveParameters};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_middleware::Address;
 use std::collections::BTreeMap;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// The configuration of a component at its start.
@@ -85,7 +86,9 @@ fn read(
     })?;
     let mut sources = SourceMap::new();
     let source = sources.add(&path, text);
-    let (configuration, found) = rc_configuration::check(&sources, source, parameters.as_ref());
+    let (configuration, mut found) = rc_configuration::check(&sources, source, parameters.as_ref());
+    let mode = std::fs::metadata(&path).map_or(0, |file| file.mode());
+    rc_configuration::check_readable(&configuration, mode, &mut found);
     if found.has_errors() {
         return Err(StartError::Configuration(render(
             &sources,

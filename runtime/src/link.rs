@@ -1,11 +1,23 @@
 //! The socket between a component and the supervisor that started it.
+//!
+//! A supervisor may be stopped for minutes, and its component goes on. State, readiness and unsaved parameters are
+//! therefore levels: each is kept until it can be written, and a newer value takes the place of an older one.
+//! Heartbeats count what happens in between. So the supervisor learns everything as soon as it reads again, and what
+//! waits for it takes one line of memory for each kind of message.
 
 use rc_configuration::ParamChange;
-use rc_management::lines::{LIMIT, Line, Lines, Overlong};
-use rc_management::link::{ComponentMessage, SupervisorMessage, UnsavedParameters};
+use rc_management::Output;
+use rc_management::component::State;
+use rc_management::lines::{LIMIT, Lines, Overlong};
+use rc_management::link::{
+    ComponentMessage, Heartbeat, MOST_GARBAGE, SupervisorMessage, UnsavedParameters,
+};
 use rc_management::rpc;
+use rustix::event::PollFlags;
+use rustix::net::sockopt::socket_peercred;
+use rustix::process::Pid;
 use serde_json::{Map, Value};
-use std::io::{self, Write};
+use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
@@ -17,11 +29,45 @@ const READS: usize = 8;
 const MARGIN: usize = 1024;
 
 /// The component's end.
+#[derive(Debug)]
 pub(crate) struct Link {
     stream: UnixStream,
     lines: Lines,
-    /// The unsaved parameters that the supervisor knows.
-    sent: UnsavedParameters,
+    /// How many bytes came in lines that are no message.
+    garbage: usize,
+    /// The line that is being written.
+    output: Output,
+    waiting: Levels,
+    /// The last state and the last unsaved parameters that were set.
+    state: Option<State>,
+    unsaved: UnsavedParameters,
+}
+
+/// What the supervisor does not know yet.
+#[derive(Debug, Default)]
+struct Levels {
+    state: Option<State>,
+    /// The answer to the request to restore parameters: none, or why nothing was restored.
+    restored: Option<Option<String>>,
+    is_ready: bool,
+    unsaved: Option<UnsavedParameters>,
+}
+
+impl Levels {
+    /// The next message, in an order that the supervisor understands: it takes parameters for those of this run once
+    /// it knows whether the earlier ones were restored.
+    fn take(&mut self) -> Option<ComponentMessage> {
+        if let Some(state) = self.state.take() {
+            return Some(ComponentMessage::State { state });
+        }
+        if let Some(refused) = self.restored.take() {
+            return Some(ComponentMessage::Restored { refused });
+        }
+        if std::mem::take(&mut self.is_ready) {
+            return Some(ComponentMessage::Ready);
+        }
+        self.unsaved.take().map(ComponentMessage::Parameters)
+    }
 }
 
 /// What has come from the supervisor.
@@ -40,25 +86,93 @@ impl Link {
             return Ok(None);
         }
         let stream = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
+        Self::new(stream).map(Some)
+    }
+
+    fn new(stream: UnixStream) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
-        Ok(Some(Self {
+        Ok(Self {
             stream,
-            lines: Lines::new(Overlong::Skip),
-            sent: UnsavedParameters::default(),
-        }))
+            lines: Lines::new(Overlong::Count),
+            garbage: 0,
+            // One line is written at a time, and no supervisor reads a longer one.
+            output: Output::up_to(LIMIT + 1),
+            waiting: Levels::default(),
+            state: None,
+            unsaved: UnsavedParameters::default(),
+        })
     }
 
-    /// Sends a message. A supervisor that does not read loses messages; it never holds up its component.
-    pub(crate) fn send(&self, message: &ComponentMessage) {
-        let _ = (&self.stream).write_all(&rpc::notification(message));
+    /// The process of the supervisor.
+    pub(crate) fn supervisor(&self) -> Option<Pid> {
+        socket_peercred(&self.stream).ok().map(|peer| peer.pid)
     }
 
-    /// Sends the unsaved parameters, if they are others than before.
-    pub(crate) fn send_unsaved(&mut self, changes: &[ParamChange]) {
+    /// The events to wait for.
+    pub(crate) fn flags(&self) -> PollFlags {
+        let mut flags = PollFlags::IN;
+        flags.set(PollFlags::OUT, !self.is_free());
+        flags
+    }
+
+    /// Whether all messages so far are written.
+    pub(crate) fn is_free(&self) -> bool {
+        self.output.is_empty()
+    }
+
+    /// Sets the state.
+    pub(crate) fn set_state(&mut self, state: State) {
+        if self.state != Some(state) {
+            self.state = Some(state);
+            self.waiting.state = Some(state);
+            self.write();
+        }
+    }
+
+    /// Sets whether parameters were restored, and why not.
+    pub(crate) fn set_restored(&mut self, refused: Option<String>) {
+        self.waiting.restored = Some(refused);
+        self.write();
+    }
+
+    /// Sets that the component is ready.
+    pub(crate) fn set_ready(&mut self) {
+        self.waiting.is_ready = true;
+        self.write();
+    }
+
+    /// Sets the unsaved parameters.
+    pub(crate) fn set_unsaved(&mut self, changes: &[ParamChange]) {
         let unsaved = unsaved(changes);
-        if unsaved != self.sent {
-            self.send(&ComponentMessage::Parameters(unsaved.clone()));
-            self.sent = unsaved;
+        if unsaved != self.unsaved {
+            self.unsaved.clone_from(&unsaved);
+            self.waiting.unsaved = Some(unsaved);
+            self.write();
+        }
+    }
+
+    /// Sends a heartbeat. The link must be free.
+    pub(crate) fn send_heartbeat(&mut self, heartbeat: Heartbeat) {
+        let line = rpc::notification(&ComponentMessage::Heartbeat(heartbeat));
+        self.output.push(&line);
+        self.write();
+    }
+
+    /// Writes what the supervisor takes. It never holds up its component.
+    pub(crate) fn write(&mut self) {
+        loop {
+            if self.output.write(&self.stream).is_err() {
+                // The supervisor has ended, which reading shows.
+                self.output.clear();
+                self.waiting = Levels::default();
+            }
+            if !self.output.is_empty() {
+                return;
+            }
+            let Some(message) = self.waiting.take() else {
+                return;
+            };
+            self.output.push(&rpc::notification(&message));
         }
     }
 
@@ -67,14 +181,14 @@ impl Link {
         let mut input = LinkInput::default();
         for _ in 0..READS {
             let (lines, closed) = self.lines.read(&self.stream);
-            for line in lines.iter().filter_map(Line::bytes) {
-                if let Some(SupervisorMessage::Restore { changes }) =
-                    SupervisorMessage::decode(line)
-                {
-                    input.restore = Some(changes);
+            for line in &lines {
+                match line.bytes().and_then(SupervisorMessage::decode) {
+                    Some(SupervisorMessage::Restore { changes }) => input.restore = Some(changes),
+                    None => self.garbage += line.size(),
                 }
             }
-            if closed {
+            // Somebody who sends only garbage is no supervisor.
+            if closed || self.garbage > MOST_GARBAGE {
                 input.closed = true;
                 break;
             }

@@ -16,28 +16,24 @@ use crate::name_lock::NameLock;
 use crate::parameter_server::{Answer, ParameterServer, Requester};
 use crate::parameter_service::{BackendRequests, RequestQueue};
 use crate::status::Shared;
-use crate::waker::{Waker, Wakeups, waker};
+use crate::waker::{Waker, Wakeup, Wakeups, waker};
 use rc_management::component::{Done, Request, State};
-use rc_management::lines::{LIMIT, Line, Lines, Overlong};
-use rc_management::link::ComponentMessage;
-use rc_management::rpc::{self, Call, Error};
+use rc_management::rpc::{self, Error};
+use rc_management::server::Received;
+use rc_management::{Server as Socket, ServerSource};
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::{Address, Environment};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use serde_json::{Map, Value};
-use std::io::{self, Read, Write};
-use std::os::fd::AsFd;
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::io::{self, Read};
+use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const HEARTBEAT: Duration = Duration::from_millis(500);
 /// Signals within this time count as one.
 const SIGNAL_BURST: Duration = Duration::from_millis(300);
-/// The most clients at once; the listener turns away others.
-const MAX_CLIENTS: usize = 32;
-/// The limit for a client to take an answer.
-const CLIENT_LIMIT: Duration = Duration::from_millis(200);
 
 /// The management of one component, seen from its worker thread.
 pub(crate) struct Management {
@@ -66,7 +62,7 @@ impl Management {
         let name_lock = NameLock::acquire(environment)?;
         // With the lock, a socket that is there belongs to a process that has ended.
         let _ = std::fs::remove_file(name_lock.socket());
-        let listener = UnixListener::bind(name_lock.socket())
+        let socket = Socket::bind(name_lock.socket())
             .map_err(|e| StartError::cannot_create("the management socket", &e))?;
         let info = Arc::new(ComponentInfo::new(description, instance, network));
         let (waker, wakeups) =
@@ -89,14 +85,11 @@ impl Management {
             shared: shared.clone(),
             commands: commands.clone(),
             backends: BackendRequests::new(queue.clone()),
-            listener,
+            socket,
             wakeups,
-            clients: Vec::new(),
-            accepted: 0,
             link: None,
             restore: None,
             signals: None,
-            reported: None,
             signalled: None,
         };
         server
@@ -149,42 +142,37 @@ struct Server {
     info: Arc<ComponentInfo>,
     shared: Arc<Shared>,
     commands: Arc<CommandQueue>,
-    listener: UnixListener,
+    socket: Socket,
     wakeups: Wakeups,
     parameters: ParameterServer,
     backends: BackendRequests,
-    clients: Vec<Client>,
-    /// How many clients have connected so far.
-    accepted: u64,
     link: Option<Link>,
     /// Parameters that an earlier run had not saved. They are set before the component reports readiness.
     restore: Option<Map<String, Value>>,
     signals: Option<UnixStream>,
-    /// The state that the supervisor knows.
-    reported: Option<State>,
     /// When the first signal came.
     signalled: Option<Instant>,
 }
 
-struct Client {
-    number: u64,
-    stream: UnixStream,
-    lines: Lines,
+/// What the thread waits for.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Wakeups,
+    Signals,
+    Link,
+    Socket(ServerSource),
 }
 
-/// What there is to do after a wait.
-struct Readable {
-    wakeups: bool,
-    listener: bool,
-    signals: bool,
-    link: bool,
-    /// By client.
-    clients: Vec<bool>,
+/// Whether a request only asks. Requests that control the component are served before it.
+fn is_query(request: &Result<Request, Error>) -> bool {
+    matches!(
+        request,
+        Ok(Request::Status | Request::Parameters { .. }) | Err(_)
+    )
 }
 
 impl Server {
     fn attach(&mut self, whole_process: bool) -> io::Result<()> {
-        self.listener.set_nonblocking(true)?;
         if !whole_process {
             return Ok(());
         }
@@ -199,6 +187,9 @@ impl Server {
         }
         self.signals = Some(read);
         self.link = Link::inherited()?;
+        if let Some(supervisor) = self.link.as_ref().and_then(Link::supervisor) {
+            self.socket.reserve(supervisor);
+        }
         Ok(())
     }
 
@@ -207,105 +198,84 @@ impl Server {
         let mut ready = false;
         loop {
             self.report_state();
-            let wait = if self.link.is_some() {
-                HEARTBEAT.saturating_sub(heartbeat.elapsed())
-            } else {
-                Duration::from_secs(10)
-            };
-            let limit = self.parameters.time_left();
-            let readable = self.wait(limit.map_or(wait, |limit| wait.min(limit)));
-            // The supervisor sends what to restore before the process starts.
-            if readable.link {
-                self.read_link();
-            }
-            if readable.wakeups {
-                let wakeup = self.wakeups.take();
-                if wakeup.ready && !ready {
-                    ready = true;
-                    self.report_state();
-                    self.restore_and_report_ready();
-                }
-                if wakeup.end {
-                    self.backends.end();
-                    let mut answers = self.parameters.end();
-                    answers.retain(|(requester, _)| !matches!(requester, Requester::Supervisor));
-                    self.answer(answers);
-                    self.report_state();
-                    return;
+            let mut wakeup = Wakeup::default();
+            for (source, events) in self.wait(heartbeat) {
+                match source {
+                    Source::Wakeups => wakeup = self.wakeups.take(),
+                    Source::Signals => self.take_signals(),
+                    // The supervisor sends what to restore before the process starts.
+                    Source::Link => self.turn_link(events),
+                    Source::Socket(source) => self.socket.turn(source, events),
                 }
             }
-            if readable.listener {
-                self.accept();
+            if wakeup.ready && !ready {
+                ready = true;
+                self.report_state();
+                self.restore_and_report_ready();
             }
-            if readable.signals {
-                self.take_signals();
+            if wakeup.end {
+                self.backends.end();
+                let mut answers = self.parameters.end();
+                answers.retain(|(requester, _)| !matches!(requester, Requester::Supervisor));
+                self.answer(answers);
+                self.report_state();
+                return;
             }
-            self.serve(&readable.clients);
+            let now = Instant::now();
+            if now >= heartbeat
+                && let Some(link) = &mut self.link
+                && link.is_free()
+            {
+                // What a heartbeat reports is counted on until one can be written.
+                heartbeat = now + HEARTBEAT;
+                link.send_heartbeat(self.info.heartbeat(&self.shared));
+            }
+            self.serve();
             self.backends.turn(&mut self.parameters);
             let answers = self.parameters.turn(&self.shared);
             if let (Some(link), false) = (&mut self.link, answers.is_empty()) {
-                link.send_unsaved(&self.parameters.unsaved());
+                link.set_unsaved(&self.parameters.unsaved());
             }
             self.answer(answers);
-            if heartbeat.elapsed() >= HEARTBEAT {
-                heartbeat = Instant::now();
-                let message = ComponentMessage::Heartbeat(self.info.heartbeat(&self.shared));
-                self.notify(&message);
+            self.socket.check(Instant::now());
+        }
+    }
+
+    /// Waits for events, at most until the next heartbeat. Clients come last.
+    fn wait(&self, heartbeat: Instant) -> Vec<(Source, PollFlags)> {
+        let mut sources = vec![Source::Wakeups];
+        let mut polled = vec![PollFd::new(&self.wakeups, PollFlags::IN)];
+        if let Some(signals) = &self.signals {
+            sources.push(Source::Signals);
+            polled.push(PollFd::new(signals, PollFlags::IN));
+        }
+        let mut deadline = self.socket.deadline();
+        if let Some(link) = &self.link {
+            sources.push(Source::Link);
+            polled.push(PollFd::new(link, link.flags()));
+            if link.is_free() {
+                deadline = deadline.into_iter().chain([heartbeat]).min();
             }
         }
-    }
-
-    fn wait(&self, limit: Duration) -> Readable {
-        let fixed = [Some(self.wakeups.as_fd()), Some(self.listener.as_fd())];
-        let optional = [
-            self.signals.as_ref().map(AsFd::as_fd),
-            self.link.as_ref().map(AsFd::as_fd),
-        ];
-        let clients = self.clients.iter().map(|c| Some(c.stream.as_fd()));
-        let all: Vec<_> = fixed.into_iter().chain(optional).chain(clients).collect();
-        let mut polled: Vec<PollFd<'_>> = all
-            .iter()
-            .flatten()
-            .map(|fd| PollFd::from_borrowed_fd(*fd, PollFlags::IN))
-            .collect();
-        let limit = Timespec {
-            tv_sec: limit.as_secs() as i64,
-            tv_nsec: i64::from(limit.subsec_nanos()),
-        };
-        let failed = poll(&mut polled, Some(&limit)).is_err();
-        let mut events = polled.iter().map(|p| !failed && !p.revents().is_empty());
-        let mut next = |fd: &Option<_>| fd.is_some() && events.next().unwrap_or(false);
-        Readable {
-            wakeups: next(&all[0]),
-            listener: next(&all[1]),
-            signals: next(&all[2]),
-            link: next(&all[3]),
-            clients: all[4..].iter().map(next).collect(),
+        for (source, descriptor, flags) in self.socket.descriptors() {
+            sources.push(Source::Socket(source));
+            polled.push(PollFd::from_borrowed_fd(descriptor, flags));
         }
-    }
-
-    fn accept(&mut self) {
-        loop {
-            let stream = match self.listener.accept() {
-                Ok((stream, _)) => stream,
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
-                Err(_) => {
-                    // The process has no descriptors left, and the waiting client must not make this thread spin.
-                    std::thread::sleep(Duration::from_millis(20));
-                    return;
+        let limit = deadline.map(|at| at.saturating_duration_since(Instant::now()));
+        let limit = limit.into_iter().chain(self.parameters.time_left()).min();
+        let limit = limit.and_then(|limit| Timespec::try_from(limit).ok());
+        match poll(&mut polled, limit.as_ref()) {
+            Ok(_) => {
+                let events = polled.iter().map(PollFd::revents);
+                let ready = sources.into_iter().zip(events);
+                ready.filter(|(_, events)| !events.is_empty()).collect()
+            }
+            Err(error) => {
+                // Without memory for a moment, this thread must not spin.
+                if error != Errno::INTR {
+                    std::thread::sleep(Duration::from_millis(10));
                 }
-            };
-            // It is read only when it is readable, so the first limit is for what must not happen.
-            if self.clients.len() < MAX_CLIENTS
-                && stream.set_read_timeout(Some(CLIENT_LIMIT)).is_ok()
-                && stream.set_write_timeout(Some(CLIENT_LIMIT)).is_ok()
-            {
-                self.accepted += 1;
-                self.clients.push(Client {
-                    number: self.accepted,
-                    stream,
-                    lines: Lines::new(Overlong::Skip),
-                });
+                Vec::new()
             }
         }
     }
@@ -324,10 +294,12 @@ impl Server {
         self.shared.wake_event.stop();
     }
 
-    fn read_link(&mut self) {
-        let Some(input) = self.link.as_mut().map(Link::receive) else {
-            return;
-        };
+    fn turn_link(&mut self, events: PollFlags) {
+        let Some(link) = &mut self.link else { return };
+        if events.contains(PollFlags::OUT) {
+            link.write();
+        }
+        let input = link.receive();
         self.restore = input.restore.or(self.restore.take());
         if input.closed {
             self.link = None;
@@ -339,7 +311,7 @@ impl Server {
     fn restore_and_report_ready(&mut self) {
         let changes = self.restore.take().unwrap_or_default();
         if changes.is_empty() {
-            self.notify(&ComponentMessage::Ready);
+            self.link.iter_mut().for_each(Link::set_ready);
         } else {
             // The answer comes when the worker has decided.
             self.parameters.change(Requester::Supervisor, changes);
@@ -348,65 +320,50 @@ impl Server {
 
     fn report_state(&mut self) {
         let state = self.shared.status().state;
-        if self.reported != Some(state) {
-            self.reported = Some(state);
-            self.notify(&ComponentMessage::State { state });
+        if let Some(link) = &mut self.link {
+            link.set_state(state);
         }
     }
 
-    fn notify(&self, message: &ComponentMessage) {
-        if let Some(link) = &self.link {
-            link.send(message);
-        }
-    }
-
-    fn serve(&mut self, readable: &[bool]) {
-        // Clients that were accepted since the wait are not readable yet.
-        let mut readable = readable.iter().copied().chain(std::iter::repeat(false));
-        let mut clients = std::mem::take(&mut self.clients);
-        clients.retain_mut(|client| !readable.next().unwrap_or(false) || self.serve_client(client));
-        self.clients = clients;
-    }
-
-    /// Reads once and answers requests; false if the client has left.
-    fn serve_client(&mut self, client: &mut Client) -> bool {
-        let (lines, ended) = client.lines.read(&client.stream);
-        // A request without an end of line is not complete.
-        !ended
-            && lines.iter().all(|line| {
-                let answer = self.execute(line, client.number);
-                answer.is_none_or(|answer| client.send(&answer))
-            })
-    }
-
-    /// Executes a request. The result is the answer; none for a notification, and none yet for a change of parameters
-    /// and for saving, which wait for the worker.
-    fn execute(&mut self, line: &Line, client: u64) -> Option<Vec<u8>> {
-        let call = match line {
-            Line::Complete(line) => Call::parse(line),
-            Line::TooLong => {
-                let message = format!("a request has at most {} KiB", LIMIT / 1024);
-                Err(Error::new(Error::INVALID_PARAMS, message))
+    /// Serves at most one request of each client, those first that control the component.
+    fn serve(&mut self) {
+        let requests = self.socket.requests().into_iter();
+        let mut requests: Vec<_> = requests.map(decode).collect();
+        requests.sort_by_key(|(_, _, request)| is_query(request));
+        for (client, id, request) in requests {
+            if let Some(result) = self.execute(client, id.as_ref(), request)
+                && let Some(id) = id
+            {
+                self.socket.answer(client, &id, result);
             }
+        }
+    }
+
+    /// Executes a request. A change of parameters, and saving, have no result yet: they wait for the worker.
+    fn execute(
+        &mut self,
+        client: u64,
+        id: Option<&Value>,
+        request: Result<Request, Error>,
+    ) -> Option<Result<Value, Error>> {
+        let requester = Requester::Client {
+            number: client,
+            id: id.cloned(),
         };
-        let call = match call {
-            Ok(call) => call,
-            Err(error) => return Some(rpc::answer(&Value::Null, Err(error))),
-        };
-        let id = call.id.clone();
-        let requester = |id| Requester::Client { number: client, id };
-        let result = match Request::decode(call) {
+        Some(match request {
             Ok(Request::Status) => rpc::result(&self.info.status(&self.shared)),
             Ok(Request::Parameters { paths }) => self
                 .parameters
                 .list(&paths.unwrap_or_default())
                 .and_then(|parameters| rpc::result(&parameters)),
             Ok(Request::ParametersSet { changes }) => {
-                self.parameters.change(requester(id), changes);
+                self.socket.defer(client);
+                self.parameters.change(requester, changes);
                 return None;
             }
             Ok(Request::ParametersSave) => {
-                self.parameters.save(requester(id));
+                self.socket.defer(client);
+                self.parameters.save(requester);
                 return None;
             }
             Ok(Request::Period { ms }) => {
@@ -423,8 +380,7 @@ impl Server {
                 rpc::result(&Done {})
             }
             Err(error) => Err(error),
-        };
-        Some(rpc::answer(&id?, result))
+        })
     }
 
     /// Hands results of changes to their requesters, if they are still there.
@@ -433,24 +389,28 @@ impl Server {
             match requester {
                 Requester::Supervisor => {
                     let refused = result.err().map(|error| error.message);
-                    self.notify(&ComponentMessage::Restored { refused });
-                    self.notify(&ComponentMessage::Ready);
+                    if let Some(link) = &mut self.link {
+                        link.set_restored(refused);
+                        link.set_ready();
+                    }
                 }
                 Requester::Backend(number) => self.backends.answer(number, result.map(drop)),
                 Requester::Client { number, id } => {
-                    let Some(id) = id else { continue };
-                    let answer = rpc::answer(&id, result);
-                    self.clients
-                        .retain_mut(|c| c.number != number || c.send(&answer));
+                    self.socket.settle(number);
+                    if let Some(id) = id {
+                        self.socket.answer(number, &id, result);
+                    }
                 }
             }
         }
     }
 }
 
-impl Client {
-    /// Sends an answer; false if the client does not take it.
-    fn send(&mut self, answer: &[u8]) -> bool {
-        self.stream.write_all(answer).is_ok()
+/// The client, the identifier and the request. A notification has no identifier and gets no answer.
+fn decode(received: Received) -> (u64, Option<Value>, Result<Request, Error>) {
+    let Received { client, call } = received;
+    match call {
+        Ok(call) => (client, call.id.clone(), Request::decode(call)),
+        Err(error) => (client, Some(Value::Null), Err(error)),
     }
 }

@@ -284,7 +284,8 @@ impl ParameterServer {
         };
         let unsaved = self.live.unsaved();
         if !unsaved.is_empty() {
-            write_into(&self.live, file)?;
+            let has_secret = unsaved.iter().any(|change| change.secret);
+            write_into(&self.live, file, has_secret)?;
             self.live.saved();
         }
         rpc::result(&Saved {
@@ -317,8 +318,9 @@ impl InFlight {
     }
 }
 
-/// Writes the values of the next start into the configuration: all of it, or nothing.
-fn write_into(live: &LiveParameters, file: &Path) -> Result<(), Error> {
+/// Writes the values of the next start into the configuration: all of it, or nothing. A file that gets a secret is
+/// its owner's alone.
+fn write_into(live: &LiveParameters, file: &Path, has_secret: bool) -> Result<(), Error> {
     let shown = file.display();
     let refuse = |what: &str, error: &std::io::Error| {
         Error::new(Error::SYSTEM, format!("{shown} cannot be {what}: {error}"))
@@ -338,5 +340,10 @@ fn write_into(live: &LiveParameters, file: &Path) -> Result<(), Error> {
             Error::new(Error::FILE, message)
         }
     })?;
-    rc_files::replace(file, &text, &new).map_err(|e| refuse("written", &e))
+    let written = if has_secret {
+        rc_files::replace_hidden(file, &text, &new)
+    } else {
+        rc_files::replace(file, &text, &new)
+    };
+    written.map_err(|e| refuse("written", &e))
 }

@@ -227,7 +227,7 @@ fn every_construct_reaches_the_model() {
         "middleware dds; domain 7;\n\
          /// The robot's computer.\nHost robot { address \"10.0.0.2\"; user \"pi\"; workspace \"/home/pi\"; };\n\
          /// Moves.\nComponent base { cdsl \"a/b.cdsl\"; executable \"bin/b\"; config \"b.toml\"; host robot; endpoint \"10.0.0.2:7000\"; after arm;\n\
-         restart on_failure max 3 within 1min backoff 250ms; ready 5s; stop 1500; env { A \"1\"; a \"2\"; }; args \"--x\", \"y\"; cpu 0, 3; priority 99; };\n\
+         restart on_failure hung 5s max 3 within 1min backoff 250ms; ready 5s; stop 1500; env { A \"1\"; a \"2\"; }; args \"--x\", \"y\"; cpu 0, 3; priority 99; };\n\
          Component idle { cdsl \"i\"; host localhost; restart always; };\n\
          Group arm { middleware iceoryx2; Group left { domain 8; Component motor { cdsl \"m\"; after other; }; export Motor; }; Component other { cdsl \"o\"; }; };",
         &expect![[""]],
@@ -269,11 +269,12 @@ fn every_construct_reaches_the_model() {
     let flat = deployment.instances.iter().map(|i| {
         let Restart {
             policy,
+            hung,
             limit,
             backoff,
         } = i.restart;
         format!(
-            "{} {:?} {} {:?}, restart {policy:?} {limit:?} {backoff:?}",
+            "{} {:?} {} {:?}, restart {policy:?} {hung:?} {limit:?} {backoff:?}",
             i.path,
             i.middleware,
             settings(i),
@@ -281,10 +282,10 @@ fn every_construct_reaches_the_model() {
         )
     });
     expect![[r#"
-        base Dds dds.domain=7 ros2.domain=7 None, restart OnFailure Some((3, 60s)) 250ms
-        idle Dds dds.domain=7 ros2.domain=7 None, restart Always None 500ms
-        arm.left.motor Iceoryx2 dds.domain=8 ros2.domain=8 Some(1), restart Never None 500ms
-        arm.other Iceoryx2 dds.domain=7 ros2.domain=7 Some(0), restart Never None 500ms"#]]
+        base Dds dds.domain=7 ros2.domain=7 None, restart OnFailure Some(5s) Some((3, 60s)) 250ms
+        idle Dds dds.domain=7 ros2.domain=7 None, restart Always None None 500ms
+        arm.left.motor Iceoryx2 dds.domain=8 ros2.domain=8 Some(1), restart Never None None 500ms
+        arm.other Iceoryx2 dds.domain=7 ros2.domain=7 Some(0), restart Never None None 500ms"#]]
     .assert_eq(&flat.collect::<Vec<_>>().join("\n"));
     let groups = deployment.groups.iter().map(|g| {
         let exports: Vec<&str> = g.exports.iter().map(|e| e.text.as_str()).collect();
@@ -385,8 +386,8 @@ fn endpoints_are_checked_and_unique_on_a_host() {
 fn values_of_settings_are_checked() {
     check(
         "domain 233;\nComponent a { cdsl \"a\"; cpu 1, 1024, -1, 1.5; priority 0; restart allways; ready 2min; stop 1441min; };\n\
-         Component b { cdsl \"b\"; priority 100; restart on_failure max 0 within 0s backoff 0; env { A \"1\"; B \"2\"; A \"3\"; }; };\n\
-         Component c { cdsl \"c\"; restart never max 3 within 1s; priority 1; priority 2; };\nComponent d { cdsl \"d\"; restart NEVER backoff 1s; };\n\
+         Component b { cdsl \"b\"; priority 100; restart on_failure hung 1s max 0 within 0s backoff 0; env { A \"1\"; B \"2\"; A \"3\"; }; };\n\
+         Component c { cdsl \"c\"; restart never max 3 within 1s; priority 1; priority 2; };\nComponent d { cdsl \"d\"; restart NEVER hung 9s; };\n\
          Group g { domain 1; domain 2; middleware ros; middleware rso2; Component e { cdsl \"e\"; }; };",
         &expect![[r#"
             n.ddsl:2:8: error[out-of-range]: `domain` cannot be the number 233 (allowed is an integer from 0 to 232)
@@ -397,13 +398,14 @@ fn values_of_settings_are_checked() {
             n.ddsl:3:67: error[unknown-restart]: unknown restart policy `allways` (did you mean `always`?)
             n.ddsl:3:93: error[bad-time]: `stop` takes a duration such as `5s`, at most one day
             n.ddsl:4:34: error[out-of-range]: expected a priority from 1 to 99, found the number 100
-            n.ddsl:4:62: error[out-of-range]: expected a number of restarts from 1 to 1000, found the number 0
-            n.ddsl:4:71: error[bad-time]: `within` takes a duration such as `5s`, at most one day
-            n.ddsl:4:82: error[bad-time]: `backoff` takes a duration such as `5s`, at most one day
-            n.ddsl:4:105: error[repeated-clause]: duplicate variable `A`; first used here at n.ddsl:4:91
-            n.ddsl:5:33: warning[restart-without-effect]: `max` and `backoff` have no effect with the policy `never`
+            n.ddsl:4:63: error[bad-time]: `hung` takes a duration of at least two seconds: a component counts as hung after that time
+            n.ddsl:4:70: error[out-of-range]: expected a number of restarts from 1 to 1000, found the number 0
+            n.ddsl:4:79: error[bad-time]: `within` takes a duration such as `5s`, at most one day
+            n.ddsl:4:90: error[bad-time]: `backoff` takes a duration such as `5s`, at most one day
+            n.ddsl:4:113: error[repeated-clause]: duplicate variable `A`; first used here at n.ddsl:4:99
+            n.ddsl:5:33: warning[restart-without-effect]: `hung`, `max` and `backoff` have no effect with the policy `never`
             n.ddsl:5:68: error[repeated-clause]: duplicate field `priority`; first used here at n.ddsl:5:56
-            n.ddsl:6:33: warning[restart-without-effect]: `max` and `backoff` have no effect with the policy `never`
+            n.ddsl:6:33: warning[restart-without-effect]: `hung`, `max` and `backoff` have no effect with the policy `never`
             n.ddsl:7:21: error[repeated-clause]: duplicate setting `domain`; first used here at n.ddsl:7:11
             n.ddsl:7:58: error[unknown-middleware]: unknown middleware `rso2` (did you mean `ros2`?)
         "#]],

@@ -1,7 +1,8 @@
 //! Follows a log as it grows, across rotations.
 
 use crate::log_parts::Header;
-use rc_management::lines::{Line, Lines, Overlong};
+use rc_diagnostics::foreign::clean_to;
+use rc_management::lines::{LIMIT, Line, Lines, Overlong};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use std::fs::File;
@@ -89,22 +90,12 @@ impl Follower {
             if read.unwrap_or(0) < TURN {
                 self.older = None;
             }
-            lines.extend(
-                self.lines
-                    .push(&buffer)
-                    .into_iter()
-                    .filter_map(Line::into_text),
-            );
+            lines.extend(self.lines.push(&buffer).into_iter().filter_map(printed));
             return (lines, true);
         }
         let read = (&mut self.file).take(TURN as u64).read_to_end(&mut buffer);
         self.position += buffer.len() as u64;
-        lines.extend(
-            self.lines
-                .push(&buffer)
-                .into_iter()
-                .filter_map(Line::into_text),
-        );
+        lines.extend(self.lines.push(&buffer).into_iter().filter_map(printed));
         (lines, read.is_ok_and(|count| count == TURN))
     }
 
@@ -140,8 +131,13 @@ impl Follower {
 
     /// Returns the last line if it has no line end.
     pub fn finish(&mut self) -> Option<String> {
-        self.lines.finish().and_then(Line::into_text)
+        self.lines.finish().and_then(printed)
     }
+}
+
+/// A printed line for messages and terminals; the log itself keeps its bytes.
+fn printed(line: Line) -> Option<String> {
+    Some(clean_to(&line.into_text()?, LIMIT))
 }
 
 /// Prevents the rotation of a log while it exists.
@@ -169,6 +165,15 @@ impl Drop for Lock<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_terminal_obeys_no_printed_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.log");
+        std::fs::write(&path, "\u{1b}[2Jgone\rforged\n\u{202e}x").expect("written");
+        let (lines, _) = Follower::at_last_lines(&path, 2).expect("read");
+        assert_eq!(lines, ["\\u{1b}[2Jgone\\rforged", "\\u{202e}x"]);
+    }
 
     #[test]
     fn a_log_is_followed_over_its_restart() {

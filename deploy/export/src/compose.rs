@@ -42,6 +42,12 @@ pub(super) fn files(source: &Source<'_>) -> Export {
     if source.parts().any(|part| part.component.priority.is_some()) {
         notes.push("real-time priorities are set by `chrt`, which the image needs, within the limit `rtprio`".to_owned());
     }
+    if source
+        .parts()
+        .any(|part| part.component.restart.hung.is_some())
+    {
+        notes.push("a component that hangs runs on: `hung` is a limit of rcdeploy".to_owned());
+    }
     notes.extend(source.notes());
     let mut files = Files::default();
     for machine in &source.machines {

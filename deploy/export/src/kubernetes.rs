@@ -25,7 +25,7 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
         "all Pods of a machine run on one node, where they share /dev/shm (hostPath) and, for iceoryx2, process numbers (hostPID); a namespace with the pod security standard `privileged` permits it".to_owned(),
         "all Pods run as one user: the shared memory is private to its user".to_owned(),
         "a component that fails for good does not stop the others, and all stop at once, not the dependents first".to_owned(),
-        "a component that is not ready in time is ended and follows its restart policy; one that hangs for half a minute, too, unless its policy is `never`: rcdeploy only reports the hang".to_owned(),
+        "a component that is not ready in time is ended and follows its restart policy; one that hangs for half a minute, too, unless its policy is `never`: rcdeploy does so after the time that `hung` sets".to_owned(),
         super::RUN_DIRECTORY.to_owned(),
         "limits for stopping are whole seconds".to_owned(),
     ];

@@ -34,6 +34,12 @@ pub(super) fn units(source: &Source<'_>) -> Export {
     notes.push(
         "the network's target stays active when all its components have ended well".to_owned(),
     );
+    if source
+        .parts()
+        .any(|part| part.component.restart.hung.is_some())
+    {
+        notes.push("a component that hangs runs on: `hung` is a limit of rcdeploy".to_owned());
+    }
     notes.extend(source.notes());
     let mut files = Files::default();
     for machine in &source.machines {

@@ -9,6 +9,7 @@ use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_settings::{Value, qos, ros};
 use std::collections::HashMap;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -52,7 +53,8 @@ pub(crate) fn configurations(
         let settings = match rc_codegen::load::read(&key.0) {
             Ok(text) => {
                 let source = sources.add(&key.0, text);
-                configuration(sources, source, project, found)
+                let mode = std::fs::metadata(&key.0).map_or(0, |file| file.mode());
+                configuration(sources, source, mode, project, found)
             }
             Err(error) => {
                 let message = format!(
@@ -165,12 +167,14 @@ fn path_values(parameters: &[Parameter], values: &Values, out: &mut Vec<PathBuf>
 fn configuration(
     sources: &SourceMap,
     source: SourceId,
+    mode: u32,
     project: &Project,
     found: &mut Diagnostics,
 ) -> Settings {
     let (configuration, more) =
         rc_configuration::check(sources, source, project.parameters.as_ref());
     found.extend(more);
+    rc_configuration::check_readable(&configuration, mode, found);
     let addresses = configuration.bindings.values();
     for reason in addresses.filter_map(|a| rc_middleware::Address::parse(a).err()) {
         let message = format!("[bindings]: {reason}");

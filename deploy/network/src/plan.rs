@@ -81,6 +81,9 @@ pub struct Host {
 pub struct Restart {
     /// The ends after which a component restarts.
     pub policy: Policy,
+    /// How long it may hang before it is stopped, which counts as a failure. `None`: for ever.
+    #[serde(default)]
+    pub hung: Option<Duration>,
     /// How many restarts are allowed within which time. The next end stops the network.
     pub limit: Option<(u32, Duration)>,
     /// The pause before a restart. It doubles after each short run, up to [`LONGEST_PAUSE`].
@@ -103,6 +106,7 @@ impl Default for Restart {
     fn default() -> Self {
         Self {
             policy: Policy::Never,
+            hung: None,
             limit: None,
             backoff: Duration::from_millis(500),
         }

@@ -121,6 +121,7 @@ fn restart(described: rc_ddsl::model::Restart) -> Restart {
             Described::OnFailure => Policy::OnFailure,
             Described::Always => Policy::Always,
         },
+        hung: described.hung,
         limit: described.limit,
         backoff: described.backoff,
     }

@@ -81,6 +81,8 @@ pub struct Process {
 pub struct RestartRule {
     /// `never`, `on_failure` or `always`.
     pub policy: &'static str,
+    /// How long it may hang before it is stopped, in milliseconds. `None`: for ever.
+    pub hung_ms: Option<u64>,
     /// The number of restarts allowed within `within_ms`. `None`: no limit.
     pub max: Option<u32>,
     /// The time in which `max` counts, in milliseconds.
@@ -98,6 +100,7 @@ impl From<&Restart> for RestartRule {
         let word = Policy::WORDS.iter().find(|(_, p)| *p == restart.policy);
         Self {
             policy: word.map_or("never", |(word, _)| word),
+            hung_ms: restart.hung.map(milliseconds),
             max: restart.limit.map(|(max, _)| max),
             within_ms: restart.limit.map(|(_, within)| milliseconds(within)),
             backoff_ms: milliseconds(restart.backoff),
@@ -196,6 +199,9 @@ impl fmt::Display for RestartRule {
         f.write_str(self.policy)?;
         if self.policy == "never" {
             return Ok(());
+        }
+        if let Some(hung) = self.hung_ms {
+            write!(f, " hung {}", time(hung))?;
         }
         if let (Some(max), Some(within)) = (self.max, self.within_ms) {
             write!(f, " max {max} within {}", time(within))?;

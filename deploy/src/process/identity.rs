@@ -298,6 +298,28 @@ mod tests {
     }
 
     #[test]
+    fn a_group_is_killed_with_all_its_members() {
+        use std::io::{BufRead, BufReader};
+        use std::os::unix::process::CommandExt;
+        let mut leader = Command::new("sh")
+            .args(["-c", "sleep 600 & echo $!; wait"])
+            .process_group(0)
+            .stdout(std::process::Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut line = String::new();
+        let output = leader.stdout.take().expect("a pipe");
+        let mut output = BufReader::new(output);
+        output.read_line(&mut line).expect("a number");
+        let member = Identity::of(line.trim().parse().expect("a number")).expect("it runs");
+        let process = member.open().expect("it runs");
+        kill_group(Pid::from_child(&leader));
+        let status = leader.wait().expect("it has ended");
+        assert!(!status.success());
+        assert!(first_readable([&process], Duration::from_secs(10)).is_some());
+    }
+
+    #[test]
     fn only_a_program_can_be_on_its_way() {
         let stat = |flags: u64, end: u64| {
             let middle = "0 ".repeat(41);

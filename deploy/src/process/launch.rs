@@ -100,7 +100,7 @@ impl LocalProcess {
             pidfd,
             identity,
             link: Some(link),
-            lines: Lines::new(Overlong::Skip),
+            lines: Lines::new(Overlong::Count),
         })
     }
 

@@ -2,7 +2,6 @@
 
 pub mod identity;
 pub(crate) mod launch;
-pub(crate) mod listener;
 pub mod machine;
 pub(crate) mod orphans;
 pub(crate) mod realtime;

@@ -4,7 +4,7 @@
 use super::SupervisorMessage;
 use super::copies;
 use super::log_tail::LogTail;
-use super::socket_proxy::{ProxyConnections, Received};
+use super::socket_proxy::{ProxyConnections, ROOM as CALLER_ROOM, Received};
 use super::timed_stream::TimedStream;
 use super::{BEAT, HOST_LIMIT};
 use crate::guard::custody::{Custody, GuardChange};
@@ -18,12 +18,12 @@ use rc_deploy_client::names::check_name;
 use rc_deploy_client::{DirectoryWatch, logs};
 use rc_deploy_network::plan::Component;
 use rc_deploy_network::process_name;
-use rc_management::agent::Exit;
-use rc_management::agent::{AgentMessage, LONGEST};
+use rc_management::Output;
+use rc_management::agent::{AgentMessage, Exit, LONGEST};
 use rc_management::lines::{self, Line, Lines, Overlong};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeMap;
-use std::io::{self, BufReader, Write};
+use std::io::{self, BufReader};
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -79,7 +79,7 @@ pub(super) struct Agent {
     input: OwnedFd,
     lines: Lines,
     output: OwnedFd,
-    out: Vec<u8>,
+    out: Output,
     heard: Instant,
     beat: Instant,
 }
@@ -124,14 +124,14 @@ impl Agent {
             input: input.into_inner().0,
             lines: Lines::up_to(LONGEST, Overlong::Skip),
             output: output.0,
-            out: Vec::new(),
+            out: Output::up_to(WAITING),
             heard: now,
             beat: now,
         })
     }
 
     pub(super) fn send(&mut self, message: &AgentMessage) {
-        self.out.extend(lines::encode(message));
+        self.out.push(&lines::encode(message));
     }
 
     pub(super) fn run(mut self, cleanup: &dyn Fn()) {
@@ -183,7 +183,8 @@ impl Agent {
         if self.look.is_none() {
             add(Source::Logs, self.watch.descriptor().as_fd(), PollFlags::IN);
         }
-        for (number, descriptor, flags) in self.connections.descriptors() {
+        let room = self.out.len() < CALLER_ROOM;
+        for (number, descriptor, flags) in self.connections.descriptors(room) {
             add(Source::ProxyConnection(number), descriptor, flags);
         }
         // Links come before processes, so that the last messages of a component count.
@@ -239,7 +240,8 @@ impl Agent {
                 self.look = Some(Instant::now() + LOOK);
             }
             Source::ProxyConnection(wire) => {
-                if let Some(Received { text, there }) = self.connections.turn(*wire) {
+                let room = self.out.len() < CALLER_ROOM;
+                if let Some(Received { text, there }) = self.connections.turn(*wire, room) {
                     let wire = *wire;
                     if !text.is_empty() {
                         self.send(&AgentMessage::Data { wire, text });
@@ -256,7 +258,7 @@ impl Agent {
     }
 
     fn receive(&mut self) -> Option<Ending> {
-        let (lines, ended) = self.lines.read(Read(&self.input));
+        let (lines, ended) = self.lines.read(Stream(&self.input));
         for line in lines {
             self.heard = Instant::now();
             let message = match &line {
@@ -454,23 +456,12 @@ impl Agent {
         let Ok(output) = self.output.try_clone() else {
             return false;
         };
-        let out = std::mem::take(&mut self.out);
-        TimedStream(output).write_all(&out).is_ok()
+        self.out.write(TimedStream(output)).is_ok()
     }
 
     fn write(&mut self) -> Result<(), String> {
-        while !self.out.is_empty() {
-            match rustix::io::write(&self.output, &self.out) {
-                Ok(count) => drop(self.out.drain(..count)),
-                Err(rustix::io::Errno::INTR) => {}
-                Err(rustix::io::Errno::AGAIN) => break,
-                Err(error) => return Err(error.to_string()),
-            }
-        }
-        if self.out.len() > WAITING {
-            return Err("it does not read any more".to_owned());
-        }
-        Ok(())
+        let written = self.out.write(Stream(&self.output));
+        written.map_err(|error| error.to_string())
     }
 
     /// Ends all components, cleans up, and reports it if the supervisor is still connected.
@@ -495,24 +486,33 @@ impl Agent {
         let (left, removed, lock) = self.custody.finish(cleanup);
         if let Err(error) = removed {
             let path = lock.directory().path().display();
-            self.out.extend(lines::encode(&AgentMessage::Note(format!(
-                "cannot remove {path}: {error}"
-            ))));
+            let note = AgentMessage::Note(format!("cannot remove {path}: {error}"));
+            self.out.push(&lines::encode(&note));
         }
-        self.out.extend(lines::encode(&AgentMessage::Finished {
-            left: left + killed,
-        }));
+        let left = left + killed;
+        let finished = AgentMessage::Finished { left };
+        self.out.push(&lines::encode(&finished));
         if matches!(ending, Ending::Farewell) {
-            let _ = TimedStream(self.output).write_all(&self.out);
+            let _ = self.out.write(TimedStream(self.output));
         }
     }
 }
 
-/// Reads from a descriptor.
-struct Read<'f>(&'f OwnedFd);
+/// A descriptor that does not block.
+struct Stream<'f>(&'f OwnedFd);
 
-impl io::Read for Read<'_> {
+impl io::Read for Stream<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         Ok(rustix::io::read(self.0, buffer)?)
+    }
+}
+
+impl io::Write for Stream<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        Ok(rustix::io::write(self.0, bytes)?)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }

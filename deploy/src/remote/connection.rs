@@ -4,6 +4,7 @@ use super::SupervisorMessage;
 use super::copies;
 use super::ssh::TOKEN;
 use super::timed_stream::{TimedStream, read_line};
+use rc_diagnostics::foreign::clean;
 use rc_management::agent::{AgentMessage, File};
 use rc_management::lines;
 use std::io::{self, BufReader, Write};
@@ -119,7 +120,9 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
     loop {
         let text = read_line(&mut input).map_err(lost)?;
         let message = serde_json::from_str(&text);
-        match message.map_err(|_| format!("its agent sent an unknown message: `{text}`"))? {
+        match message
+            .map_err(|_| format!("its agent sent an unknown message: `{}`", clean(&text)))?
+        {
             AgentMessage::Missing(wanted) => {
                 for at in wanted.into_iter().filter(|at| *at < files.len()) {
                     let file = &files[at];
@@ -148,7 +151,7 @@ fn said(input: &mut BufReader<TimedStream>) -> io::Result<String> {
     for _ in 0..GREETING {
         let line = read_line(input)?;
         if let Some(said) = line.strip_prefix(TOKEN) {
-            return Ok(said.trim().to_owned());
+            return Ok(clean(said.trim()));
         }
     }
     let message = "its login prints more than a thousand lines";

@@ -207,6 +207,35 @@ mod tests {
     }
 
     #[test]
+    fn other_bytes_than_announced_are_not_stored() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a");
+        fs::write(&path, "abc").expect("written");
+        let file = describe(&path).expect("a file");
+        let root = folder.path().join("root");
+        let received = |bytes: &[u8]| {
+            let (here, there) = std::os::unix::net::UnixStream::pair().expect("a pair");
+            there.set_nonblocking(true).expect("a mode");
+            (&here).write_all(bytes).expect("written");
+            drop(here);
+            receive(&file, &root, &mut BufReader::new(TimedStream(there.into())))
+        };
+        let other = received(b"abd").expect_err("it has another hash");
+        assert!(other.to_string().contains("has changed"), "{other}");
+        let short = received(b"ab").expect_err("it is too short");
+        assert_eq!(short.kind(), io::ErrorKind::UnexpectedEof);
+        let place = mirrored(&root, &file.path);
+        assert!(!place.exists());
+        let left = fs::read_dir(place.parent().expect("a folder")).expect("it was made");
+        assert_eq!(left.count(), 0, "no part of it is left");
+        received(b"abc and what follows").expect("its bytes");
+        assert_eq!(fs::read(&place).expect("a file"), b"abc");
+        // Only its user reads it: it may hold secrets.
+        let mode = fs::metadata(&place).expect("a file").permissions().mode();
+        assert_eq!(mode & 0o077, 0);
+    }
+
+    #[test]
     fn nothing_leads_out_of_the_copies() {
         let at = |path: &str| mirrored(Path::new("/cache"), Path::new(path));
         assert_eq!(at("/a/b/../c.map"), Path::new("/cache/a/c.map"));

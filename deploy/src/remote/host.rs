@@ -3,18 +3,20 @@
 use super::SupervisorMessage;
 use super::connection::{AgentReady, Setup, SetupThread, own_program};
 use super::copies::mirrored;
-use super::socket_proxy::{Received, SocketProxy};
+use super::socket_proxy::{Accepted, ROOM, Received, SocketProxy};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::process::identity::{Mark, first_readable, kill_group};
 use rc_deploy_network::plan::LONGEST_PAUSE;
 use rc_deploy_network::plan::{self, Component};
+use rc_diagnostics::foreign::clean_lines;
+use rc_management::Output;
 use rc_management::agent::{AgentMessage, Exit, File, LONGEST};
 use rc_management::lines::{self, Line, Lines, Overlong};
 use rustix::event::PollFlags;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use std::cell::RefCell;
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -36,12 +38,21 @@ const SETTLE_LIMIT: Duration = Duration::from_millis(300);
 const COMPLAINT: usize = 2000;
 
 /// The messages for an agent. Its host and the units there share them.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Outbox(Rc<RefCell<Vec<u8>>>);
+#[derive(Clone, Debug)]
+pub(crate) struct Outbox(Rc<RefCell<Output>>);
 
 impl Outbox {
+    fn new() -> Self {
+        Self(Rc::new(RefCell::new(Output::up_to(WAITING))))
+    }
+
     fn push(&self, message: &SupervisorMessage) {
-        self.0.borrow_mut().extend(lines::encode(message));
+        self.0.borrow_mut().push(&lines::encode(message));
+    }
+
+    /// Whether callers of components may add to it.
+    fn has_room(&self) -> bool {
+        self.0.borrow().len() < ROOM
     }
 }
 
@@ -189,7 +200,7 @@ impl Host {
         let now = Instant::now();
         Self {
             plan: host,
-            outbox: Outbox::default(),
+            outbox: Outbox::new(),
             setup,
             log,
             complaints: 0,
@@ -251,7 +262,7 @@ impl Host {
     ) -> impl Iterator<Item = (HostSource, BorrowedFd<'_>, PollFlags)> {
         let link = self.descriptor();
         let link = link.map(|(descriptor, flags)| (HostSource::Link, descriptor, flags));
-        let sockets = self.sockets.descriptors();
+        let sockets = self.sockets.descriptors(self.outbox.has_room());
         let sockets = sockets
             .map(|(number, descriptor, flags)| (HostSource::Socket(number), descriptor, flags));
         link.into_iter().chain(sockets)
@@ -350,9 +361,20 @@ impl Host {
 
     /// Forwards what callers of components send.
     pub(crate) fn turn_socket(&mut self, number: u64) {
-        if let Some((wire, name)) = self.sockets.accept(number) {
+        if let Some(accepted) = self.sockets.accept(number) {
+            let Accepted {
+                wire,
+                component: name,
+                dropped,
+            } = accepted;
+            if let Some(dropped) = dropped {
+                self.outbox.push(&SupervisorMessage::Close(dropped));
+            }
             self.outbox.push(&SupervisorMessage::Connect { wire, name });
-        } else if let Some(Received { text, there }) = self.sockets.connections.turn(number) {
+            return;
+        }
+        let room = self.outbox.has_room();
+        if let Some(Received { text, there }) = self.sockets.connections.turn(number, room) {
             let wire = number;
             if !text.is_empty() {
                 self.outbox.push(&SupervisorMessage::Data { wire, text });
@@ -448,21 +470,19 @@ impl Host {
             return None;
         };
         let mut out = self.outbox.0.borrow_mut();
-        while !out.is_empty() {
-            match (&ssh.stream).write(&out) {
-                Ok(count) => drop(out.drain(..count)),
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-                // The end of the connection is noticed when it is read.
-                Err(_) => {
-                    out.clear();
-                    break;
-                }
+        let written = out.write(&ssh.stream);
+        match written {
+            Ok(()) => None,
+            Err(error) if error.kind() == io::ErrorKind::OutOfMemory => {
+                drop(out);
+                Some(self.lose(now, &error.to_string()))
+            }
+            // The end of the connection is noticed when it is read.
+            Err(_) => {
+                out.clear();
+                None
             }
         }
-        let full = out.len() > WAITING;
-        drop(out);
-        full.then(|| self.lose(now, "it does not read any more"))
     }
 
     /// Disconnects: asks the agent to end, or stops connecting.
@@ -510,6 +530,7 @@ impl Host {
         let start = usize::try_from(self.complaints).unwrap_or(0).min(log.len());
         let start = start.max(log.len().saturating_sub(COMPLAINT));
         let complaint = String::from_utf8_lossy(&log[start..]);
+        let complaint = clean_lines(&complaint, COMPLAINT);
         ssh::explain(&self.plan, noticed, &complaint)
     }
 

@@ -2,32 +2,35 @@
 //! to their agent.
 
 use super::log_tail::whole;
-use crate::process::listener::Listener;
 use rc_management::lines::LIMIT;
+use rc_management::server::MAX_CLIENTS;
+use rc_management::{Listener, Output};
 use rustix::event::PollFlags;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 use std::collections::BTreeMap;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// How many callers may be connected. Further callers are refused.
-const MOST: usize = 32;
 /// The size of a read in bytes. As JSON, it fits into a line of the protocol.
 const PIECE: usize = LIMIT / 8;
 /// How many bytes may wait for a side that does not read.
 const WAITING: usize = 4 << 20;
+/// How many bytes may wait for the other machine before callers are read on. What callers say
+/// delays its heartbeats and commands no longer than this takes.
+pub(crate) const ROOM: usize = 64 << 10;
 
 /// One caller of a component, at either end.
 #[derive(Debug)]
 struct ProxyConnection {
     stream: UnixStream,
-    /// Output that waits.
-    out: Vec<u8>,
+    out: Output,
     /// The beginning of an incomplete character.
     part: Vec<u8>,
+    /// When it was made, or when it last sent something.
+    active: Instant,
 }
 
 impl ProxyConnection {
@@ -37,6 +40,7 @@ impl ProxyConnection {
         let there = match self.stream.read(&mut buffer) {
             Ok(0) => false,
             Ok(count) => {
+                self.active = Instant::now();
                 self.part.extend_from_slice(&buffer[..count]);
                 true
             }
@@ -52,15 +56,7 @@ impl ProxyConnection {
 
     /// Writes as much as the other side takes. Returns `false` if the connection is lost.
     fn write(&mut self) -> bool {
-        while !self.out.is_empty() {
-            match self.stream.write(&self.out) {
-                Ok(count) => drop(self.out.drain(..count)),
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(_) => return false,
-            }
-        }
-        self.out.len() <= WAITING
+        self.out.write(&self.stream).is_ok()
     }
 }
 
@@ -89,28 +85,36 @@ impl ProxyConnections {
     fn add(&mut self, number: u64, stream: UnixStream) {
         let wire = ProxyConnection {
             stream,
-            out: Vec::new(),
+            out: Output::up_to(WAITING),
             part: Vec::new(),
+            active: Instant::now(),
         };
         self.0.insert(number, wire);
     }
 
-    /// The descriptors to wait for.
-    pub(crate) fn descriptors(&self) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
-        self.0.iter().map(|(number, wire)| {
-            let flags = if wire.out.is_empty() {
-                PollFlags::IN
-            } else {
-                PollFlags::IN | PollFlags::OUT
-            };
-            (*number, wire.stream.as_fd(), flags)
-        })
+    /// The descriptors to wait for; connections are read only if there is `room` for what they say.
+    pub(crate) fn descriptors(
+        &self,
+        room: bool,
+    ) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
+        let wanted = self.0.iter().filter_map(move |(number, wire)| {
+            let mut flags = PollFlags::empty();
+            flags.set(PollFlags::IN, room);
+            flags.set(PollFlags::OUT, !wire.out.is_empty());
+            // Without flags, `poll` would report an end that nobody reads.
+            (!flags.is_empty()).then(|| (*number, wire.stream.as_fd(), flags))
+        });
+        wanted
     }
 
-    /// Reads and writes. `None` if the connection does not exist any more.
-    pub(crate) fn turn(&mut self, number: u64) -> Option<Received> {
+    /// Writes, and reads if there is room. `None` if the connection does not exist any more.
+    pub(crate) fn turn(&mut self, number: u64, room: bool) -> Option<Received> {
         let wire = self.0.get_mut(&number)?;
-        let (text, there) = wire.read();
+        let (text, there) = if room {
+            wire.read()
+        } else {
+            (String::new(), true)
+        };
         let there = wire.write() && there;
         if !there {
             self.0.remove(&number);
@@ -125,7 +129,7 @@ impl ProxyConnections {
             // The other side knows it already.
             return true;
         };
-        wire.out.extend_from_slice(text.as_bytes());
+        wire.out.push(text.as_bytes());
         if wire.write() {
             return true;
         }
@@ -190,12 +194,15 @@ impl SocketProxy {
         self.connections.clear();
     }
 
-    /// The descriptors to wait for.
-    pub(crate) fn descriptors(&self) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
+    /// The descriptors to wait for; callers are read only if there is `room` for what they say.
+    pub(crate) fn descriptors(
+        &self,
+        room: bool,
+    ) -> impl Iterator<Item = (u64, BorrowedFd<'_>, PollFlags)> {
         let listeners = self.listeners.iter();
         let listeners = listeners
             .filter_map(|(number, l)| Some((*number, l.socket.descriptor()?, PollFlags::IN)));
-        listeners.chain(self.connections.descriptors())
+        listeners.chain(self.connections.descriptors(room))
     }
 
     /// When a pause of a socket is over.
@@ -213,25 +220,45 @@ impl SocketProxy {
         }
     }
 
-    /// Accepts a caller if `number` is that of a socket. Returns the number of the connection, and
-    /// the component.
-    pub(crate) fn accept(&mut self, number: u64) -> Option<(u64, String)> {
+    /// Accepts a caller if `number` is that of a socket. If there are too many, the one that has
+    /// been idle the longest gives way.
+    pub(crate) fn accept(&mut self, number: u64) -> Option<Accepted> {
         let listener = self.listeners.get_mut(&number)?;
         let stream = listener.socket.accept()?;
-        if self.connections.0.len() >= MOST {
-            return None;
-        }
+        let component = listener.component.clone();
+        let callers = &mut self.connections.0;
+        let dropped = if callers.len() < MAX_CLIENTS {
+            None
+        } else {
+            let oldest = callers.iter().min_by_key(|(_, wire)| wire.active);
+            oldest.map(|(wire, _)| *wire)
+        };
+        dropped.map(|wire| callers.remove(&wire));
         let wire = self.next;
         self.next += 1;
-        let component = listener.component.clone();
         self.connections.add(wire, stream);
-        Some((wire, component))
+        Some(Accepted {
+            wire,
+            component,
+            dropped,
+        })
     }
+}
+
+/// A new caller.
+#[derive(Debug)]
+pub(crate) struct Accepted {
+    /// The number of its connection.
+    pub(crate) wire: u64,
+    pub(crate) component: String,
+    /// The connection that gave way to it.
+    pub(crate) dropped: Option<u64>,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
     use std::os::unix::net::UnixListener;
 
     #[test]
@@ -242,27 +269,59 @@ mod tests {
         let mut sockets = SocketProxy::default();
         let mut connections = ProxyConnections::default();
         sockets.listen("a", &here).expect("a socket");
-        let (socket, ..) = sockets.descriptors().next().expect("a socket");
+        let (socket, ..) = sockets.descriptors(true).next().expect("a socket");
         let mut caller = UnixStream::connect(&here).expect("a caller");
-        let (wire, called) = sockets.accept(socket).expect("a caller");
-        assert_eq!(called, "a");
+        let accepted = sockets.accept(socket).expect("a caller");
+        assert_eq!((&*accepted.component, accepted.dropped), ("a", None));
+        let wire = accepted.wire;
         connections.call(wire, &there).expect("to call");
         let (mut answering, _) = component.accept().expect("a call");
         caller
             .write_all("h\u{f6}".as_bytes().split_last().expect("bytes").1)
             .expect("written");
-        let heard = sockets.connections.turn(wire).expect("a wire");
+        let silent = sockets.connections.turn(wire, false).expect("a wire");
+        assert_eq!((silent.text.as_str(), silent.there), ("", true), "no room");
+        let heard = sockets.connections.turn(wire, true).expect("a wire");
         assert_eq!((heard.text.as_str(), heard.there), ("h", true));
         assert!(connections.send(wire, &heard.text));
         let mut byte = [0];
         answering.read_exact(&mut byte).expect("a byte");
         assert_eq!(&byte, b"h");
         drop(answering);
-        assert!(!connections.turn(wire).expect("a wire").there);
+        assert!(!connections.turn(wire, true).expect("a wire").there);
         sockets.connections.shut(wire);
         assert_eq!(caller.read(&mut byte).expect("its end"), 0);
         sockets.close("a");
         assert!(!here.exists());
         assert!(connections.call(7, &here).is_err());
+    }
+    #[test]
+    fn the_caller_that_was_idle_the_longest_gives_way() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("here");
+        let mut sockets = SocketProxy::default();
+        sockets.listen("a", &path).expect("a socket");
+        let (socket, ..) = sockets.descriptors(true).next().expect("a socket");
+        let mut call = || {
+            let caller = UnixStream::connect(&path).expect("a caller");
+            (caller, sockets.accept(socket).expect("a caller"))
+        };
+        let mut callers: Vec<_> = (0..MAX_CLIENTS).map(|_| call()).collect();
+        assert!(
+            callers
+                .iter()
+                .all(|(_, accepted)| accepted.dropped.is_none())
+        );
+        callers[0].0.write_all(b"x").expect("written");
+        let first = callers[0].1.wire;
+        let second = callers[1].1.wire;
+        let heard = sockets.connections.turn(first, true).expect("a wire");
+        assert_eq!(heard.text, "x");
+        let caller = UnixStream::connect(&path).expect("a caller");
+        let accepted = sockets.accept(socket).expect("a caller");
+        assert_eq!(accepted.dropped, Some(second));
+        assert_eq!(callers[1].0.read(&mut [0]).expect("its end"), 0);
+        assert_eq!(sockets.connections.0.len(), MAX_CLIENTS);
+        drop(caller);
     }
 }

@@ -4,22 +4,24 @@ use crate::log::reporter::Reporter;
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::unit::{HEARTBEAT_LIMIT, Phase, Unit};
 use rc_deploy_client::logs;
+use rc_diagnostics::foreign::clean;
 use rc_management::component::State;
 use rc_management::event::{Event, Severity};
 use rc_management::lines::Line;
-use rc_management::link::ComponentMessage;
+use rc_management::link::{ComponentMessage, MOST_GARBAGE};
 use std::time::{Duration, Instant};
 
 impl Unit {
     /// Handles one line of the link.
     pub(crate) fn handle_line(&mut self, line: Line, report: &Reporter) {
+        let size = line.size();
         let message = match line {
             Line::Complete(line) => ComponentMessage::decode(&line),
             Line::TooLong => Err("a line of more than 64 KiB".to_owned()),
         };
         match message {
             Ok(message) => self.handle_message(message, report),
-            Err(fault) => self.reject(&fault, report),
+            Err(fault) => self.reject(&fault, size, report),
         }
     }
 
@@ -87,7 +89,7 @@ impl Unit {
                     }
                 }
                 if Duration::from_millis(age_ms) <= HEARTBEAT_LIMIT {
-                    if std::mem::take(&mut self.hung) {
+                    if self.hung.take().is_some() {
                         self.event(
                             report,
                             Severity::Info,
@@ -96,8 +98,10 @@ impl Unit {
                         );
                     }
                 } else if self.ready {
+                    let since = self.heard.checked_sub(Duration::from_millis(age_ms));
                     self.hang(
                         report,
+                        since.unwrap_or(self.heard),
                         &format!("its event loop has not run for {age_ms} ms"),
                     );
                 }
@@ -105,16 +109,29 @@ impl Unit {
         }
     }
 
-    fn reject(&mut self, fault: &str, report: &Reporter) {
-        if !std::mem::replace(&mut self.garbage, true) {
+    /// Reports the first unreadable line. A component that sends nothing else costs the supervisor
+    /// time, and is stopped.
+    fn reject(&mut self, fault: &str, size: usize, report: &Reporter) {
+        if self.garbage == 0 {
+            let fault = clean(fault);
             let text = format!("sent {fault} to its supervisor; further faults are not reported");
             self.event(report, Severity::Warning, "garbage", text);
         }
+        self.garbage = self.garbage.saturating_add(size);
+        if self.garbage > MOST_GARBAGE && !self.is_asked_to_stop() {
+            let text = format!(
+                "sent more than {} MiB that its supervisor cannot read, and is stopped",
+                MOST_GARBAGE >> 20
+            );
+            self.event(report, Severity::Error, "garbage", text);
+            self.ask_to_stop();
+        }
     }
 
-    pub(super) fn hang(&mut self, report: &Reporter, why: &str) {
-        if !self.hung && !self.is_asked_to_stop() {
-            self.hung = true;
+    /// Notes that it hangs since that time.
+    pub(super) fn hang(&mut self, report: &Reporter, since: Instant, why: &str) {
+        if self.hung.is_none() && !self.is_asked_to_stop() {
+            self.hung = Some(since);
             self.event(report, Severity::Warning, "hung", why);
         }
     }

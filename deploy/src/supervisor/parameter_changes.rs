@@ -1,5 +1,6 @@
 //! Unsaved parameter changes of a component, which its next run restores.
 
+use rc_diagnostics::foreign::clean;
 use rc_management::link::{SupervisorMessage, UnsavedParameters};
 use rc_management::rpc;
 
@@ -23,7 +24,7 @@ impl Changes {
 
     /// The message about restored changes.
     pub(crate) fn restored(&self) -> String {
-        let paths: Vec<&str> = self.0.changed.keys().map(String::as_str).collect();
+        let paths: Vec<String> = self.0.changed.keys().map(|path| clean(path)).collect();
         format!("has its changed parameters again: {}", paths.join(", "))
     }
 

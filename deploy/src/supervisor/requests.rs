@@ -8,8 +8,9 @@ use rc_management::event::Severity;
 use rc_management::supervisor::{NetworkStatus, Request, Verb};
 
 impl Supervisor<'_> {
-    pub(super) fn serve(&mut self, number: u64) {
-        for request in self.control.turn(number) {
+    /// Serves at most one request of each client.
+    pub(super) fn serve(&mut self) {
+        for request in self.control.requests() {
             match request.request.clone() {
                 Request::Start { names } => self.take_command(request, Verb::Start, &names),
                 Request::Stop { names } => self.take_command(request, Verb::Stop, &names),

@@ -90,6 +90,7 @@ mod tests {
     fn rules(policy: Policy, limit: Option<(u32, Duration)>) -> Restarts {
         Restarts::new(Restart {
             policy,
+            hung: None,
             limit,
             backoff: Duration::from_secs(2),
         })

@@ -22,7 +22,7 @@ use rc_deploy_client::logs;
 use rc_deploy_client::status::digest;
 use rc_deploy_network::plan::Plan;
 use rc_management::event::{Event, Severity};
-use rc_management::supervisor;
+use rc_management::{ServerSource, supervisor};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeSet;
 use std::io;
@@ -46,8 +46,7 @@ enum Source {
     Launcher,
     Relay,
     Rotation,
-    Listener,
-    Client(u64),
+    Control(ServerSource),
     Guard,
     Host(usize, HostSource),
     Link(usize),
@@ -174,9 +173,10 @@ impl<'p> Supervisor<'p> {
                 return self.finish(cleanup);
             }
             self.control.send_events(&self.report.journal());
-            for source in self.wait() {
-                self.dispatch(source);
+            for (source, events) in self.wait() {
+                self.dispatch(source, events);
             }
+            self.serve();
             self.check_deadlines();
         }
     }
@@ -288,7 +288,7 @@ impl<'p> Supervisor<'p> {
 
     /// Waits for events and returns their sources. Links come before processes, so that the last
     /// messages of a component count.
-    fn wait(&self) -> Vec<Source> {
+    fn wait(&self) -> Vec<(Source, PollFlags)> {
         let mut polled: Vec<PollFd<'_>> = Vec::new();
         let mut sources = Vec::new();
         let mut add = |source, descriptor, flags| {
@@ -296,9 +296,6 @@ impl<'p> Supervisor<'p> {
             sources.push(source);
         };
         add(Source::Signals, self.signals.descriptor(), PollFlags::IN);
-        if let Some(listener) = self.control.listener().descriptor() {
-            add(Source::Listener, listener, PollFlags::IN);
-        }
         if let Some(launcher) = &self.launcher {
             add(
                 Source::Launcher,
@@ -320,14 +317,6 @@ impl<'p> Supervisor<'p> {
                 add(Source::Host(h, part), descriptor, flags);
             }
         }
-        for client in self.control.clients() {
-            let flags = if client.has_output() {
-                PollFlags::IN | PollFlags::OUT
-            } else {
-                PollFlags::IN
-            };
-            add(Source::Client(client.number), client.stream.as_fd(), flags);
-        }
         for (i, unit) in self.units.iter().enumerate() {
             if let Some(link) = unit.link() {
                 add(Source::Link(i), link.as_fd(), PollFlags::IN);
@@ -338,13 +327,17 @@ impl<'p> Supervisor<'p> {
                 add(Source::Process(i), process.as_fd(), PollFlags::IN);
             }
         }
+        // Clients come last.
+        for (source, descriptor, flags) in self.control.descriptors() {
+            add(Source::Control(source), descriptor, flags);
+        }
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
         let hosts = self.hosts.iter().filter_map(Host::deadline);
         let deadline = units.chain(relay).chain(hosts).chain(commands);
         let deadline = deadline.chain(self.sweeps.deadline());
-        let deadline = deadline.chain(self.control.listener().deadline());
+        let deadline = deadline.chain(self.control.deadline());
         let deadline = deadline.chain(self.rotation.deadline());
         let deadline = deadline.chain([self.rounds.deadline()]).min();
         // A limit that no Timespec can hold is none.
@@ -354,7 +347,7 @@ impl<'p> Supervisor<'p> {
                 .iter()
                 .zip(sources)
                 .filter(|(fd, _)| !fd.revents().is_empty())
-                .map(|(_, source)| source)
+                .map(|(fd, source)| (source, fd.revents()))
                 .collect(),
             // Interrupted, or short of memory for a moment.
             Err(error) => {
@@ -366,7 +359,7 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn dispatch(&mut self, source: Source) {
+    fn dispatch(&mut self, source: Source, events: PollFlags) {
         match source {
             Source::Signals => self.signalled(),
             Source::Launcher => {
@@ -379,8 +372,7 @@ impl<'p> Supervisor<'p> {
                 }
             }
             Source::Rotation => self.rotation.wake(),
-            Source::Listener => self.control.accept(),
-            Source::Client(number) => self.serve(number),
+            Source::Control(source) => self.control.turn(source, events),
             Source::Guard => self.guard_ended(),
             Source::Host(h, HostSource::Link) => self.read_host(h),
             Source::Host(h, HostSource::Socket(number)) => self.hosts[h].turn_socket(number),
@@ -505,7 +497,7 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.show(now, self.report);
         }
-        self.control.resume(now);
+        self.control.check(now);
         self.check_hosts(now);
         self.rotation.check(now, self.report);
         if self.rounds.is_due(now) {
@@ -534,6 +526,13 @@ impl<'p> Supervisor<'p> {
                 }
                 // It is stopped when it is its turn; until then its limit is no news.
                 Overdue::NotReady => self.units[i].ask_to_stop(),
+                Overdue::HungTooLong => {
+                    let unit = &self.units[i];
+                    let limit = unit.component.restart.hung.unwrap_or_default();
+                    let text = format!("has been hung for {limit:?} and is stopped");
+                    unit.event(self.report, Severity::Warning, "hung-too-long", text);
+                    self.units[i].ask_to_stop();
+                }
                 Overdue::NotKilled => {
                     self.failed.push(self.units[i].name().to_owned());
                     // Dependents would wait for ever.

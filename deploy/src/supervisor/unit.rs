@@ -10,7 +10,7 @@ use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_client::connection::KILL_LIMIT;
-use rc_deploy_network::plan::Component;
+use rc_deploy_network::plan::{Component, Policy};
 use rc_management::agent::Exit;
 use rc_management::component::State;
 use rc_management::event::Severity;
@@ -42,10 +42,12 @@ pub(crate) struct Unit {
     pub(super) reported: Option<State>,
     /// How many samples its slots have lost, from the last heartbeat.
     pub(super) lost: BTreeMap<String, u64>,
-    pub(super) hung: bool,
+    /// Since when its loop has not turned, or no heartbeat came, if it hangs.
+    pub(super) hung: Option<Instant>,
     /// When the last heartbeat came, or it became ready.
     pub(super) heard: Instant,
-    pub(super) garbage: bool,
+    /// How many bytes of lines that are no message it has sent.
+    pub(super) garbage: usize,
     pub(super) health: HealthMonitor,
     pub(super) restarts: Restarts,
     /// How often it was started, including commands.
@@ -109,6 +111,8 @@ pub(crate) enum Overdue {
     NotReady,
     /// It did not end after SIGKILL.
     NotKilled,
+    /// It hangs for longer than its policy allows.
+    HungTooLong,
 }
 
 impl Unit {
@@ -129,9 +133,9 @@ impl Unit {
             ready: false,
             reported: None,
             lost: BTreeMap::new(),
-            hung: false,
+            hung: None,
             heard: Instant::now(),
-            garbage: false,
+            garbage: 0,
             health: HealthMonitor::default(),
         }
     }
@@ -281,8 +285,8 @@ impl Unit {
         self.reported = None;
         self.lost.clear();
         self.unkept = self.changes.lost();
-        self.hung = false;
-        self.garbage = false;
+        self.hung = None;
+        self.garbage = 0;
         self.health = HealthMonitor::default();
         self.phase = Phase::Alive(Running {
             handle,
@@ -418,7 +422,7 @@ impl Unit {
         let limit = match running.stop {
             Stop::Asked(at) | Stop::Killed(at) => Some(at),
             Stop::No if !self.ready => Some(running.started + self.component.ready),
-            Stop::No => self.silence(),
+            Stop::No => self.silence().or_else(|| self.hung_limit()),
         };
         limit.into_iter().chain(running.closed).min()
     }
@@ -426,7 +430,14 @@ impl Unit {
     /// When it will have been silent for too long.
     fn silence(&self) -> Option<Instant> {
         let linked = self.handle().is_some_and(ProcessHandle::is_linked);
-        (!self.hung && linked).then(|| self.heard + self.silence_limit())
+        (self.hung.is_none() && linked).then(|| self.heard + self.silence_limit())
+    }
+
+    /// When it will have been hung for longer than its policy allows.
+    fn hung_limit(&self) -> Option<Instant> {
+        let rules = self.component.restart;
+        let limit = rules.hung.filter(|_| rules.policy != Policy::Never);
+        Some(self.hung? + limit?)
     }
 
     /// How long heartbeats may be missing. A component on another machine is also silent when its
@@ -474,9 +485,10 @@ impl Unit {
                 Overdue::NotKilled
             }
             Stop::No if !self.ready => Overdue::NotReady,
+            Stop::No if self.hung.is_some() => Overdue::HungTooLong,
             Stop::No => {
                 let text = format!("has not sent a heartbeat for {:?}", self.silence_limit());
-                self.hang(report, &text);
+                self.hang(report, self.heard, &text);
                 Overdue::Nothing
             }
         }
@@ -523,7 +535,7 @@ impl Unit {
             Phase::Ended(end) if end.done => ComponentState::Done,
             Phase::Ended(_) => ComponentState::Failed,
             Phase::Alive(running) if running.stop != Stop::No => ComponentState::Stopping,
-            Phase::Alive(_) if self.hung => ComponentState::Hung,
+            Phase::Alive(_) if self.hung.is_some() => ComponentState::Hung,
             Phase::Alive(_) if self.ready => self.reported.unwrap_or(State::Running).into(),
             Phase::Alive(_) => ComponentState::Starting,
         }

@@ -50,6 +50,7 @@ fn children_are_gone_before_their_component_starts_again() {
     let parent = Component {
         restart: Restart {
             policy: Policy::OnFailure,
+            hung: None,
             limit: None,
             backoff: Duration::from_millis(1),
         },

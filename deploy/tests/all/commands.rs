@@ -93,6 +93,7 @@ fn a_network_of_stopped_components_is_still_up() {
     let always = Component {
         restart: Restart {
             policy: Policy::Always,
+            hung: None,
             limit: None,
             backoff: Duration::from_millis(1),
         },
@@ -165,6 +166,7 @@ fn who_waits_for_what_has_failed_is_told_so() {
     let tried = Component {
         restart: Restart {
             policy: Policy::OnFailure,
+            hung: None,
             limit: None,
             backoff: Duration::from_mins(10),
         },

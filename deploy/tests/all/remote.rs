@@ -44,6 +44,7 @@ fn again(component: Component) -> Component {
     Component {
         restart: Restart {
             policy: Policy::OnFailure,
+            hung: None,
             limit: None,
             backoff: Duration::from_millis(50),
         },

@@ -11,6 +11,7 @@ fn turns(name: &str, turns: &str, policy: Policy, limit: Option<u32>) -> Compone
     Component {
         restart: Restart {
             policy,
+            hung: None,
             limit: limit.map(|most| (most, Duration::from_mins(10))),
             backoff: Duration::from_millis(20),
         },
@@ -186,5 +187,41 @@ fn a_program_that_is_away_for_a_moment_is_tried_again() {
             .count(),
         1
     );
+    bench.assert_nothing_left();
+}
+
+#[test]
+fn a_component_that_hangs_for_too_long_is_started_again() {
+    let bench = Bench::new();
+    let a = turns("a", "9 0", Policy::OnFailure, Some(3));
+    let a = Component {
+        restart: Restart {
+            hung: Some(Duration::from_secs(3)),
+            ..a.restart
+        },
+        ..a
+    };
+    // Without `hung`, a policy leaves it alone.
+    let patient = turns("patient", "9", Policy::OnFailure, Some(3));
+    let mut up = bench.start(vec![patient, a, well("other")]);
+    up.await_event("hung", Some("a"));
+    let message = up.await_event("hung-too-long", Some("a"));
+    assert_eq!(message, "has been hung for 3s and is stopped");
+    up.await_event("restarting", Some("a"));
+    up.await_event("ready", Some("a"));
+    let status = bench.status();
+    let states: Vec<ComponentState> = status.components.iter().map(|c| c.state).collect();
+    assert_eq!(
+        states,
+        [
+            ComponentState::Hung,
+            ComponentState::Running,
+            ComponentState::Running
+        ]
+    );
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    assert!(!codes(&events, "patient").contains(&"hung-too-long".to_owned()));
     bench.assert_nothing_left();
 }

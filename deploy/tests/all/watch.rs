@@ -70,6 +70,27 @@ fn a_process_that_grows_and_grows_is_told_of() {
     bench.assert_nothing_left();
 }
 
+#[test]
+fn a_component_that_sends_only_garbage_is_stopped() {
+    let bench = Bench::new();
+    let mut up = bench.start(vec![component("a", "babble", &[]), well("b")]);
+    let first = up.await_event("garbage", Some("a"));
+    assert!(first.contains("further faults are not reported"), "{first}");
+    let second = up.await_event("garbage", Some("a"));
+    assert_eq!(
+        second,
+        "sent more than 1 MiB that its supervisor cannot read, and is stopped"
+    );
+    up.await_event("exited", Some("a"));
+    assert_eq!(
+        bench.status().components[1].state,
+        rc_deploy::ComponentState::Running
+    );
+    up.signal(Signal::TERM);
+    assert_eq!(up.end().0, Some(3));
+    bench.assert_nothing_left();
+}
+
 /// The herald, a component over DDS.
 fn herald(bench: &Bench, domain: &str) -> Component {
     let folder = Path::new(env!("CARGO_BIN_EXE_rcdeploy")).parent();

@@ -189,6 +189,14 @@ fn main() -> ExitCode {
             program.ready();
             program.live(Some(0), false, None);
         }
+        // It sends nothing but garbage, until it is asked to end.
+        "babble" => {
+            program.ready();
+            program.signals.set_nonblocking(true).expect("a mode");
+            while (&program.signals).read(&mut [0; 8]).is_err() {
+                program.say(&"x".repeat(5000));
+            }
+        }
         // It closes its link and lives.
         "shut" => {
             program.ready();
@@ -307,6 +315,11 @@ fn main() -> ExitCode {
                 program.journal("child", far.spawn().expect("a child").id());
                 program.ready();
                 status = 7;
+            }
+            // It is ready, and its loop never turns again.
+            9 => {
+                program.ready();
+                program.live(Some(5000), false, None);
             }
             // It fails before it is ready.
             code => status = code,

@@ -1,5 +1,6 @@
 //! Messages of the library, in the log.
 
+use rc_diagnostics::foreign::clean;
 use rc_network::RateLimit;
 
 /// Logs a message of the library.
@@ -7,6 +8,7 @@ pub(crate) fn library(is_error: bool, message: &str) {
     static WARNINGS: RateLimit = RateLimit::new();
     static ERRORS: RateLimit = RateLimit::new();
     let rate_limit = if is_error { &ERRORS } else { &WARNINGS };
+    let message = clean(message);
     let Some(suppressed) = rate_limit.allow() else {
         return;
     };

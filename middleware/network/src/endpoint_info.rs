@@ -2,6 +2,7 @@
 //! registration on this machine.
 
 use crate::Guid;
+use rc_diagnostics::foreign::{clean, clean_to};
 use rc_middleware::TypeIdentity;
 use std::fmt;
 use std::os::unix::fs::MetadataExt;
@@ -9,6 +10,9 @@ use std::path::Path;
 
 /// The first word, which tells it from the user data of other programs.
 const BEGIN: &str = "robocomp/1";
+
+/// How many characters of a type's name are kept.
+const LONGEST_TYPE: usize = 1024;
 
 /// The purpose of an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,10 +70,10 @@ impl EndpointInfo {
         let role = words.next()?;
         let (role, _) = Role::ALL.iter().find(|(_, word)| *word == role)?;
         let hash = u64::from_str_radix(words.next()?, 16).ok()?;
-        let name = words.next()?.to_owned();
+        let name = clean_to(words.next()?, LONGEST_TYPE);
         let pid = words.next()?.parse().ok()?;
-        let instance = words.next()?.to_owned();
-        let host = words.next()?.to_owned();
+        let instance = clean(words.next()?);
+        let host = clean(words.next()?);
         Some(Self {
             role: *role,
             types: TypeIdentity { name, hash },
@@ -103,7 +107,9 @@ impl fmt::Display for EndpointInfo {
 /// Whether two endpoints have the same types, as far as they tell: hash 0 stands for types that no
 /// component generated.
 pub fn types_match(ours: &TypeIdentity, theirs: &TypeIdentity) -> bool {
-    ours == theirs || ours.hash == 0 || theirs.hash == 0
+    // A name longer than the limit came cut.
+    let is_same = || clean_to(&ours.name, LONGEST_TYPE) == clean_to(&theirs.name, LONGEST_TYPE);
+    ours.hash == 0 || theirs.hash == 0 || (ours.hash == theirs.hash && is_same())
 }
 
 /// Identifies this machine: its name for people, `@`, and a number that all processes with the
@@ -162,6 +168,21 @@ mod tests {
         };
         assert_eq!(other.describe("robot@1"), "pid 4711 (lidar)");
         assert_eq!(other.describe("robot@2"), "pid 4711 (lidar) on robot");
+        let hostile = EndpointInfo {
+            types: TypeIdentity {
+                name: "A\u{1b}[2J".to_owned(),
+                hash: 7,
+            },
+            instance: format!("lidar\nerror:\tforged{}", "x".repeat(10_000)),
+            host: "robot\u{202e}".to_owned(),
+            ..info.clone()
+        };
+        let read = EndpointInfo::parse(hostile.to_string().as_bytes()).expect("an endpoint");
+        assert_eq!(read.types.name, "A\\u{1b}[2J");
+        assert_eq!(read.host, "robot\\u{202e}");
+        assert!(read.instance.starts_with("lidar\\nerror:\tforgedxxx"));
+        assert_eq!(read.instance.chars().count(), 257);
+        assert!(types_match(&hostile.types, &read.types));
         for stranger in [&b""[..], b"typehash=RIHS01", b"robocomp/1 server", &[255]] {
             assert_eq!(EndpointInfo::parse(stranger), None);
         }

@@ -4,14 +4,15 @@
 //! what a component sends as soon as it runs. On one machine the run directory knows who is there.
 //! Each endpoint registers there with a file that stays locked while its process lives: who it is,
 //! and whom it has found. A component that opens an endpoint reads the registrations of the others,
-//! refuses what does not match, and waits until both sides have found each other.
+//! refuses what does not match, and waits until both sides have found each other. The last one out
+//! removes the folder.
 
 use crate::endpoint_info::{fnv, hex};
 use crate::{EndpointInfo, EndpointKind, Guid, Identity, QosContract};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{DirBuilder, File};
 use std::io::{self, Read};
-use std::os::unix::fs::{DirBuilderExt, FileExt};
+use std::os::unix::fs::{DirBuilderExt, FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -19,6 +20,8 @@ use std::time::{Duration, Instant};
 const LONGEST: u64 = 64 * 1024;
 /// Longest wait for another component that opens endpoints.
 const LOCK_LIMIT: Duration = Duration::from_secs(10);
+/// The file that a component locks while it opens endpoints.
+const LOCK: &str = "turn";
 /// Pause between two attempts.
 const LOCK_PAUSE: Duration = Duration::from_millis(2);
 
@@ -55,31 +58,47 @@ pub struct RegistrationGuard {
 /// Held while endpoints are opened: only one component of this machine opens endpoints at a time.
 #[derive(Debug)]
 pub struct OpenLock {
-    _file: File,
+    file: File,
+    directory: PathBuf,
+}
+
+/// Removes the folder if nobody has registered in it.
+impl Drop for OpenLock {
+    fn drop(&mut self) {
+        remove_if_empty(&self.directory, &self.file);
+    }
 }
 
 impl LocalRegistry {
     /// The registry of `domain` in the folder of this backend.
     pub fn open(folder: &Path, domain: u32) -> io::Result<Self> {
-        let directory = folder.join(domain.to_string());
-        DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(&directory)?;
-        Ok(Self { directory })
+        let registry = Self {
+            directory: folder.join(domain.to_string()),
+        };
+        registry.make_directory()?;
+        Ok(registry)
+    }
+
+    fn make_directory(&self) -> io::Result<()> {
+        let mut builder = DirBuilder::new();
+        builder.recursive(true).mode(0o700).create(&self.directory)
     }
 
     /// Waits until no other component opens endpoints; fails after ten seconds.
     pub fn open_lock(&self) -> io::Result<OpenLock> {
-        // The name stays: components of other versions lock the same file.
-        let path = self.directory.join("turn");
-        let file = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(path)?;
+        let path = self.directory.join(LOCK);
         let deadline = Instant::now() + LOCK_LIMIT;
-        while flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() {
+        loop {
+            match lock(&path, true) {
+                Ok(Some(file)) => {
+                    let directory = self.directory.clone();
+                    return Ok(OpenLock { file, directory });
+                }
+                Ok(None) => {}
+                // The last endpoint has left since the folder was made.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => self.make_directory()?,
+                Err(error) => return Err(error),
+            }
             if Instant::now() >= deadline {
                 return Err(io::Error::new(
                     io::ErrorKind::TimedOut,
@@ -88,7 +107,6 @@ impl LocalRegistry {
             }
             std::thread::sleep(LOCK_PAUSE);
         }
-        Ok(OpenLock { _file: file })
     }
 
     /// Registers an endpoint of this process. The caller holds the [`OpenLock`].
@@ -172,10 +190,51 @@ impl RegistrationGuard {
     }
 }
 
+/// Removes the registration, and the folder with the last one.
 impl Drop for RegistrationGuard {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
+        // Whoever has the lock looks after the folder.
+        if let Some(directory) = self.path.parent()
+            && let Ok(Some(file)) = lock(&directory.join(LOCK), false)
+        {
+            remove_if_empty(directory, &file);
+        }
     }
+}
+
+/// Locks the file at `path`; `None` if another process has locked it, or has just removed it.
+fn lock(path: &Path, create: bool) -> io::Result<Option<File>> {
+    let mut options = File::options();
+    options.create(create).truncate(false).write(true);
+    let file = options.open(path)?;
+    if flock(&file, FlockOperation::NonBlockingLockExclusive).is_err() {
+        return Ok(None);
+    }
+    let own = file.metadata()?;
+    let is_there = std::fs::metadata(path)
+        .is_ok_and(|there| (there.dev(), there.ino()) == (own.dev(), own.ino()));
+    Ok(is_there.then_some(file))
+}
+
+/// Removes the folder, and the one for all domains, if no process that is alive has registered.
+/// The caller has locked the file.
+fn remove_if_empty(directory: &Path, _lock: &File) {
+    for entry in std::fs::read_dir(directory).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if entry.file_name() == LOCK {
+            continue;
+        }
+        let is_alive = File::open(&path)
+            .is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared).is_err());
+        if is_alive {
+            return;
+        }
+        let _ = std::fs::remove_file(path);
+    }
+    let _ = std::fs::remove_file(directory.join(LOCK));
+    let _ = std::fs::remove_dir(directory);
+    let _ = directory.parent().map(std::fs::remove_dir);
 }
 
 /// A topic can be longer than the name of a file.
@@ -273,8 +332,22 @@ mod tests {
         std::fs::copy(&own.path, &left).expect("to copy");
         assert_eq!(writers("a/b").len(), 1);
         assert!(!left.exists());
+        // One that was killed does not keep the folder; one that lives does.
+        std::fs::copy(&own.path, &left).expect("to copy");
+        let lock = registry.open_lock().expect("the lock");
+        let second = registry.register(&[3; 16], &endpoint).expect("to register");
+        drop(lock);
         drop(own);
-        assert!(writers("a/b").is_empty());
-        std::fs::remove_dir_all(&folder).expect("to remove");
+        assert_eq!(writers("a/b").len(), 1);
+        drop(second);
+        assert!(!folder.exists(), "the last one removes the folder");
+        // Somebody who has opened the registry before makes it again.
+        let lock = registry.open_lock().expect("the lock");
+        let third = registry.register(&[4; 16], &endpoint).expect("to register");
+        drop(lock);
+        assert_eq!(writers("a/b").len(), 1);
+        drop(third);
+        drop(registry.open_lock().expect("the lock"));
+        assert!(!folder.exists(), "nobody has registered");
     }
 }

@@ -32,6 +32,23 @@ pub struct Configuration {
     pub middleware: Settings,
     /// `[parameters]`.
     pub parameters: Values,
+    /// Where the file has secret values.
+    pub secrets: Vec<Span>,
+}
+
+/// Reports secrets in a file that other users of the machine can read. `mode` is that of the file,
+/// as in stat(2).
+pub fn check_readable(configuration: &Configuration, mode: u32, found: &mut Diagnostics) {
+    if let Some(first) = configuration.secrets.first()
+        && mode & 0o044 != 0
+    {
+        let message = "other users of this machine can read the secrets of this file";
+        let own = Diagnostic::warning("readable-secret", *first, message);
+        let mut more = Diagnostics::new();
+        more.push(own.help("take their rights away with `chmod go= FILE`"));
+        more.redact(&configuration.secrets);
+        found.extend(more);
+    }
 }
 
 /// Checks one configuration and reports all errors at once. `parameters` is the model of the
@@ -87,6 +104,7 @@ fn read(
         }
     }
     checker.found.redact(&checker.secrets);
+    configuration.secrets = checker.secrets;
     (configuration, checker.found, checker.missing)
 }
 

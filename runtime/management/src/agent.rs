@@ -4,6 +4,7 @@
 //! bytes of those files one after the other, and answers [`AgentMessage::Ready`]. From then on both sides send
 //! whenever they have something to say. Both are the same program, so the protocol has no version.
 
+use crate::foreign;
 use crate::lines::LIMIT;
 use rustix::process::Signal;
 use serde::{Deserialize, Serialize};
@@ -80,7 +81,7 @@ pub enum AgentMessage {
         recovered: Option<usize>,
     },
     /// The agent cannot do its work and exits.
-    Refused(String),
+    Refused(#[serde(deserialize_with = "foreign::lines")] String),
     /// A component was started.
     Started {
         /// The component.
@@ -93,6 +94,7 @@ pub enum AgentMessage {
         /// The component.
         name: String,
         /// Why.
+        #[serde(deserialize_with = "foreign::lines")]
         reason: String,
     },
     /// A line of a component's link.
@@ -134,7 +136,7 @@ pub enum AgentMessage {
         left: usize,
     },
     /// A message of the agent, for people.
-    Note(String),
+    Note(#[serde(deserialize_with = "foreign::lines")] String),
     /// The agent lives.
     #[serde(rename = "beat")]
     Heartbeat,
@@ -167,6 +169,7 @@ pub struct Exit {
     /// The signal that killed it.
     pub signal: Option<i32>,
     /// `exit status 1`, `signal 11 (SIGSEGV)`.
+    #[serde(deserialize_with = "foreign::text")]
     pub text: String,
 }
 

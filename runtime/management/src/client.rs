@@ -3,6 +3,7 @@
 use crate::lines::{self, Line, Lines, Overlong};
 use crate::output::Output;
 use crate::rpc::{self, Error};
+use rc_diagnostics::foreign::{clean, clean_bytes};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::sockopt::{Timeout, set_socket_timeout};
@@ -19,7 +20,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// The longest message, in bytes: the status of a network has many times the length of a component's line.
-const LONGEST: usize = 64 * lines::LIMIT;
+pub(crate) const LONGEST: usize = 64 * lines::LIMIT;
 /// The most bytes of messages that wait for [`Client::next`] and [`Client::receive`].
 const MOST_WAITING: usize = 2 * LONGEST;
 
@@ -116,7 +117,7 @@ impl Client {
         Ok(Self {
             stream,
             lines: Lines::up_to(LONGEST, Overlong::Skip),
-            output: Output::default(),
+            output: Output::up_to(LONGEST),
             requests: 0,
             received: VecDeque::new(),
             waiting: 0,
@@ -170,7 +171,8 @@ impl Client {
         match answer? {
             Incoming::Answer(_, result) => {
                 let result = result?;
-                T::deserialize(&result).map_err(|_| CallError::Unexpected(result.to_string()))
+                T::deserialize(&result)
+                    .map_err(|_| CallError::Unexpected(clean(&result.to_string())))
             }
             Incoming::Unknown(text) => Err(CallError::Unexpected(text)),
             Incoming::Notification(..) => Err(CallError::Closed),
@@ -276,7 +278,7 @@ fn incoming(line: Line) -> Incoming {
     let Line::Complete(line) = line else {
         return Incoming::Unknown(format!("a message of more than {LONGEST} bytes"));
     };
-    let unknown = || Incoming::Unknown(String::from_utf8_lossy(&line).into_owned());
+    let unknown = || Incoming::Unknown(clean_bytes(&line));
     let Ok(mut message) = serde_json::from_slice::<Value>(&line) else {
         return unknown();
     };

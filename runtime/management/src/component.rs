@@ -1,5 +1,6 @@
 //! What tools ask of a component, on `NAME.sock` in the run directory of its network.
 
+use crate::foreign;
 use crate::rpc::{Call, Error};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -147,10 +148,13 @@ impl Role {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// The component's type: the name after `Component` in its `.cdsl`.
+    #[serde(deserialize_with = "foreign::text")]
     pub component: String,
     /// The component's name in its network.
+    #[serde(deserialize_with = "foreign::text")]
     pub name: String,
     /// The network.
+    #[serde(deserialize_with = "foreign::text")]
     pub network: String,
     /// The process.
     pub pid: u32,
@@ -161,8 +165,10 @@ pub struct Status {
     /// Milliseconds since the last turn of the worker's loop.
     pub age_ms: u64,
     /// Hash of the description files, 16 hexadecimal digits.
+    #[serde(deserialize_with = "foreign::text")]
     pub model: String,
     /// The middleware of all connections that do not choose one.
+    #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
     /// The period of `compute()`, in milliseconds.
     pub period_ms: f64,
@@ -171,6 +177,7 @@ pub struct Status {
     /// The runs of `compute()`.
     pub compute: Timing,
     /// The last error of `compute()` or a handler.
+    #[serde(deserialize_with = "foreign::optional")]
     pub last_error: Option<String>,
     /// The connections, in the order of the `.cdsl`.
     pub slots: Vec<SlotStatus>,
@@ -180,14 +187,18 @@ pub struct Status {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlotStatus {
     /// The slot's name.
+    #[serde(deserialize_with = "foreign::text")]
     pub name: String,
     /// Which end of the connection it is.
     pub role: Role,
     /// The type of the connection, `RoboCompLaser::Laser`.
+    #[serde(deserialize_with = "foreign::text")]
     pub interface: String,
     /// The middleware.
+    #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
     /// Where the ends of the connection meet; none until it is open.
+    #[serde(deserialize_with = "foreign::optional")]
     pub address: Option<String>,
     /// The number of connected peers.
     pub peers: usize,
@@ -229,6 +240,7 @@ pub struct Parameters {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterStatus {
     /// The path, `motors[2].max`.
+    #[serde(deserialize_with = "foreign::text")]
     pub path: String,
     /// The value.
     pub value: Value,
@@ -242,9 +254,11 @@ pub struct ParameterStatus {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub default: Option<Value>,
     /// The type and the limits, in the words of PDSL: "float, from 0 to 1500, in mm/s".
+    #[serde(deserialize_with = "foreign::text")]
     pub allowed: String,
     /// The unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "foreign::optional")]
     pub unit: Option<String>,
     /// Whether a change takes effect at once.
     pub editable: bool,
@@ -254,6 +268,7 @@ pub struct ParameterStatus {
     pub secret: bool,
     /// The documentation, line by line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
     pub doc: Vec<String>,
 }
 
@@ -271,6 +286,7 @@ impl ParameterStatus {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterChange {
     /// The path of the parameter.
+    #[serde(deserialize_with = "foreign::text")]
     pub path: String,
     /// The value before; `***` if it is secret.
     pub old: Value,

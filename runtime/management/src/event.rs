@@ -1,5 +1,6 @@
 //! Events of a network.
 
+use crate::foreign;
 use crate::lines;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::borrow::Cow;
@@ -28,10 +29,13 @@ pub struct Event {
     )]
     pub time: SystemTime,
     /// The component; none for an event of the whole network.
+    #[serde(deserialize_with = "foreign::optional")]
     pub component: Option<String>,
     /// The kind of event, in kebab case.
+    #[serde(deserialize_with = "foreign::code")]
     pub code: Cow<'static, str>,
     /// The event for people, with particulars.
+    #[serde(deserialize_with = "foreign::lines")]
     pub message: String,
     /// The severity.
     pub severity: Severity,

@@ -11,17 +11,23 @@
 //! | [`agent`] | a supervisor and its agent on another machine, over ssh |
 //!
 //! [`lines`] splits bytes into lines of bounded length, [`rpc`] reads and writes JSON-RPC, [`Client`] sends requests
-//! and receives answers and notifications.
+//! and receives answers and notifications, [`Server`] receives requests and sends answers. [`Output`] is what waits for
+//! the other side of any connection.
 
 pub mod agent;
 mod client;
 pub mod component;
 pub mod event;
+mod foreign;
 pub mod lines;
 pub mod link;
+mod listener;
 mod output;
 pub mod rpc;
+pub mod server;
 pub mod supervisor;
 
 pub use client::{CallError, Client, Incoming};
+pub use listener::Listener;
 pub use output::Output;
+pub use server::{Server, ServerSource};

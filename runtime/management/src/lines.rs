@@ -11,6 +11,8 @@ pub const LIMIT: usize = 64 * 1024;
 pub enum Overlong {
     /// Skip the line and report [`Line::TooLong`] in its place.
     Skip,
+    /// Skip the line and report [`Line::TooLong`] for each piece of it that is as long as the limit.
+    Count,
     /// Split the line into several.
     Split,
 }
@@ -30,6 +32,14 @@ impl Line {
         match self {
             Self::Complete(bytes) => Some(bytes),
             Self::TooLong => None,
+        }
+    }
+
+    /// How many bytes were received for it, with its end.
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Complete(bytes) => bytes.len() + 1,
+            Self::TooLong => LIMIT,
         }
     }
 
@@ -59,6 +69,8 @@ impl Line {
 pub struct Lines {
     pending: Vec<u8>,
     skipping: bool,
+    /// How many skipped bytes are not counted yet.
+    skipped: usize,
     overlong: Overlong,
     limit: usize,
 }
@@ -74,6 +86,7 @@ impl Lines {
         Self {
             pending: Vec::new(),
             skipping: false,
+            skipped: 0,
             overlong,
             limit,
         }
@@ -107,14 +120,16 @@ impl Lines {
 
     fn extend(&mut self, mut text: &[u8], lines: &mut Vec<Line>) {
         if self.skipping {
-            return;
+            return self.skip(text.len(), lines);
         }
         while self.pending.len() + text.len() > self.limit {
-            if self.overlong == Overlong::Skip {
+            if self.overlong != Overlong::Split {
+                let count = self.pending.len() + text.len();
                 self.pending.clear();
                 self.skipping = true;
+                self.skipped = 0;
                 lines.push(Line::TooLong);
-                return;
+                return self.skip(count - self.limit, lines);
             }
             let (now, later) = text.split_at(self.limit - self.pending.len());
             self.pending.extend_from_slice(now);
@@ -122,6 +137,15 @@ impl Lines {
             text = later;
         }
         self.pending.extend_from_slice(text);
+    }
+
+    fn skip(&mut self, count: usize, lines: &mut Vec<Line>) {
+        if self.overlong == Overlong::Count {
+            self.skipped += count;
+            let pieces = self.skipped / self.limit;
+            self.skipped %= self.limit;
+            lines.extend(std::iter::repeat_n(Line::TooLong, pieces));
+        }
     }
 
     fn take(&mut self) -> Line {
@@ -177,6 +201,10 @@ mod tests {
         let long = [&vec![b'x'; LIMIT + 3][..], b"\nnext\n"].concat();
         let mut skip = Lines::new(Overlong::Skip);
         assert_eq!(skip.push(&long), [Line::TooLong, text("next")]);
+        let mut count = Lines::new(Overlong::Count);
+        assert_eq!(count.push(&long), [Line::TooLong, text("next")]);
+        assert_eq!(skip.push(&vec![b'x'; 3 * LIMIT]), [Line::TooLong]);
+        assert_eq!(count.push(&vec![b'x'; 3 * LIMIT]), vec![Line::TooLong; 3]);
         let mut split = Lines::new(Overlong::Split);
         let whole = "x".repeat(LIMIT);
         assert_eq!(split.push(&long), [text(&whole), text("xxx"), text("next")]);

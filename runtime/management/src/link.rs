@@ -1,10 +1,15 @@
 //! Notifications between a component and the supervisor that started it.
 
 use crate::component::State;
+use crate::foreign;
 use crate::rpc::{self, Call};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+
+/// How many bytes of lines that are no message one side of a link takes, in one run of the component. With more, a
+/// supervisor stops the component, and a component takes the other side for ended.
+pub const MOST_GARBAGE: usize = 1 << 20;
 
 /// A message of a component to its supervisor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +28,7 @@ pub enum ComponentMessage {
     Restored {
         /// Why nothing was restored; none if all was.
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(deserialize_with = "foreign::optional_lines")]
         refused: Option<String>,
     },
     /// The component lives. It comes twice a second.
@@ -48,6 +54,7 @@ pub struct UnsavedParameters {
     pub changed: Map<String, Value>,
     /// The paths of those that a new run cannot get: they are secret, or too long for a line.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::texts")]
     pub unkept: Vec<String>,
 }
 
@@ -58,18 +65,22 @@ pub struct Heartbeat {
     pub age_ms: u64,
     /// Samples that each slot has lost since the start; slots without loss are left out.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
     /// The number of peers of each slot that requires or subscribes.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::keys")]
     pub peers: BTreeMap<String, usize>,
     /// What took longer than the period since the last heartbeat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overruns: Option<Overruns>,
     /// Topics that exceeded their deadline since the last heartbeat, and for how many milliseconds they were silent.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::keys")]
     pub silent: BTreeMap<String, u64>,
     /// Peers that were discovered since the last heartbeat and do not fit.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::texts")]
     pub mismatches: Vec<String>,
 }
 
@@ -80,6 +91,7 @@ pub struct Overruns {
     #[serde(default)]
     pub count: u64,
     /// What took longest: `compute()`, `a handler of laser`.
+    #[serde(deserialize_with = "foreign::text")]
     pub what: String,
     /// How long that took, in milliseconds.
     pub ms: f64,

@@ -3,7 +3,9 @@
 //! The messages of one direction are an enum. The name of a variant in snake case is the method; its fields are the
 //! parameters. A variant without fields has the parameters `{}` and accepts any.
 
+use crate::foreign;
 use crate::lines;
+use rc_diagnostics::foreign::clean;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -21,6 +23,7 @@ pub struct Error {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub data: Option<ErrorData>,
     /// The reason, for people.
+    #[serde(deserialize_with = "foreign::lines")]
     pub message: String,
 }
 
@@ -36,11 +39,14 @@ pub struct ErrorData {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// Its code, in kebab case.
+    #[serde(deserialize_with = "foreign::text")]
     pub code: String,
     /// How to mend it.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::optional")]
     pub help: Option<String>,
     /// What is wrong.
+    #[serde(deserialize_with = "foreign::text")]
     pub message: String,
 }
 
@@ -116,7 +122,7 @@ impl Call {
             .map_err(|_| Error::new(Error::PARSE, "this is not JSON"))?;
         Ok(Self {
             id: message.get("id").cloned(),
-            method: message["method"].as_str().unwrap_or_default().to_owned(),
+            method: clean(message["method"].as_str().unwrap_or_default()),
             params: message
                 .get_mut("params")
                 .map(Value::take)

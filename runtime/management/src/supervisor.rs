@@ -1,6 +1,7 @@
 //! What tools ask of the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
 pub use crate::event::{Event, Severity};
+use crate::foreign;
 use crate::rpc::{self, Call, Error};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -129,6 +130,7 @@ pub struct Stopping {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CommandResult {
     /// The components that are ready, or have ended, in the order of the network.
+    #[serde(deserialize_with = "foreign::texts")]
     pub done: Vec<String>,
     /// The other components of the command.
     pub failed: Vec<FailedCommand>,
@@ -138,8 +140,10 @@ pub struct CommandResult {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailedCommand {
     /// The component.
+    #[serde(deserialize_with = "foreign::text")]
     pub name: String,
     /// The reason, possibly with the last lines of the component's log.
+    #[serde(deserialize_with = "foreign::lines")]
     pub reason: String,
 }
 
@@ -199,6 +203,7 @@ impl From<crate::component::State> for ComponentState {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NetworkStatus {
     /// The network's name.
+    #[serde(deserialize_with = "foreign::text")]
     pub network: String,
     /// The process of the supervisor.
     pub pid: i32,
@@ -220,9 +225,11 @@ pub struct NetworkStatus {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComponentStatus {
     /// The component's name.
+    #[serde(deserialize_with = "foreign::text")]
     pub name: String,
     /// The machine that it runs on; none for that of the supervisor.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::optional")]
     pub host: Option<String>,
     /// The state.
     pub state: ComponentState,
@@ -233,6 +240,7 @@ pub struct ComponentStatus {
     /// Whether it has reported readiness.
     pub ready: bool,
     /// The middleware that it was generated for.
+    #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
     /// The processors that it may run on; empty for all.
     #[serde(default)]
@@ -252,11 +260,13 @@ pub struct ComponentStatus {
     pub stop_ms: u64,
     /// Samples that its slots have lost in this run; slots without loss are left out.
     #[serde(default)]
+    #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
     /// The conditions that have started and not ended.
     #[serde(default)]
     pub troubles: Vec<Trouble>,
     /// How it ended.
+    #[serde(deserialize_with = "foreign::optional")]
     pub exit: Option<String>,
 }
 
@@ -264,9 +274,12 @@ pub struct ComponentStatus {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Trouble {
     /// The code of the event with which it started.
+    #[serde(deserialize_with = "foreign::text")]
     pub code: String,
     /// The latest message, for people.
+    #[serde(deserialize_with = "foreign::text")]
     pub message: String,
     /// When it started, RFC 3339 in UTC.
+    #[serde(deserialize_with = "foreign::text")]
     pub since: String,
 }

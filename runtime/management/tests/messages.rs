@@ -459,3 +459,35 @@ fn a_request_may_say_more_or_less_than_it_has_to() {
         all
     );
 }
+
+/// What other processes say reaches messages, terminals and JSON of tools.
+#[test]
+fn foreign_texts_are_cleaned_where_they_enter() {
+    let long = format!("a\nforged: \u{1b}[2J{}", "x".repeat(100_000));
+    let clean = |text: &str| {
+        assert!(text.starts_with("a\\nforged: \\u{1b}[2Jxxx"), "{text}");
+        assert_eq!(text.chars().count(), 257);
+    };
+    let line = json!({"id": 1, "error": {"code": -32001, "message": long, "data": {"findings": [
+        {"code": "x", "help": long, "message": long}]}}});
+    let error: rc_management::rpc::Error =
+        serde_json::from_value(line["error"].clone()).expect("an error");
+    // A reason may have lines, but no more than a reader needs.
+    assert!(error.message.starts_with("a\nforged: \\u{1b}[2J"));
+    assert!(error.message.chars().count() < 10_000);
+    let finding = &error.data.as_ref().expect("its data").findings[0];
+    clean(&finding.message);
+    clean(finding.help.as_deref().expect("a help"));
+    let heartbeat = json!({"method": "heartbeat", "params": {"age_ms": 1, "mismatches": [long],
+        "silent": {(long.clone()): 7}, "overruns": {"what": long, "ms": 1.0, "period_ms": 1.0}}});
+    let message = link::ComponentMessage::decode(heartbeat.to_string().as_bytes());
+    let Ok(link::ComponentMessage::Heartbeat(heartbeat)) = message else {
+        panic!("{message:?}");
+    };
+    clean(&heartbeat.mismatches[0]);
+    heartbeat.silent.keys().for_each(|key| clean(key));
+    clean(&heartbeat.overruns.expect("an overrun").what);
+    let note = json!({"note": long});
+    let note: agent::AgentMessage = serde_json::from_value(note).expect("a note");
+    assert!(matches!(note, agent::AgentMessage::Note(text) if !text.contains('\u{1b}')));
+}

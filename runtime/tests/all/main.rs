@@ -2,6 +2,7 @@
 
 mod life;
 mod parameters;
+mod process;
 mod ros_arguments;
 mod settings;
 mod wake;

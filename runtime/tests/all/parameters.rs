@@ -521,7 +521,8 @@ fn what_was_changed_is_saved_and_everything_else_in_the_file_stays() {
     let expected = expected.replace("# device", "device = \"/dev/b\"\ntoken = \"n3w\"\n# device");
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), expected);
     let metadata = std::fs::metadata(&file).expect("the file");
-    assert_eq!(metadata.permissions().mode() & 0o777, 0o640);
+    // It has a secret now, which is its owner's alone.
+    assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
     assert!(link.is_symlink());
     assert_eq!(
         std::fs::read_dir(folder.path()).expect("a folder").count(),

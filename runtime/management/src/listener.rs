@@ -13,15 +13,16 @@ use std::time::{Duration, Instant};
 /// How long nobody is accepted after the system has refused.
 const PAUSE: Duration = Duration::from_millis(200);
 
+/// A listening Unix socket that does not block.
 #[derive(Debug)]
-pub(crate) struct Listener {
+pub struct Listener {
     socket: UnixListener,
     paused_until: Option<Instant>,
 }
 
 impl Listener {
     /// Listens at `path`, which must not exist.
-    pub(crate) fn bind(path: &Path) -> io::Result<Self> {
+    pub fn bind(path: &Path) -> io::Result<Self> {
         let socket = UnixListener::bind(path)?;
         socket.set_nonblocking(true)?;
         Ok(Self {
@@ -31,22 +32,22 @@ impl Listener {
     }
 
     /// Becomes readable when somebody connects. There is none during a pause.
-    pub(crate) fn descriptor(&self) -> Option<BorrowedFd<'_>> {
+    pub fn descriptor(&self) -> Option<BorrowedFd<'_>> {
         self.paused_until.is_none().then(|| self.socket.as_fd())
     }
 
     /// The end of the pause.
-    pub(crate) fn deadline(&self) -> Option<Instant> {
+    pub fn deadline(&self) -> Option<Instant> {
         self.paused_until
     }
 
     /// Ends a pause that is over.
-    pub(crate) fn resume(&mut self, now: Instant) {
+    pub fn resume(&mut self, now: Instant) {
         self.paused_until.take_if(|until| now >= *until);
     }
 
     /// Accepts one caller. The stream does not block.
-    pub(crate) fn accept(&mut self) -> Option<UnixStream> {
+    pub fn accept(&mut self) -> Option<UnixStream> {
         match self.socket.accept() {
             Ok((stream, _)) => stream.set_nonblocking(true).is_ok().then_some(stream),
             Err(error) => {

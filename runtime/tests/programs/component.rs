@@ -1,0 +1,101 @@
+//! A component without connections, with the process that generated components have; and clients of it.
+//!
+//! `idle SOCKET COUNT` connects so often, one after the other, asks on the last connection for the status, prints the
+//! name in it, and keeps all connections until its standard input ends. Anything else is a component's command line.
+
+use rc_management::{Client, component};
+use rc_middleware::Reader;
+use rc_middleware::typed::{HandlerError, Request};
+use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError};
+use std::io::Read;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Duration;
+
+const LIMIT: Duration = Duration::from_secs(10);
+/// How many parameters it has. The list of all takes about 50 kB.
+const PARAMETERS: usize = 100;
+
+struct Worker(Core);
+
+impl Component for Worker {
+    fn core(&mut self) -> &mut Core {
+        &mut self.0
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        Ok(())
+    }
+
+    fn emergency(&mut self) {}
+
+    fn restore(&mut self) {}
+
+    fn finalize(&mut self) {}
+
+    fn sending_peers(&self, _: &mut [usize]) {}
+
+    fn serve(&mut self, _: usize, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        request.unknown()
+    }
+
+    fn receive(&mut self, _: usize, _: usize, _: &mut Reader<'_>) -> Result<(), HandlerError> {
+        Ok(())
+    }
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+fn start(core: Core, _: &Ports, _: &Values) -> Result<Worker, StartError> {
+    Ok(Worker(core))
+}
+
+fn parameters() -> String {
+    let doc = "What it means. ".repeat(30);
+    let parameters: Vec<String> = (0..PARAMETERS)
+        .map(|at| {
+            format!(
+                r#"{{"name":"p{at}","doc":["{doc}"],"kind":{{"scalar":{{"type":"float"}}}},"default":{{"float":1.0}},"editable":true}}"#
+            )
+        })
+        .collect();
+    format!(
+        r#"{{"name":"quiet","parameters":[{}],"rules":[]}}"#,
+        parameters.join(",")
+    )
+}
+
+fn idle(socket: &Path, count: usize) {
+    let connections: Vec<UnixStream> = (1..count)
+        .map(|_| UnixStream::connect(socket).expect("a connection"))
+        .collect();
+    let mut last = Client::connect(socket, LIMIT).expect("a connection");
+    let status: component::Status = last
+        .call(&component::Request::Status, LIMIT)
+        .expect("a status");
+    println!("{}", status.name);
+    let _ = std::io::stdin().read_to_end(&mut Vec::new());
+    drop(connections);
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [mode, socket, count] = &arguments[..]
+        && mode == "idle"
+    {
+        idle(Path::new(socket), count.parse().expect("a number"));
+        return ExitCode::SUCCESS;
+    }
+    let description = Description {
+        name: "quiet",
+        model_hash: 1,
+        middleware: "none",
+        period: Duration::from_millis(5),
+        parameters: Some(parameters().leak()),
+        folder: "/nowhere",
+        slots: &[],
+        backends: &[],
+        note: b"",
+    };
+    rc_runtime::run(Box::leak(Box::new(description)), start)
+}
